@@ -30,6 +30,7 @@ SMALLEST: dict[str, Callable[[], Any]] = {
     "curve": lambda: gc.curve(_single(omega=1.0), "fold", "omega=0.5:1.2", "eps1=0.04:0.06", period=1),
     "skeleton": lambda: gc.skeleton(gc.MeshModel.of(q0=0.1), "omega=1.7:2.3:8", "eps1=0.03:0.09:4", **QUICK),
     "manifolds": lambda: gc.manifolds(MODEL, period=1, length=1.0),
+    "edge_state": lambda: gc.run(gc.EdgeTracking(MODEL, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0})),
 }
 """The smallest instance of each kind of study."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -18,6 +18,7 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel
 from gearchaos.quantities import Quantity
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import tables as schema
 
@@ -121,6 +122,8 @@ def type_words(annotation: Any) -> str:
         return "one of " + ", ".join(f'"{value}"' for value in args)
     if origin in (Union, UnionType):
         return " or ".join(dict.fromkeys(type_words(a) for a in args))
+    if origin is Mapping:
+        return "table: numbers by name"
     if origin in (list, tuple):
         return f"list: {type_words(args[0])}"
     return _SIMPLE.get(annotation, "table")
@@ -166,14 +169,11 @@ def described(value: type, without: Iterable[str] = ()) -> str:
 
 def study(kind: str) -> str:
     """The keys of ``[study]`` for one kind of study."""
-    declared, types = {f.name: f for f in fields(STUDIES[kind])}, STUDIES[kind].option_types()
-    rows = [[code(name), _SIMPLE[Axis], _MUST] for name in STUDIES[kind].axis_fields]
-    for name, type_ in types.items():
-        if declared[name].metadata:  # the others can be given in Python only
-            least = declared[name].metadata["least"]
-            words = type_words(type_) + ("" if least is None else f", at least {least}")
-            rows.append([code(name), words, default_words(declared[name].default)])
-    body = table(["key", "type", "if left out"], rows) if rows else "No other keys.\n"
+    rows = []
+    for name, option in file_options(STUDIES[kind]).items():
+        words = type_words(option.type) + ("" if option.least is None else f", at least {option.least}")
+        rows.append([code(name), words, plain(option.words), default_words(option.default)])
+    body = table(["key", "type", "meaning", "if left out"], rows) if rows else "No other keys.\n"
     return f'### `kind = "{kind}"`\n\n{body}'
 
 

@@ -10,22 +10,17 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_MODULES = {
+from gearchaos.catalogue import STUDIES as _STUDIES
+
+_OTHERS = {
     "InputError": "errors",
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
     "TwoLevelStiffness": "model",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.verdict",
-    "Attractors": "studies.attractors", "attractors": "studies.attractors",
-    "Basins": "studies.basins", "basins": "studies.basins",
-    "branch": "studies.branch", "edge_state": "continuation.edge",
     "orbit": "continuation.orbit", "orbits": "continuation.orbit",
-    "curve": "studies.curve", "skeleton": "studies.skeleton", "agreement": "studies.agreement",
-    "manifolds": "studies.manifolds",
-    "Bifurcation": "studies.bifurcation", "bifurcation": "studies.bifurcation",
-    "Regime": "studies.regime", "regime": "studies.regime",
-    "Simulate": "studies.simulate", "simulate": "studies.simulate", "steady": "studies.steady",
-    "Zones": "studies.zones", "zones": "studies.zones", "operating_map": "studies.operating_map",
+    "agreement": "studies.agreement",
+    "steady": "studies.steady", "operating_map": "studies.operating_map",
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
@@ -35,7 +30,12 @@ _MODULES = {
     "SymbolicModel": "interchange.symbolic_model", "script": "interchange.scripts",
     "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",
 }
-"""The submodule that defines each public name. ``__init__.pyi`` lists the same names for type checkers and editors."""
+"""The submodule that defines each public name that is no study."""
+
+_MODULES = _OTHERS | {
+    name: entry["module"] for kind, entry in _STUDIES.items() for name in (entry["class"], kind)
+}
+"""The submodule that defines each public name. ``__init__.pyi`` has the same names for type checkers and editors."""
 
 _SUBPACKAGES = ("dynamics", "flow", "plot", "studies")
 

@@ -1,11 +1,21 @@
-"""The public names for type checkers and editors; at run time ``__init__.py`` imports them on first use."""
+"""The public names for type checkers and editors; at run time ``__init__`` imports them on first use.
+
+``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
+"""
+
+from collections.abc import Callable, Mapping
+from os import PathLike
+from typing import Literal
+
+import xarray as xr
 
 from gearchaos import dynamics as dynamics
 from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
 from gearchaos.cards import card as card
-from gearchaos.continuation.edge import edge_state as edge_state
+from gearchaos.continuation.edge import EdgeState
+from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits
 from gearchaos.datasets import save as save
@@ -13,6 +23,7 @@ from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
 from gearchaos.explorer.web.notebook import explore as explore
 from gearchaos.gears.design.gear_design import GearDesign as GearDesign
+from gearchaos.gears.operating import AnyModel
 from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
 from gearchaos.interchange.scripts import script as script
@@ -28,31 +39,1050 @@ from gearchaos.store.reading.load import load as load
 from gearchaos.store.running.run import Outcome as Outcome
 from gearchaos.store.running.run import run as run
 from gearchaos.studies.agreement import agreement as agreement
-from gearchaos.studies.attractors import Attractors as Attractors
-from gearchaos.studies.attractors import attractors as attractors
+from gearchaos.studies.attractors import Attractors as _Attractors
 from gearchaos.studies.axis import Axis as Axis
-from gearchaos.studies.basins import Basins as Basins
-from gearchaos.studies.basins import basins as basins
-from gearchaos.studies.bifurcation import Bifurcation as Bifurcation
-from gearchaos.studies.bifurcation import bifurcation as bifurcation
-from gearchaos.studies.branch import branch as branch
+from gearchaos.studies.basins import Basins as _Basins
+from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
+from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
-from gearchaos.studies.curve import curve as curve
+from gearchaos.studies.curve import Curve as _Curve
 from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
-from gearchaos.studies.manifolds import manifolds as manifolds
+from gearchaos.studies.edge_state import EdgeTracking as _EdgeTracking
+from gearchaos.studies.manifolds import Manifolds as _Manifolds
 from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
-from gearchaos.studies.regime import Regime as Regime
-from gearchaos.studies.regime import regime as regime
-from gearchaos.studies.simulate import Simulate as Simulate
-from gearchaos.studies.simulate import simulate as simulate
-from gearchaos.studies.skeleton import skeleton as skeleton
+from gearchaos.studies.regime import Regime as _Regime
+from gearchaos.studies.simulate import Simulate as _Simulate
+from gearchaos.studies.skeleton import Skeleton as _Skeleton
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
 from gearchaos.studies.steady import steady as steady
 from gearchaos.studies.verdict import Verdict as Verdict
-from gearchaos.studies.zones import Zones as Zones
-from gearchaos.studies.zones import zones as zones
+from gearchaos.studies.zones import Zones as _Zones
 
 __version__: str
+
+def simulate(
+    model: AnyModel, periods: int, transient: int = 0, samples: int | None = None, *, progress: bool = False,
+) -> xr.Dataset:
+    """Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    periods : int
+        Mesh periods to record.
+    transient : int
+        Mesh periods before the recorded ones.
+    samples : int, optional
+        Instants recorded in each mesh period, at equal distances. By default only the stroboscopic section is
+        recorded.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
+        ``mesh_force`` 2ζz' + χ f(z), whose damping part also acts while the teeth are apart, and ``contact`` (-1 back
+        flank, 0 free, 1 front flank) over ``tau``.
+
+        The attribute ``status`` is "ok", "diverged" if |z| or |z'| exceeded 1e8 half backlashes (from there on values
+        are NaN), or "chatter" if a step had more contact switches than can be followed.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4, transient=200, samples=32)
+    >>> motion.section_z.shape, motion.z.shape, motion.attrs["status"]
+    ((4,), (128,), 'ok')
+    """
+
+class Simulate(_Simulate):
+    """The study that `simulate` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `simulate` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    periods : int
+        Mesh periods to record.
+    transient : int
+        Mesh periods before the recorded ones.
+    samples : int, optional
+        Instants recorded in each mesh period, at equal distances. By default only the stroboscopic section is
+        recorded.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4)
+    >>> study.kind, study.count
+    ('simulate', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, periods: int, transient: int = 0, samples: int | None = None,
+    ) -> None: ...
+
+def regime(
+    model: AnyModel, *, settings: Classification | None = None, progress: bool = False,
+) -> Verdict:
+    """Classify the motion at one operating point, with its evidence.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+
+    Returns
+    -------
+    Verdict
+        With the ``label``, the ``reason``, the ``multipliers`` of the orbit, all ``lyapunov`` exponents of the dynamic
+        state with their intervals, the response measures, and the stroboscopic ``section``.
+
+    Raises
+    ------
+    InputError
+        If the model or the settings are of another type, or the motion cannot be computed in a reasonable time; before
+        any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> verdict = gc.regime(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
+    >>> verdict.label, verdict.reason
+    ('8T', 'a stable periodic orbit converged and the trajectory approaches it')
+    """
+
+class Regime(_Regime):
+    """The study that `regime` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `regime` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point, with its initial values.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Regime(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> study.kind, study.count
+    ('regime', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, *, settings: Classification | None = None,
+    ) -> None: ...
+
+def attractors(
+    model: AnyModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0, sweep:
+    Axis | str | None = None, kicks: int = 0, settings: Classification | None = None, progress: bool = False, threads:
+    int | None = None,
+) -> xr.Dataset:
+    """Find all attractors of one operating point, with the share of the initial states that lead to each.
+
+    Its work items are the initial states, here called starts; sweeps and perturbations are computed by `finish`.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point. Initial values without a range in ``box`` are those of the model.
+    starts : int
+        Number of initial states, points of a scrambled Sobol sequence in the box.
+    box : mapping of str to (float, float), optional
+        Ranges of initial values; by default ±3 half backlashes, and ±2 for velocities, in every coordinate on which
+        the relative motion depends.
+    seed : int
+        Seed of the Sobol sequence of initial states.
+    sweep : Axis or str, optional
+        A parameter that is also swept slowly to its value in the model, from both ends. It is swept upwards from
+        the first value of the axis and downwards from the last, with ``count`` values in each sweep.
+    kicks : int
+        Directions in which to search the smallest perturbation that leaves a basin. They are random; the
+        perturbation, here called kick, is searched for each attractor; by default it is not searched.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    threads : int, optional
+        Tiles computed at once; by default one per core.
+
+    Returns
+    -------
+    xarray.Dataset
+        For each attractor, along the dim "number": label, period, share of the initial states with its 95 % interval
+        (Clopper-Pearson), response measures, largest exponent or multiplier, and section. ``attractor(start)`` is the
+        number of the attractor that each initial state leads to, -1 for a motion that diverged or is undecided, -2 for
+        one that an unfinished store does not have yet;
+        ``attractor_up`` and ``attractor_down`` are those that the two sweeps end on. ``attractor_kick_change`` is the
+        smallest sudden change of the state that was found after which a motion leaves the attractor,
+        ``attractor_kick_point`` the state at the start of a mesh period to which it is added, and ``attractor_kick``
+        its Euclidean norm in half backlashes and their velocities; NaN if no change up to 4 was found.
+
+    Raises
+    ------
+    InputError
+        If a number or a range is out of bounds; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.attractors(model, starts=16)
+    >>> gc.studies.motions(found.attractor_label, found.attractor_period)
+    ['1T', '1T']
+    """
+
+class Attractors(_Attractors):
+    """The study that `attractors` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `attractors` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point. Initial values without a range in ``box`` are those of the model.
+    starts : int
+        Number of initial states, points of a scrambled Sobol sequence in the box.
+    box : mapping of str to (float, float), optional
+        Ranges of initial values; by default ±3 half backlashes, and ±2 for velocities, in every coordinate on which
+        the relative motion depends.
+    seed : int
+        Seed of the Sobol sequence of initial states.
+    sweep : Axis or str, optional
+        A parameter that is also swept slowly to its value in the model, from both ends. It is swept upwards from
+        the first value of the axis and downwards from the last, with ``count`` values in each sweep.
+    kicks : int
+        Directions in which to search the smallest perturbation that leaves a basin. They are random; the
+        perturbation, here called kick, is searched for each attractor; by default it is not searched.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Attractors(gc.MeshModel.of(q0=0.1, eps1=0.1), starts=16)
+    >>> study.kind, study.count
+    ('attractors', 16)
+    """
+
+    def __init__(
+        self, model: AnyModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None, seed: int =
+        0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
+    ) -> None: ...
+
+def bifurcation(
+    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed', settings:
+    Classification | None = None, progress: bool = False, threads: int | None = None,
+) -> xr.Dataset:
+    """Scan one parameter: stroboscopic points, verdicts and exponents.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but those of the axes, and the initial values.
+    axis : Axis or str
+        The parameter and its range, as a text "eps1=0:0.3:400".
+    points : int
+        Stroboscopic points per column, 0 for the verdicts alone.
+    mode : {'fixed', 'up', 'down'}
+        Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
+        that the previous one ended in, as in a slow sweep of the parameter; both directions together show
+        hysteresis.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    threads : int, optional
+        Tiles computed at once; by default one per core.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section_<coordinate>(axis, point)``, and for each column the variables that `zones` has for a cell.
+
+    Raises
+    ------
+    InputError
+        If the axis or an option is wrong, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.1:0.2:3", points=8)
+    >>> diagram.section_x1.shape
+    (3, 8)
+    >>> gc.studies.motions(diagram.label, diagram.period)
+    ['2T', 'chaotic', 'chaotic']
+    """
+
+class Bifurcation(_Bifurcation):
+    """The study that `bifurcation` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `bifurcation` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but those of the axes, and the initial values.
+    axis : Axis or str
+        The parameter and its range, as a text "eps1=0:0.3:400".
+    points : int
+        Stroboscopic points per column, 0 for the verdicts alone.
+    mode : {'fixed', 'up', 'down'}
+        Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
+        that the previous one ended in, as in a slow sweep of the parameter; both directions together show
+        hysteresis.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Bifurcation(gc.MeshModel.of(q0=0.1, eps1=0.1), "eps1=0.1:0.2:5")
+    >>> study.kind, study.count
+    ('bifurcation', 5)
+    """
+
+    def __init__(
+        self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed',
+        settings: Classification | None = None,
+    ) -> None: ...
+
+def zones(
+    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1, prove: bool = False,
+    certificates: str | None = None, settings: Classification | None = None, progress: bool = False, threads: int | None
+    = None,
+) -> xr.Dataset:
+    """Map the kinds of motion over two parameters.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but the two of the axes; its initial values hold in every cell.
+    x : Axis or str
+        A parameter, or an initial value, and its range, as a text "omega=0.2:3:400".
+    y : Axis or str
+        Another one.
+    starts : int
+        Number of initial states in each cell, to find all its motions. They are those of the model, and others
+        spread as by `attractors`. With more than one, the motions after slow sweeps along x, upwards and downwards,
+        are also found.
+    refine : int
+        Every N-th row and column; more cells only where neighbours differ. N is a power of two; the other cells are
+        inferred, and marked by ``inferred`` and ``reason``. 1 computes every cell.
+    prove : bool
+        Prove the periodic motions in ball arithmetic. See `prove`; with more than one start, the motion from the
+        initial values of the model is proved in each computed cell.
+    certificates : str, optional
+        Write a certificate for each proved cell to this folder. The files are ``row0003/column0012.json``, with the
+        script that verifies them. It needs ``prove``.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    threads : int, optional
+        Tiles computed at once; by default one per core.
+
+    Returns
+    -------
+    xarray.Dataset
+        With dims (y.name, x.name): label, period, reason, largest Lyapunov exponent with its interval, residual and
+        largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
+        number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
+        ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
+        motions. With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
+        periodic; and ``proof_reason``, why it is not proved. Inferred cells are not proved.
+
+    Raises
+    ------
+    InputError
+        If an axis or an option is wrong, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.5:24", "eps1=0:0.3:16")
+    >>> zones.label.dims, zones.label.shape
+    (('eps1', 'omega'), (16, 24))
+    >>> zones.v_rms.attrs["units"]
+    'delta*omega0'
+    """
+
+class Zones(_Zones):
+    """The study that `zones` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `zones` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but the two of the axes; its initial values hold in every cell.
+    x : Axis or str
+        A parameter, or an initial value, and its range, as a text "omega=0.2:3:400".
+    y : Axis or str
+        Another one.
+    starts : int
+        Number of initial states in each cell, to find all its motions. They are those of the model, and others
+        spread as by `attractors`. With more than one, the motions after slow sweeps along x, upwards and downwards,
+        are also found.
+    refine : int
+        Every N-th row and column; more cells only where neighbours differ. N is a power of two; the other cells are
+        inferred, and marked by ``inferred`` and ``reason``. 1 computes every cell.
+    prove : bool
+        Prove the periodic motions in ball arithmetic. See `prove`; with more than one start, the motion from the
+        initial values of the model is proved in each computed cell.
+    certificates : str, optional
+        Write a certificate for each proved cell to this folder. The files are ``row0003/column0012.json``, with the
+        script that verifies them. It needs ``prove``.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Zones(gc.MeshModel.of(q0=0.1, eps1=0.1), "omega=0.9:1.1:4", "eps1=0.1:0.2:4")
+    >>> study.kind, study.count
+    ('zones', 16)
+    """
+
+    def __init__(
+        self, model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1, prove: bool = False,
+        certificates: str | None = None, settings: Classification | None = None,
+    ) -> None: ...
+
+def basins(
+    model: AnyModel, x: Axis | str, y: Axis | str, *, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Map the basins of attraction over two initial values.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point. Initial values that are not on the axes are those of the model.
+    x : Axis or str
+        Initial value of a coordinate, and its range: z or z_dot of the single model, x1, x1_dot, ... of the others.
+    y : Axis or str
+        Initial value of another one.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    threads : int, optional
+        Tiles computed at once; by default one per core.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``attractor(y, x)``, an index into the dim "number", -1 where the motion diverged or is undecided, -2 where the
+        cell is not computed yet. For each attractor: label, period, share of the plane, response measures, largest
+        exponent or multiplier, and section. Periodic attractors are distinguished by their orbits, others by the mean
+        and standard deviation of their stroboscopic points. ``basin_entropy``, ``boundary_basin_entropy`` and
+        ``uncertainty_exponent`` measure how fractal the boundaries are. Where the plane is the whole state space (of a
+        model with two coordinates) ``attractor_kick`` is the length of the smallest change of the state that leaves the
+        basin.
+
+    Raises
+    ------
+    InputError
+        If an axis is no initial value of the model, or the computation needs more memory than this machine has.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> basins = gc.basins(model, "z=-2:2:20", "z_dot=-1:1:20")
+    >>> basins.attractor.shape, basins.sizes["number"]
+    ((20, 20), 2)
+    """
+
+class Basins(_Basins):
+    """The study that `basins` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `basins` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point. Initial values that are not on the axes are those of the model.
+    x : Axis or str
+        Initial value of a coordinate, and its range: z or z_dot of the single model, x1, x1_dot, ... of the others.
+    y : Axis or str
+        Initial value of another one.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Basins(gc.MeshModel.of(q0=0.1, eps1=0.1), "x1=-1:1:6", "x1_dot=-1:1:6")
+    >>> study.kind, study.count
+    ('basins', 36)
+    """
+
+    def __init__(
+        self, model: AnyModel, x: Axis | str, y: Axis | str, *, settings: Classification | None = None,
+    ) -> None: ...
+
+def branch(
+    model: AnyModel, axis: Axis | str, *, start: Mapping[str, float] | None = None, period: int | None = None,
+    longest_step: float = 0.03, max_points: int = 10000, cascade: int = 0, pitchforks: bool = False, events:
+    Mapping[str, Callable[[Orbit], float]] | None = None,
+) -> xr.Dataset:
+    """Follow a branch of periodic orbits along one parameter, stable or not, with all its events.
+
+    It is followed in both directions.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The branch begins at its own value of the parameter.
+    axis : Axis or str
+        The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
+    start : mapping of str to float, optional
+        Initial values near the first orbit; by default those of the model. If its own lead to a motion of another
+        period, the orbit is found as by `orbit`.
+    period : int, optional
+        Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most 1024.
+    longest_step : float
+        Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean square
+        distance of all stroboscopic points is half a backlash.
+    max_points : int
+        Largest number of points in each direction.
+    cascade : int
+        Period doublings to follow from the first flip. It is the flip at which stability first changes on leaving
+        the start; of two such flips, one in each direction, that with the nearer parameter. There are none if
+        stability first changes at other events.
+    pitchforks : bool
+        Follow both branches at each pitchfork. They are branches of asymmetric orbits.
+    events : mapping of str to callable, optional
+        Further kinds of events: each root, along the branch, of a function of the `Orbit` is an event of that name.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, in order along the branch: the parameter as a coordinate; ``position`` (0, 1, 2, …), ``branch``
+        (0, and 1, 2, … for those of doubled period and then those at pitchforks), ``period``, ``unstable``,
+        ``multipliers_real`` and ``multipliers_imag`` (point, exponent),
+        ``section_<coordinate>`` (point, cycle), ``contact_sequence``, the response measures over one period of the
+        orbit, ``z_max``, ``z_min``, ``residual`` and ``step``. Over ``event``: ``event_kind``, ``event_value``,
+        ``event_period``, ``event_boundary``, ``event_residual``, ``event_branch``, ``event_point``, and multipliers,
+        one state ``event_section_<coordinate>`` and the response measures with the prefix ``event_``. Over
+        ``jump``, the folds that end a stable part: ``jump_value``, ``jump_direction`` (1 or −1), ``jump_event``, and of
+        the motion reached just beyond ``jump_label``, ``jump_period`` and ``jump_point``. The attributes
+        ``closed``, ``range``, ``ends``, ``stable``, ``cascade``, ``asymmetric`` and ``feigenbaum`` are JSON.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, the model's own value lies outside the axis, or there is no orbit of this period
+        near the start; the message then has the nearest one found.
+
+    Notes
+    -----
+    Pseudo-arclength continuation of all stroboscopic points (multiple shooting). Events are located by bracketing on
+    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes.
+    The branch ends at an end of the axis, where it joins one of half its period, where the flow fails, or at its own
+    start: then it is closed, an isola.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> found = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3")
+    >>> found.event_kind.values.tolist()
+    ['fold', 'flip']
+    """
+
+class Branch(_Branch):
+    """The study that `branch` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `branch` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The branch begins at its own value of the parameter.
+    axis : Axis or str
+        The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
+    start : mapping of str to float, optional
+        Initial values near the first orbit; by default those of the model. If its own lead to a motion of another
+        period, the orbit is found as by `orbit`.
+    period : int, optional
+        Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most 1024.
+    longest_step : float
+        Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean square
+        distance of all stroboscopic points is half a backlash.
+    max_points : int
+        Largest number of points in each direction.
+    cascade : int
+        Period doublings to follow from the first flip. It is the flip at which stability first changes on leaving
+        the start; of two such flips, one in each direction, that with the nearer parameter. There are none if
+        stability first changes at other events.
+    pitchforks : bool
+        Follow both branches at each pitchfork. They are branches of asymmetric orbits.
+    events : mapping of str to callable, optional
+        Further kinds of events: each root, along the branch, of a function of the `Orbit` is an event of that name.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> study = gc.Branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3")
+    >>> study.kind, study.period
+    ('branch', None)
+    """
+
+    def __init__(
+        self, model: AnyModel, axis: Axis | str, *, start: Mapping[str, float] | None = None, period: int | None = None,
+        longest_step: float = 0.03, max_points: int = 10000, cascade: int = 0, pitchforks: bool = False, events:
+        Mapping[str, Callable[[Orbit], float]] | None = None,
+    ) -> None: ...
+
+def curve(
+    model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str, *, start:
+    Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points: int = 10000,
+) -> xr.Dataset:
+    """Follow the curve of an event of periodic orbits over two parameters.
+
+    It is followed in both directions, with its points of codimension 2.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
+        ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
+    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+        The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
+    x : Axis or str
+        A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
+    y : Axis or str
+        Another one.
+    start : mapping of str to float, optional
+        Initial values near the first orbit; by default those of the model. If its own lead to a motion of another
+        period, the orbit is found as by `orbit`.
+    period : int, optional
+        Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most 1024.
+    longest_step : float
+        Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean square
+        distance of all stroboscopic points is half a backlash.
+    max_points : int
+        Largest number of points in each direction.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, in order along the curve: both parameters as coordinates, ``section_<coordinate>`` (point,
+        cycle), ``multipliers_real`` and ``multipliers_imag`` (point, exponent), ``residual``, and for Neimark-Sacker
+        ``angle``, the argument of the critical multiplier in radians. Over ``special``, the points of codimension 2:
+        ``special_kind`` and both parameters, ``special_<parameter>``. Attributes: ``event``, ``period``, ``boundary``
+        (1 or −1 for a graze, otherwise 0); ``ends`` and ``closed`` are JSON.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, the model's own values lie outside the axes, there is no orbit of this period
+        near the start, or its branch has no such event; the message then has those that it has.
+
+    Notes
+    -----
+    Pseudo-arclength continuation of the orbit together with the condition of the event: a singular matrix of the linear
+    equations with the critical multiplier (W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria,
+    2000), or an extremum of z on a boundary. Every point of a result can be the start of the same curve: set both
+    parameters in the model, and give ``section_<coordinate>`` as ``start``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.9, zeta=0.05, eps1=0.02, kind="single")
+    >>> found = gc.curve(model, "flip", "omega=1.7:2.1", "eps1=0:0.06", period=1)
+    >>> found.attrs["period"]
+    1
+    """
+
+class Curve(_Curve):
+    """The study that `curve` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `curve` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
+        ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
+    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+        The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
+    x : Axis or str
+        A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
+    y : Axis or str
+        Another one.
+    start : mapping of str to float, optional
+        Initial values near the first orbit; by default those of the model. If its own lead to a motion of another
+        period, the orbit is found as by `orbit`.
+    period : int, optional
+        Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most 1024.
+    longest_step : float
+        Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean square
+        distance of all stroboscopic points is half a backlash.
+    max_points : int
+        Largest number of points in each direction.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(omega=1.9, zeta=0.05, eps1=0.02, kind="single")
+    >>> gc.Curve(model, "flip", "omega=1.7:2.1", "eps1=0:0.06", period=1).event
+    'flip'
+    """
+
+    def __init__(
+        self, model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str,
+        *, start: Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points:
+        int = 10000,
+    ) -> None: ...
+
+def skeleton(
+    model: AnyModel, x: Axis | str, y: Axis | str, *, period: int = 4, lines: tuple[int, int] = (8, 5), starts: int = 3,
+    journal: str | PathLike[str] | None = None, progress: bool = False, workers: int | None = None,
+) -> xr.Dataset:
+    """Find all curves of events in a window of two parameters.
+
+    The events are folds, flips, Neimark-Sacker bifurcations and grazes. Stable motions are searched on lines parallel
+    to both axes, and the branches of their orbits are followed along the lines, with the branches of doubled periods.
+    Every event on them that lies on no known curve gives another curve.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but those of the axes, and the initial values.
+    x : Axis or str
+        A parameter and its range, "omega=0.2:2.5:48". The number of values is that of the places at which motions
+        are searched on a line; 48 if left out.
+    y : Axis or str
+        Another one; its number of values is 24 if left out.
+    period : int
+        Largest period of the orbits. It counts mesh periods.
+    lines : (int, int)
+        Numbers of lines along x and along y on which events are searched.
+    starts : int
+        Initial states at each place, besides the model's own.
+    journal : str | PathLike[str], optional
+        A file that keeps finished work. If it exists, the same call goes on from there.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    workers : int, optional
+        Processes, by default one per core. With 1 all is computed in this process.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, the points of all curves one after another: both parameters as coordinates, ``curve``, the
+        number of the curve, and variables as those of `curve`; ``section_<coordinate>`` is NaN after the last point of
+        an orbit. Over ``curve``: ``curve_kind``, ``curve_period``, ``curve_boundary`` (1 or −1 for a graze, otherwise
+        0) and ``curve_closed``. Over ``special``, the points of codimension 2: ``special_kind``, both parameters and
+        ``special_curve``. The attributes ``ends`` (of each curve) and ``failed`` (numbers of events whose curve could
+        not be followed, by reason) are JSON.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the journal is one of another skeleton.
+    OSError
+        If a worker process dies, or the journal cannot be written.
+
+    Notes
+    -----
+    A curve is found if a branch through a stable motion on one of the lines meets it, or if another of its events does;
+    more lines, places and starts find more. The result does not depend on the number of workers. Processes are started
+    by importing the main module anew, so that a script must call this under ``if __name__ == "__main__":``.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(q0=0.1)
+    >>> curves = gc.skeleton(
+    ...     model, "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=(1, 1), starts=0, workers=1)
+    >>> curves.curve_kind.values.tolist()
+    ['flip', 'flip']
+    """
+
+class Skeleton(_Skeleton):
+    """The study that `skeleton` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `skeleton` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        All parameters but those of the axes, and the initial values.
+    x : Axis or str
+        A parameter and its range, "omega=0.2:2.5:48". The number of values is that of the places at which motions
+        are searched on a line; 48 if left out.
+    y : Axis or str
+        Another one; its number of values is 24 if left out.
+    period : int
+        Largest period of the orbits. It counts mesh periods.
+    lines : (int, int)
+        Numbers of lines along x and along y on which events are searched.
+    starts : int
+        Initial states at each place, besides the model's own.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> gc.Skeleton(gc.MeshModel.of(q0=0.1), "omega=1.7:2.3", "eps1=0.03:0.09:4").x.count
+    48
+    """
+
+    def __init__(
+        self, model: AnyModel, x: Axis | str, y: Axis | str, *, period: int = 4, lines: tuple[int, int] = (8, 5),
+        starts: int = 3,
+    ) -> None: ...
+
+def manifolds(
+    model: AnyModel, *, period: int = 4, length: float = 30.0, spacing: float = 0.03, region: Mapping[str, tuple[float,
+    float]] | None = None,
+) -> xr.Dataset:
+    """Find the saddles of a model with two coordinates, and their stable and unstable manifolds.
+
+    The stable manifolds of saddles are the boundaries between basins of attraction; the unstable ones lead to the
+    attractors.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point; its relative motion must have two coordinates, z and z_dot.
+    period : int
+        Largest period of the saddles, in mesh periods.
+    length : float
+        Arclength inside the region of each branch, in half backlashes.
+    spacing : float
+        Largest distance of neighbouring points inside the region.
+    region : mapping of str to (float, float), optional
+        Ranges of ``z`` and ``z_dot``; by default ±4 and ±3.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, the points of all branches one after another, each in order from its saddle: ``z`` and ``z_dot``
+        at phase 0, and ``manifold``, the number of the branch. Over ``number``, the branches: ``manifold_saddle``, the
+        number of the saddle, ``manifold_stable``, and ``manifold_complete``: whether the branch was followed to this
+        length, or ended before outside the region or on an attractor. Over ``saddle_number``, the saddles:
+        ``saddle_period``, ``saddle_multipliers_real`` and ``saddle_multipliers_imag`` (saddle_number, exponent),
+        ``saddle_residual``, and their points ``saddle_section_z`` and ``saddle_section_z_dot`` (saddle_number, cycle).
+
+    Raises
+    ------
+    InputError
+        If the relative motion has more than two coordinates, or an argument is out of range.
+
+    Notes
+    -----
+    D. Hobson, An efficient method for computing invariant manifolds of planar maps, J. Comput. Phys. 104, 1993. Saddles
+    are found by Newton's method from many initial states: one that no start leads to is missing. A stable manifold is
+    the unstable one in reversed time.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.manifolds(model, period=1, length=5.0)
+    >>> found.sizes["number"], found.saddle_period.values.tolist()
+    (4, [1])
+    """
+
+class Manifolds(_Manifolds):
+    """The study that `manifolds` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `manifolds` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point; its relative motion must have two coordinates, z and z_dot.
+    period : int
+        Largest period of the saddles, in mesh periods.
+    length : float
+        Arclength inside the region of each branch, in half backlashes.
+    spacing : float
+        Largest distance of neighbouring points inside the region.
+    region : mapping of str to (float, float), optional
+        Ranges of ``z`` and ``z_dot``; by default ±4 and ±3.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> gc.Manifolds(gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05), period=1).spacing
+    0.03
+    """
+
+    def __init__(
+        self, model: AnyModel, *, period: int = 4, length: float = 30.0, spacing: float = 0.03, region: Mapping[str,
+        tuple[float, float]] | None = None,
+    ) -> None: ...
+
+def edge_state(
+    model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int = 60,
+    settings: Classification | None = None,
+) -> EdgeState:
+    """Find the saddle that divides the basins of two attractors, for any number of coordinates.
+
+    Its stable manifold is the boundary between them.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    first : mapping of str to float
+        Initial values that lead to one attractor.
+    second : mapping of str to float
+        Initial values that lead to another one.
+    period : int
+        Largest period of the saddle, in mesh periods.
+    rounds : int
+        Most times two neighbouring states are brought together again. They are on both sides of the boundary.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Returns
+    -------
+    EdgeState
+
+    Raises
+    ------
+    InputError
+        If both lead to the same attractor, or an argument is out of range.
+
+    Notes
+    -----
+    Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
+    period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
+    found, which depends on ``first`` and ``second``, and on their order.
+
+    `gearchaos.run` of the study gives a Dataset: ``section_<coordinate>`` over "round", the states on the boundary in
+    order of time, and the attribute ``orbit``, the saddle as JSON, null for none.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> found = gc.edge_state(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0})
+    >>> found.orbit.period, found.orbit.unstable
+    (1, 1)
+    """
+
+class EdgeTracking(_EdgeTracking):
+    """The study that `edge_state` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `edge_state` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        The operating point.
+    first : mapping of str to float
+        Initial values that lead to one attractor.
+    second : mapping of str to float
+        Initial values that lead to another one.
+    period : int
+        Largest period of the saddle, in mesh periods.
+    rounds : int
+        Most times two neighbouring states are brought together again. They are on both sides of the boundary.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> gc.EdgeTracking(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0}).rounds
+    60
+    """
+
+    def __init__(
+        self, model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int
+        = 60, settings: Classification | None = None,
+    ) -> None: ...

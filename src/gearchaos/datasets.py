@@ -135,6 +135,12 @@ def model_from_json(text: str) -> MeshModel:
                          f"Compute it again, or load the file that was saved. ({error})") from error
 
 
+def gridded_variable(dataset: xr.Dataset) -> str | None:
+    """The first variable that has a number for each value of one or two axes; None if there is none."""
+    return next((str(name) for name, v in dataset.data_vars.items()
+                 if v.dims and len(v.dims) <= 2 and all(dim in dataset.indexes for dim in v.dims)), None)
+
+
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
     """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 
@@ -225,6 +231,14 @@ def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     content = io.BytesIO()
     with_checksums(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]
     return content.getbuffer()
+
+
+def from_netcdf_bytes(content: bytes) -> xr.Dataset:
+    """The Dataset in the bytes of a NetCDF file; the inverse of `netcdf_bytes`."""
+    import xarray as xr
+
+    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
+        return dataset.load()
 
 
 def with_checksums(dataset: xr.Dataset) -> xr.Dataset:

@@ -74,8 +74,8 @@ def test_help_lists_the_commands_in_the_order_in_which_they_are_used():
     listed = re.findall(r"(?m)^│ ([a-z-]+) ", run("--help").stdout.partition("Commands")[2])
     assert listed == [
         "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "branch", "curve",
-        "skeleton", "prove-chaos", "verify", "gear", "map", "explore", "run", "finish", "info", "plot",
-        "export", "check", "script", "examples", "doctor",
+        "skeleton", "manifolds", "edge-state", "prove-chaos", "verify", "gear", "map", "explore", "run", "finish",
+        "info", "plot", "export", "check", "script", "examples", "doctor",
     ]
 
 

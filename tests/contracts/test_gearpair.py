@@ -152,7 +152,7 @@ def test_two_levels_have_the_mean_that_is_documented():
 
 
 def test_every_velocity_force_and_rate_of_a_result_is_scaled():
-    from gearchaos.studies import attractors, zones
+    from gearchaos import attractors, zones
 
     p = pair()
     ds = physical(zones(p.to_model(), "omega=0.9:1.1:2", "eps1=0:0.1:2", starts=2), p)
@@ -249,7 +249,7 @@ def test_model_kinds_that_do_not_fit_are_refused():
 
 @pytest.fixture(scope="module")
 def motion():
-    from gearchaos.studies import simulate
+    from gearchaos import simulate
 
     p = GearPair(**{**SI, **STRINGS, **SUPPORTS, "speed": "6000 rpm"})
     return p, simulate(p.to_model(), periods=50, transient=600, samples=400)
@@ -286,7 +286,7 @@ def test_mean_mesh_force_balances_the_torque(motion):
 
 
 def test_axes_in_hertz_and_newton_metres():
-    from gearchaos.studies import Axis, zones
+    from gearchaos import Axis, zones
 
     p = pair()
     ds = physical(zones(p.to_model(), Axis("omega", 0.9, 1.1, 2), Axis("q0", 0.1, 0.2, 2)), p)

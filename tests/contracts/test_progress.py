@@ -1,6 +1,5 @@
 """What a store says of its run, from journals made by hand; and how work is divided."""
 
-import inspect
 import shutil
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
@@ -25,7 +24,6 @@ from gearchaos.store.running import run as module
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide
 from gearchaos.store.writers.locks import Shard
-from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
@@ -197,14 +195,6 @@ def test_a_study_is_recorded_whole_and_read_back():
     assert attractors.settings == Classification() and record["budget"]["patience"] == 10_000
     with pytest.raises(InputError, match="axes must be 1 for kind 'bifurcation'"):
         from_record(to_record(MAP) | {"kind": "bifurcation"})
-
-
-@pytest.mark.parametrize("kind", STUDIES)
-def test_a_study_has_the_arguments_and_defaults_of_its_function(kind):
-    function = inspect.signature(getattr(gc, kind)).parameters
-    arguments = {n: p.default for n, p in function.items() if n not in ("settings", "progress", "threads")}
-    fields = inspect.signature(STUDIES[kind]).parameters
-    assert {n: p.default for n, p in fields.items() if n != "settings"} == arguments
 
 
 def test_few_pieces_are_divided_evenly_among_threads():

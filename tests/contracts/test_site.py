@@ -11,6 +11,7 @@ from gearchaos.cli import app
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import COORDINATES, GEARS, HARMONICS, OPERATION, PARAMETERS, RESPONSES, RESULTS, VERDICTS
+from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import STUDIES
 
 ROOT = Path(__file__).parents[2]
@@ -49,7 +50,7 @@ def test_the_page_of_study_files_has_every_key():
     page = file_pages.study_file_page()
     for kind, study in STUDIES.items():
         section = _section(page, f'`kind = "{kind}"`', "###")
-        for name in (*study.axis_fields, *(f.name for f in fields(study) if f.metadata)):
+        for name in file_options(study):
             assert f"| `{name}` |" in section, (kind, name)
     for title, value in (("`[gearpair]`", GearPair), ("`[design]`", GearDesign)):
         missing = [f.name for f in fields(value) if f"`{f.name}`" not in _section(page, title)]

@@ -15,7 +15,8 @@ import gearchaos as gc
 from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
 from gearchaos.execute import tiles
-from gearchaos.studies import boundary, motions
+from gearchaos.studies import basins as boundary
+from gearchaos.studies import motions
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from gearchaos.cards.card import Card
 from gearchaos.cards.drawing import EMPHASIS, MOST_POINTS, Drawing, around, colours
-from gearchaos.datasets import motions
+from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot._basins import UNDECIDED, attractor_colours
@@ -94,8 +94,13 @@ def _found(ds: xr.Dataset, kind: str) -> Iterator[tuple[str, str]]:
 
 def _picture(ds: xr.Dataset, kind: str) -> str:
     """The drawing of a result as SVG; empty for kinds without one, and for results without values."""
-    draw = _DRAWINGS.get(kind)
-    drawing = draw(ds) if draw else None
+    draw, shown = _DRAWINGS.get(kind), gridded_variable(ds)
+    if draw is not None:
+        drawing: Drawing | None = draw(ds)
+    elif shown is not None and ds[shown].ndim == 1:  # a study without a drawing of its own
+        drawing = _line(ds, str(ds[shown].dims[0]), shown)
+    else:
+        drawing = None
     return drawing.svg if drawing else ""
 
 

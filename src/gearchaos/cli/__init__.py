@@ -2,7 +2,7 @@
 
 # Importing a module adds its commands to the application; --help lists them in this order.
 from gearchaos.cli import (  # noqa: F401, I001
-    warmup, paper, point, maps, branches, curves, proofs, gears, explore, runs, check, interchange, examples, doctor,
+    paper, studies, proofs, gears, explore, runs, interchange, doctor,
 )
 from gearchaos.cli.options import app, main
 

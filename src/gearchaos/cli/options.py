@@ -6,12 +6,13 @@ This module imports only typer and rich; a command imports slow-loading modules 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos import catalogue
 from gearchaos.cli import completion, startup
 from gearchaos.cli.errors import Commands, announce_compilation, say
 from gearchaos.errors import InputError
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
     from gearchaos.studies.axis import Axis
     from gearchaos.studyfile import LoadedStudy
+
+RANGE = 2
+"""Number of values of an axis of which only the ends count, as `gearchaos.studies.options` says."""
 
 app = typer.Typer(
     cls=Commands,
@@ -41,18 +45,31 @@ AxisTexts = Annotated[
     typer.Option("--axis", metavar="NAME=START:STOP:COUNT", help="E.g. eps1=0:0.3:400; first x, then y.",
                  autocompletion=completion.axes),
 ]
-Starts = Annotated[
-    list[str] | None,
-    typer.Option("--start", metavar="NAME=VALUE", help="An initial value; may be repeated.",
-                 autocompletion=completion.starts),
-]
-StartsPerCell = Annotated[
-    int | None, typer.Option("--starts", help="Number of initial states in each cell, to find all its motions.")
-]
-Refine = Annotated[
-    int | None,
-    typer.Option("--refine", metavar="N", help="Every N-th row and column; more cells only where neighbours differ."),
-]
+
+
+def study_option(name: str, option: dict[str, Any]) -> Any:
+    """The type of an option of a study, from its entry in the catalogue.
+
+    It is None if it is left out: the study file or the study itself says its value then.
+    """
+    kind, choices = option["type"], option.get("choices")
+    completed = completion.choices(*choices) if choices else _COMPLETED.get(kind)
+    described = typer.Option(
+        f"--{name.replace('_', '-')}", help=option["help"], metavar=option.get("metavar") or _METAVARS.get(kind),
+        autocompletion=completed)
+    return Annotated[_TYPES[kind] | None, described]
+
+
+_TYPES: dict[str, Any] = {
+    "int": int, "float": float, "bool": bool, "str": str, "axis": str, "values": list[str],
+    "tuple[int, int]": tuple[int, int],
+}
+_METAVARS = {"axis": "NAME=START:STOP:COUNT", "values": "NAME=VALUE"}
+_COMPLETED = {"axis": completion.axes, "values": completion.starts}
+
+_OF_ZONES = catalogue.STUDIES["zones"]["options"]
+StartsPerCell = Annotated[int | None, typer.Option("--starts", help=_OF_ZONES["starts"]["help"])]
+Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZONES["refine"]["help"])]
 _OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
 Out = Annotated[Path, _OUT]
 OutIfWanted = Annotated[Path | None, _OUT]
@@ -61,6 +78,19 @@ Plot = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
 Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
+
+
+def axes_option(counts: Sequence[int | None]) -> Any:
+    """The type of ``--axis``; ``counts`` as in `parse_axes`."""
+    if None in counts:
+        return AxisTexts
+    metavar, words = "NAME=START:STOP", ("The parameter and its range." if len(counts) == 1 else
+                                         "A parameter and its range; first x, then y.")
+    if any(count > RANGE for count in counts if count):
+        metavar, left_out = f"{metavar}:COUNT", " and ".join(map(str, counts))
+        words = f"First x, then y; COUNT places, {left_out} if left out."
+    return Annotated[
+        list[str] | None, typer.Option("--axis", metavar=metavar, help=words, autocompletion=completion.ranges)]
 
 
 def main() -> None:
@@ -83,7 +113,7 @@ def _options(
 ) -> None:
     """Options before the command."""
     if version:
-        from gearchaos.cli.version import print_version
+        from gearchaos.cli.output import print_version
 
         print_version(verbose, json_out)
         raise typer.Exit()
@@ -121,11 +151,21 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
     return loaded
 
 
-def parse_axes(texts: list[str] | None) -> list[Axis]:
-    """The axes of ``--axis``."""
-    from gearchaos.studies.axis import parse_axis
+def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> list[Axis]:
+    """The axes of ``--axis``.
 
-    return [parse_axis(text, "--axis") for text in texts or []]
+    ``counts`` are the numbers of values of those of which the text has none; None where it must have one. Where only
+    the ends of an axis count, a number that is given is named as of no effect.
+    """
+    from gearchaos.studies.axis import as_range, parse_axis
+
+    found = []
+    for number, text in enumerate(texts or []):
+        count = counts[min(number, len(counts) - 1)] if counts else None
+        found.append(parse_axis(text, "--axis") if count is None else as_range(text, "--axis", count))
+        if count == RANGE and text.count(":") > 1:
+            say(f"warning: the number of values in {text} has no effect: points are as close as the curve needs them")
+    return found
 
 
 def study_axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[str, Axis]:
@@ -152,26 +192,6 @@ def study_axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[s
     return dict(zip(names, given_axes, strict=True))
 
 
-def load_over(
-    texts: list[str] | None, examples: Iterable[str], study: Path | None, sets: list[str] | None, physical: bool
-) -> tuple[list[Axis], LoadedStudy]:
-    """The ranges of ``--axis`` for a command that follows something along them, and the content of a study file.
-
-    Raises `InputError` unless there are as many axes as ``examples``, the texts of which are shown to the user.
-    """
-    from gearchaos.studies.axis import as_range
-
-    texts, examples = texts or [], list(examples)
-    if len(texts) != len(examples):
-        times = {1: "once", 2: "twice"}[len(examples)]
-        raise InputError("--axis", f"must be given {times}", texts, f"E.g. --axis {' --axis '.join(examples)}.")
-    axes = [as_range(text, "--axis") for text in texts]
-    for text, example in zip(texts, examples, strict=True):
-        if text.count(":") > example.count(":"):
-            say(f"warning: the number of values in {text} has no effect: points are as close as the curve needs them")
-    return axes, load(study, sets, physical, axes)
-
-
 def given(**options: Any) -> dict[str, Any]:
     """The options that are given on the command line, i.e. are not None."""
     return {name: value for name, value in options.items() if value is not None}
@@ -186,8 +206,8 @@ def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dat
     return scaled(dataset, loaded.gears)
 
 
-def initial_values(texts: list[str]) -> dict[str, float] | None:
-    """Initial values by name; None if there are none."""
+def initial_values(texts: list[str], option: str = "--start") -> dict[str, float]:
+    """Values by name from texts NAME=VALUE."""
     out = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -196,5 +216,6 @@ def initial_values(texts: list[str]) -> dict[str, float] | None:
         except ValueError:
             equals = ""
         if not equals:
-            raise InputError("--start", "must read NAME=VALUE", text, "E.g. --start z=1.2.")
-    return out or None
+            example = "z=1.2" if option == "--start" else "eps1=1e-6"
+            raise InputError(option, "must read NAME=VALUE", text, f"E.g. {option} {example}.")
+    return out

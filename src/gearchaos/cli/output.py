@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
 from gearchaos.files import check_target, write_bytes
-from gearchaos.quantities import parse, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,77 +140,40 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON document of the attractors of one operating point.
-
-    It has an entry for each attractor, the fraction of initial states that diverge or stay undecided, the number of
-    initial states, and the index of the attractor in which each sweep ends.
-    """
-    from gearchaos.dynamics.response import CONTACTS
-    from gearchaos.studies import motions
-
-    rows = []
-    for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
-        one = {n: dataset[f"attractor_{n}"].values[i].item() for n in _ATTRACTOR_FIELDS}
-        period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
-        rows.append({"label": label, "period": period or None, "contact": contact, **one, **_kick(dataset, i)})
-    undecided = float((dataset["attractor"] < 0).mean())
-    ends = {n: int(dataset[f"attractor_{n}"]) for n in ("up", "down") if f"attractor_{n}" in dataset}
-    swept = {f"swept_{n}": i if i >= 0 else None for n, i in ends.items()}
-    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"]), **swept}
-
-
-def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
-    """The smallest destabilising perturbation of one attractor; empty if it was not computed."""
-    if "attractor_kick" not in dataset:
-        return {}
-    parts = ("attractor_kick_change", "attractor_kick_point")
-    names = dataset["coordinate"].values.tolist()
-    change, point = (dict(zip(names, dataset[n].values[number].tolist(), strict=True)) for n in parts)
-    return {"kick": dataset["attractor_kick"].values[number].item(), "kick_change": change, "kick_point": point}
-
-
-_ATTRACTOR_FIELDS = (
-    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
-    "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
-)
-"""The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
-
-
-def attractor_units(dataset: xr.Dataset) -> dict[str, str]:
-    """The physical units in `attractor_list`, by key; empty for a dimensionless result."""
-    units = {name: dataset[f"attractor_{name}"].attrs["units"] for name in _ATTRACTOR_FIELDS}
-    return {name: unit for name, unit in units.items() if unit != quantity(name).unit}
-
-
-def section(dataset: xr.Dataset) -> dict[str, list[float]]:
-    """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
-    return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}
-
-
-def section_units(dataset: xr.Dataset) -> dict[str, str]:
-    """The units of `section`, by the same names."""
-    return {short: dataset[name].attrs["units"] for short, name in _section_names(dataset).items()}
-
-
-def _section_names(dataset: xr.Dataset) -> dict[str, str]:
-    """The names of the variables of a stroboscopic section, by the names of their coordinates."""
-    parts = map(parse, map(str, dataset.data_vars))
-    return {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
-
-
-def proof_summary(dataset: xr.Dataset) -> dict[str, Any]:
-    """How many cells of a map are proved, as the value of ``proofs``; empty if no proofs were asked for."""
-    if "proved" not in dataset:
-        return {}
-    from gearchaos.studies.proved_cells import proof_counts
-
-    return {"proofs": proof_counts([dataset])}
-
-
-def say_proofs(summary: dict[str, Any]) -> None:
-    """Print on stderr how many cells of a map are proved, from its `proof_summary`."""
+def say_proofs(document: dict[str, Any]) -> None:
+    """Print on stderr how many cells of a map are proved, if its document says so."""
     from gearchaos.studies.proved_cells import proof_counts_in_words
 
-    for counts in summary.values():
-        say(proof_counts_in_words(counts))
+    if "proofs" in document:
+        say(proof_counts_in_words(document["proofs"]))
+
+
+def print_version(verbose: bool, json_out: bool) -> None:
+    """Print the version on stdout; ``verbose`` adds what a report of an error should say of the installation."""
+    from importlib.metadata import version
+
+    from gearchaos.installation.report import report
+
+    found = report() if verbose else {"gearchaos": version("gearchaos")}
+    if json_out:
+        print(json.dumps(found))
+    elif verbose:
+        print("\n".join(_lines(found)))
+    else:
+        print(f"gearchaos {found['gearchaos']}")
+
+
+def _lines(found: dict[str, Any]) -> list[str]:
+    """A report of the installation as lines of text."""
+    cpu, cache = found["processor"], found["kernel_cache"]
+    fma = "with" if cpu["fma"] else "without"
+    rows = {
+        "gearchaos": found["gearchaos"], "Python": found["python"], "platform": found["platform"],
+        "processor": f"{cpu['name']}, {cpu['instruction_set']} ({cpu['vector_bits']} bits), {fma} fused multiply-add",
+        "cores": str(found["cores"]), "memory": f"{found['memory'] / 2**30:.1f} GiB",
+        "kernel cache": f"{cache['folder']} ({cache['kernels']} kernels, {cache['bytes'] / 2**20:.0f} MiB)",
+        **{f"${name}": value for name, value in found["environment"].items()},
+        **{name: value or "missing" for name, value in found["packages"].items()},
+    }
+    width = max(map(len, rows))
+    return [f"{name:{width}}  {value}" for name, value in rows.items()]

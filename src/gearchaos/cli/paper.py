@@ -1,4 +1,4 @@
-"""The command that reproduces the paper."""
+"""The commands that reproduce the paper, and compile all kernels."""
 
 from __future__ import annotations
 
@@ -14,6 +14,17 @@ from gearchaos.errors import InputError
 
 
 @app.command()
+def warmup() -> None:
+    """Compile all kernels now, so that no later command has to."""
+    from gearchaos.studies.warmup import MODELS
+    from gearchaos.studies.warmup import warmup as run
+
+    say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
+    for dimension, seconds in run():
+        say(f"{dimension} coordinates: ready after {seconds:.0f} s")
+
+
+@app.command()
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
     figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,
@@ -22,28 +33,18 @@ def paper(
     )] = "paper",
 ) -> None:
     """Reproduce the 2008 paper: a report with every figure, and every claim compared with computed values."""
-    numbers = None if figures is None else _figure_numbers(figures)
-    from gearchaos.paper.report import build
-    from gearchaos.paper.settings import chosen_figures
-
-    chosen_figures(numbers)  # checked before anything is compiled
-    _compile_for_paper()
-    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))
-
-
-def _compile_for_paper() -> None:
-    """If nothing is compiled yet, compile the kernels of both of the paper's models at the same time, one core each."""
-    from gearchaos.flow import cache_is_empty
-    from gearchaos.studies.warmup import warmup as run
-
-    if cache_is_empty():
-        say("compiling the kernels, once after an install or an update")
-        list(run((2, 4)))
-
-
-def _figure_numbers(text: str) -> list[int]:
     try:
-        return [int(part) for part in text.split(",")]
+        numbers = None if figures is None else [int(part) for part in figures.split(",")]
     except ValueError:
         rule = "must be numbers with commas between"
-        raise InputError("--figures", rule, text, "E.g. --figures 2,6,9.") from None
+        raise InputError("--figures", rule, figures, "E.g. --figures 2,6,9.") from None
+    from gearchaos.flow import cache_is_empty
+    from gearchaos.paper.report import build
+    from gearchaos.paper.settings import chosen_figures
+    from gearchaos.studies.warmup import warmup as compile_kernels
+
+    chosen_figures(numbers)  # checked before anything is compiled
+    if cache_is_empty():
+        say("compiling the kernels, once after an install or an update")
+        list(compile_kernels((2, 4)))  # those of both of the paper's models at the same time, one core each
+    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))

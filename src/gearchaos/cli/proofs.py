@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, Sets, StudyPath, app, load
+from gearchaos.cli.options import Json, Sets, StudyPath, app, initial_values, load
 from gearchaos.cli.output import check_output, print_json
 from gearchaos.cli.proof_options import write_certificate
 from gearchaos.errors import InputError
@@ -32,7 +32,7 @@ def prove_chaos(
 ) -> None:
     """Prove that there is a chaotic set at one operating point; it need not attract."""
     check_output("--certificate", certificate, (".json",))
-    tolerances = _tolerances(tolerance or [])
+    tolerances = initial_values(tolerance or [], "--tolerance")
     loaded = load(study, sets)
     from gearchaos.studies.chaos_proof import prove_chaos as proof
 
@@ -42,20 +42,6 @@ def prove_chaos(
         print_json(result.to_dict())
     else:
         print(result.in_words())
-
-
-def _tolerances(texts: list[str]) -> dict[str, float]:
-    """The values of ``--tolerance`` by name."""
-    out = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        try:
-            out[name.strip()] = float(value)
-        except ValueError:
-            equals = ""
-        if not equals:
-            raise InputError("--tolerance", "must read NAME=VALUE", text, "E.g. --tolerance eps1=1e-6.")
-    return out
 
 
 @app.command()

@@ -1,9 +1,10 @@
-"""The commands for long runs: compute a study into a store, show its progress, draw and export what is computed."""
+"""The commands for long runs: compute a study into a store, show its progress, draw, export and check it."""
 
 from __future__ import annotations
 
 import os
 import re
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from gearchaos.store.store import Store
     from gearchaos.studies.study import Study
 
+
 StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
 # paths of stores are text: Path would make s3:// into s3:/
 
@@ -32,6 +34,12 @@ FAILED, UNFINISHED = 1, 3
 
 _NAMED = 10
 """Largest number of shards that are named in a message."""
+
+DAMAGED = 1
+"""Exit code if anything is damaged."""
+
+_NAMED_RANGES = 20
+"""Largest number of ranges of tiles that are named."""
 
 COARSE = 8
 """Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
@@ -309,3 +317,34 @@ def export(
 
         export_dataset(dataset, found.arrays, found.block, out, in_units)
         say_written([out])
+
+
+@app.command()
+def check(store: StorePath, json_out: Json = False) -> None:
+    """Verify all checksums of a store; exit code 0 if it is undamaged, 1 if anything is damaged.
+
+    Damaged results are noted in the store, unless a run writes to it or it is read-only: the next run, or gearchaos
+    finish, computes them again.
+    """
+    from gearchaos.store.reading.check import check as verify
+    from gearchaos.store.reading.missing import consecutive
+    from gearchaos.store.store import open_store
+
+    opened = open_store(store)
+    found = verify(opened)
+    for file in found.files:
+        say(f"damaged: {file}")
+    if found.tiles:
+        ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(found.tiles)]
+        more = [f"and {len(ranges) - _NAMED_RANGES} more ranges"] if len(ranges) > _NAMED_RANGES else []
+        named = ", ".join([*ranges[:_NAMED_RANGES], *more])
+        say(f"tiles to be computed again, {len(found.tiles)} in all: {named}")
+    if found.tiles and not found.noted:
+        say("This is not noted in the store, since a run writes to it or it is read-only.")
+    elif found.files:
+        say(f"To repair it: {opened.repair_command(opened.progress())}")
+    if json_out:
+        print_json({"store": str(store), "damaged": bool(found.files), **asdict(found)})
+    elif not found.files:
+        print(f"{store}: all checksums are right")
+    raise typer.Exit(DAMAGED if found.files else 0)

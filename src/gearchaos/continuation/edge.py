@@ -7,21 +7,18 @@ together again. Between them lies a motion that stays on the basin boundary.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, minimal
+from gearchaos.continuation.orbit import Orbit, minimal
 from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
-from gearchaos.continuation.states import as_initial_values
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.settings import SINGLE_MOTION
-from gearchaos.errors import InputError, whole_number
+from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import AnyModel, as_model
 
 _CLOSE = 1e-8
 """Distance to which two states are brought together."""
@@ -38,7 +35,7 @@ _SAME_POINT = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class EdgeState(HasCard):
-    """What divides the basins of two attractors; `edge_state` returns it.
+    """What divides the basins of two attractors; `gearchaos.edge_state` returns it.
 
     Attributes
     ----------
@@ -50,61 +47,6 @@ class EdgeState(HasCard):
 
     orbit: Orbit | None
     states: dict[str, np.ndarray]
-
-
-def edge_state(
-    model: AnyModel, first: Mapping[str, float], second: Mapping[str, float], *, period: int = 4, rounds: int = 60,
-    settings: Classification | None = None,
-) -> EdgeState:
-    """The saddle whose stable manifold divides the basins of two attractors, for any number of coordinates.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point.
-    first, second : mapping of str to float
-        Initial values by name that lead to different attractors.
-    period : int
-        Largest period of the saddle, in mesh periods.
-    rounds : int
-        Most times two neighbouring states on both sides of the boundary are brought together again.
-    settings : Classification, optional
-        How motions are classified; by default as in `regime`.
-
-    Returns
-    -------
-    EdgeState
-
-    Raises
-    ------
-    InputError
-        If both lead to the same attractor, or an argument is out of range.
-
-    Notes
-    -----
-    Edge tracking: J. D. Skufca, J. A. Yorke, B. Eckhardt, Phys. Rev. Lett. 96, 174101, 2006. Attractors without a
-    period are told apart by their kind of motion alone. A fractal boundary may contain several saddles: one of them is
-    found, which depends on ``first`` and ``second``, and on their order.
-
-    Examples
-    --------
-    >>> import gearchaos as gc
-    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
-    >>> found = gc.edge_state(model, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0})
-    >>> found.orbit.period, found.orbit.unstable
-    (1, 1)
-    """
-    check_period(period)
-    whole_number("rounds", rounds, 1, 10_000)
-    own = as_model(model)
-    family = ParameterFamily(own, ())
-    states = (checked_state(own, first, "first"), checked_state(own, second, "second"))
-    starts = [ParameterFamily(own.with_values(state), ()) for state in states]
-    w = [start.initial_states(start.start[None])[0] for start in starts]
-    edge = track_edge(family, family.start, w[0], w[1], period=period, rounds=rounds, settings=settings)
-    found = as_initial_values(family, family.start[None], edge.states[None])
-    return EdgeState(
-        None if edge.cycle is None else as_orbit(family, edge.cycle), {name: x[0] for name, x in found.items()})
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,12 @@ from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, all_figures
-from gearchaos.studies import Axis, Verdict, basins, bifurcation, regime, simulate, zones
+from gearchaos.studies import Axis, Verdict
+from gearchaos.studies.basins import basins
+from gearchaos.studies.bifurcation import bifurcation
+from gearchaos.studies.regime import regime
+from gearchaos.studies.simulate import simulate
+from gearchaos.studies.zones import zones
 
 TRANSIENT = 3000
 """Mesh periods before a portrait or trajectory is recorded."""

@@ -13,8 +13,8 @@ from gearchaos.errors import InputError
 from gearchaos.paper.claims import CONTRADICTED, MISPRINT, Claim, PeriodicMotion
 from gearchaos.paper.text import symbol
 from gearchaos.proof.certificate import Unproved
-from gearchaos.studies import regime
 from gearchaos.studies.proofs import check_installed, prove, write_verifier
+from gearchaos.studies.regime import regime
 
 FOLDER = "certificates"
 """Folder of the certificates, beside the page."""

@@ -10,9 +10,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gearchaos.catalogue import STUDIES
+from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._agreement import agreement
 from gearchaos.plot._attractors import attractors
+from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._backbone import backbone
 from gearchaos.plot._basins import basins
 from gearchaos.plot._bifurcation import bifurcation
@@ -26,7 +29,7 @@ from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._portrait import portrait
 from gearchaos.plot._response import response
 from gearchaos.plot._skeleton import skeleton
-from gearchaos.plot._theme import STROBE, adapt
+from gearchaos.plot._theme import INK, STROBE, adapt
 from gearchaos.plot._zones import zones
 
 MOTION = "motion"
@@ -84,7 +87,8 @@ def result(
     """
     check_dataset(ds)
     kind = str(ds.attrs.get("study", ""))
-    if kind not in _PICTURES:
+    draw = _PICTURES.get(kind) or (_by_shape if kind in STUDIES and gridded_variable(ds) else None)
+    if draw is None:
         raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
                          f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
     check_colour(ds, colour)
@@ -94,10 +98,26 @@ def result(
         return _figure_of(_two_diagrams(ds, over, colour))
     options = {"hatch": True} if hatch else {}
     colour = default_colour(ds) if colour is None else colour
-    artist = _PICTURES[kind](ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
+    artist = draw(ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
     if over is not None:
         _draw_curves(ds, over, artist)
     return _figure_of(artist)
+
+
+def _by_shape(ds: xr.Dataset) -> Axes:
+    """Draw the first variable over the axes of a study that has no picture of its own, as a line or a map."""
+    name = gridded_variable(ds)
+    assert name is not None
+    shown, ax = ds[name], new_axes(None)
+    *vertical, horizontal = map(str, shown.dims)
+    if vertical:
+        image = ax.pcolormesh(ds[horizontal].values, ds[vertical[0]].values, shown.values)
+        ax.figure.colorbar(image, ax=ax, label=axis_label(shown, name))
+    else:
+        ax.plot(ds[horizontal].values, shown.values, color=adapt(INK), linewidth=0.8)
+    ax.set(xlabel=axis_label(ds[horizontal], horizontal),
+           ylabel=axis_label(ds[vertical[0]], vertical[0]) if vertical else axis_label(shown, name))
+    return ax
 
 
 def _figure_of(artist: Axes | Figure) -> Figure:

@@ -37,7 +37,15 @@ def to_record(study: Study) -> dict[str, Any]:
     if isinstance(study.model, OperatingModel):
         key = CARRIED if study.gears is None else "gears"
         record[key] = _gears_record(study.model.gears)
-    return json.loads(json.dumps(record, default=lambda value: value.item()))
+    return json.loads(json.dumps(record, default=_plain))
+
+
+def _plain(value: Any) -> Any:
+    """A number of NumPy as one of Python; raises `InputError` for what is no number, as a function."""
+    if not hasattr(value, "item"):
+        raise InputError("study", "must have no functions among its options to be kept in a store", value,
+                         "Compute it in memory.")
+    return value.item()
 
 
 def from_record(record: Mapping[str, Any]) -> Study:

@@ -75,7 +75,11 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     _check("skeleton", skeleton, "skeleton")
     _check("zones", zones, "zones")
     y_name, x_name = map(str, zones["label"].dims)
-    _check_same(skeleton, zones, (x_name, y_name))
+    if {x_name, y_name} != {str(name) for name in skeleton.coords}:
+        raise InputError("zones", "must be over the parameters of the skeleton", f"{x_name}, {y_name}",
+                         f"Those are {', '.join(map(str, skeleton.coords))}.")
+    if not _same_model(skeleton, zones, (x_name, y_name)):
+        raise InputError("zones", "must be of the model of the skeleton", "another one")
     whole, zones = zones, _common(skeleton, zones, (x_name, y_name))
     settings = json.loads(zones.attrs["settings"])
     longest = json.loads(skeleton.attrs["settings"])["period"]
@@ -97,15 +101,6 @@ def _check(field: str, dataset: Any, study: str) -> None:
         raise InputError(field, f"must be a result of gearchaos.{study}", found)
     if "pair" in dataset.attrs:
         raise InputError(field, "must be dimensionless", "physical units", "Use the result before gearchaos.physical.")
-
-
-def _check_same(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> None:
-    """Raise `InputError` unless skeleton and map have the same parameters as axes, and all others in common."""
-    if set(names) != {str(name) for name in skeleton.coords}:
-        raise InputError("zones", "must be over the parameters of the skeleton", ", ".join(names),
-                         f"Those are {', '.join(map(str, skeleton.coords))}.")
-    if not _same_model(skeleton, zones, names):
-        raise InputError("zones", "must be of the model of the skeleton", "another one")
 
 
 def _common(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> xr.Dataset:

@@ -159,7 +159,8 @@ class AttractorSet:
                 index[(index < 0) & attractor.contains(w, sections)] = number
         while np.any(index < 0):
             first = int(np.flatnonzero(index < 0)[0])
-            section = self._orbit_points(w[:, first], period) if period else sections[:, :, first]
+            start, at = w[:, first : first + 1], np.array([self.point])
+            section = orbits.sections(self.flow, start, at, np.array([period]))[0] if period else sections[:, :, first]
             values = {n: float(final[n][first]) for n in _VERDICT_VARIABLES}
             self.members.append(Attractor(label, period, neutral, section, values))
             same = (index < 0) & self.members[-1].contains(w, sections)
@@ -179,10 +180,6 @@ class AttractorSet:
             return np.empty((0, *w.shape))
         points = np.full(w.shape[1], self.point)
         return self.flow.advance(w, _SECTIONS, points=points, sections=_SECTIONS).sections
-
-    def _orbit_points(self, w: np.ndarray, period: int) -> np.ndarray:
-        """The stroboscopic points (n, d) of the periodic orbit through w (d,)."""
-        return orbits.sections(self.flow, w[:, None], np.array([self.point]), np.array([period]))[0]
 
     def order(self) -> list[int]:
         """Numbers of the members sorted by label, period and decreasing count, as Datasets list them."""

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
-from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import checked_box, default_box, spread
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import AnyModel
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
-from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.options import option
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
-from gearchaos.studies.study import ClassifyingStudy, option
+from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 if TYPE_CHECKING:
@@ -34,32 +34,11 @@ _CONFIDENCE = 0.95
 """Confidence level of the intervals of the shares."""
 
 
-def attractors(
-    model: AnyModel, starts: int = 256, *, box: Mapping[str, tuple[float, float]] | None = None,
-    seed: int = 0, sweep: Axis | str | None = None, kicks: int = 0, settings: Classification | None = None,
-    progress: bool = False, threads: int | None = None,
-) -> xr.Dataset:
-    """The attractors that many initial states ("starts") lead to at one operating point.
+@dataclass(frozen=True)
+class Attractors(ClassifyingStudy):
+    """Find all attractors of one operating point, with the share of the initial states that lead to each.
 
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point. Initial values without a range in ``box`` are those of the model.
-    starts : int
-        Number of initial states, points of a scrambled Sobol sequence in the box.
-    box : mapping of str to (low, high), optional
-        Ranges of initial values; by default ±3 half backlashes, and ±2 for velocities, in every coordinate on which the
-        relative motion depends.
-    seed : int
-        Seed of the Sobol sequence.
-    sweep : Axis or str, optional
-        A parameter that is also swept slowly to its value in the model, upwards from the first value of the axis and
-        downwards from the last, with ``count`` values in each sweep.
-    kicks : int
-        Number of random directions in which the smallest destabilising perturbation of each attractor (here called
-        kick) is searched; by default it is not searched.
-    settings, progress, threads
-        As in `zones`.
+    Its work items are the initial states, here called starts; sweeps and perturbations are computed by `finish`.
 
     Returns
     -------
@@ -85,42 +64,9 @@ def attractors(
     >>> found = gc.attractors(model, starts=16)
     >>> gc.studies.motions(found.attractor_label, found.attractor_period)
     ['1T', '1T']
-    """
-    study = Attractors(
-        model, starts, box=box, seed=seed, sweep=sweep, kicks=kicks, settings=settings,
-    )
-    return study.run(progress=progress, threads=threads)
 
-
-@dataclass(frozen=True)
-class Attractors(ClassifyingStudy):
-    """The study that `attractors` runs. Its work items are the initial states; sweeps and perturbations are computed by
-    `finish`.
-
-    Parameters
+    As a value
     ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point.
-    starts : int
-        Number of initial states.
-    settings : Classification, optional
-        Lengths of the runs by which motions are classified.
-    box : mapping of str to (low, high), optional
-        Ranges of initial values.
-    seed : int
-        Seed of the Sobol sequence of initial states.
-    sweep : Axis or str, optional
-        A parameter that is also swept slowly to its value in the model.
-    kicks : int
-        Number of directions in which the smallest destabilising perturbation is searched.
-
-    Raises
-    ------
-    InputError
-        If a field breaks a rule; before any work.
-
-    Examples
-    --------
     >>> import gearchaos as gc
     >>> study = gc.Attractors(gc.MeshModel.of(q0=0.1, eps1=0.1), starts=16)
     >>> study.kind, study.count
@@ -128,25 +74,26 @@ class Attractors(ClassifyingStudy):
     """
 
     kind: ClassVar[str] = "attractors"
+    rank: ClassVar[int] = 3
+    summary: ClassVar[str] = "attractors"
+    model_words: ClassVar[str] = (
+        "The operating point. Initial values without a range in ``box`` are those of the model.")
 
-    starts: int = option(256, least=1, keyword=False)
-    box: Mapping[str, tuple[float, float]] | None = field(default=None, kw_only=True)
-    seed: int = option(0, least=0)
-    sweep: Axis | None = option(None)
-    kicks: int = option(0, least=0)
-
-    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
-
-        def __init__(
-            self, model: AnyModel, starts: int = 256, *,
-            box: Mapping[str, tuple[float, float]] | None = None, seed: int = 0, sweep: Axis | str | None = None,
-            kicks: int = 0, settings: Classification | None = None,
-        ) -> None: ...
+    starts: int = option(
+        256, "Number of initial states, points of a scrambled Sobol sequence in the box.", least=1, keyword=False)
+    box: Mapping[str, tuple[float, float]] | None = option(
+        None, "Ranges of initial values; by default ±3 half backlashes, and ±2 for velocities, in every coordinate on "
+        "which the relative motion depends.", in_files=False)
+    seed: int = option(0, "Seed of the Sobol sequence of initial states.", least=0)
+    sweep: Axis | None = option(
+        None, "A parameter that is also swept slowly to its value in the model, from both ends. It is swept upwards "
+        "from the first value of the axis and downwards from the last, with ``count`` values in each sweep.")
+    kicks: int = option(
+        0, "Directions in which to search the smallest perturbation that leaves a basin. They are random; the "
+        "perturbation, here called kick, is searched for each attractor; by default it is not searched.", least=0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(sweep=None if self.sweep is None else as_axis(self.sweep, "sweep"),
-                  **self._whole_numbers("starts", "seed", "kicks"))
         if self.box:
             self._set(box=checked_box(self.box))
         vary(self.model, {n: [low, high] for n, (low, high) in self._box.items()})  # raises for an unknown name
@@ -186,15 +133,11 @@ class Attractors(ClassifyingStudy):
     def _flow(self) -> ExactFlow:
         return initial_value_problems(self.model).flow
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         name, w = "attractors" if progress else None, self._initial_states[:, items]
         return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors, settings = AttractorSet(self._flow), self.classification
         index = attractors.match(found)
         attractors.count_starts(index)
@@ -215,6 +158,9 @@ class Attractors(ClassifyingStudy):
             "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
         }
         return new_dataset(data, attrs=self.provenance(**options))
+
+
+attractors = function_of(Attractors)
 
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:

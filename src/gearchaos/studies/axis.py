@@ -1,16 +1,17 @@
-"""The axis of a study: equally spaced values of one parameter or initial value."""
+"""Axes: one parameter with equally spaced values, and the operating point of a design at their beginning."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import operating_value
+from gearchaos.gears.operating import OperatingModel, is_design, operating_value
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, check, known_names
 from gearchaos.quantities import OPERATION, find, quantity
 
@@ -85,12 +86,12 @@ def as_axis(axis: Any, field: str = "axis") -> Axis:
     return axis
 
 
-def as_range(axis: Any, field: str = "axis") -> Axis:
-    """The axis itself, or that of a text, of which only the name and the ends count: "eps1=0:0.3" has no number."""
+def as_range(axis: Any, field: str = "axis", count: int = 2) -> Axis:
+    """The axis itself, or that of a text; one without a number of values, "eps1=0:0.3", has ``count`` of them."""
     if not isinstance(axis, str):
         return as_axis(axis, field)
     if re.fullmatch(r"[^=:]*=[^:]*:[^:]*", axis):
-        return parse_axis(f"{axis}:2", field)
+        return parse_axis(f"{axis}:{count}", field)
     if axis.count(":") != 2:
         raise InputError(field, "must read name=start:stop", axis, "E.g. eps1=0:0.3.")
     return parse_axis(axis, field)
@@ -175,3 +176,37 @@ def _count(name: str, value: object) -> int:
         rule = f"must be a whole number from 1 to {MAX_COUNT}"
         raise InputError(f"axis {name} count", rule, value, f"E.g. {axis_example(name)}.")
     return value.__index__()
+
+
+def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:
+    """A design without speed or torque at the first values of the axes ``speed`` and ``torque``.
+
+    Parameters
+    ----------
+    model : GearDesign or other
+        Anything but a design is returned as it is, and so is a design that has both values.
+    axes : iterable of Axis
+        The axes of the study. Of several with one name the first counts.
+
+    Returns
+    -------
+    GearDesign or other
+        Values of the design itself are kept. Without an axis for a missing value it stays missing.
+    """
+    if not is_design(model):
+        return model
+    starts: dict[str, float] = {}
+    for axis in axes:
+        starts.setdefault(axis.name, axis.start)
+    return model.at(**{n: starts[n] for n in ("speed", "torque") if n in starts and getattr(model, n) is None})
+
+
+def check_speed_axes(model: Any, axes: Iterable[Axis]) -> None:
+    """Raise `InputError` if an end of an axis ``speed`` is above the limit of the pitch line velocity of a design."""
+    if not (isinstance(model, OperatingModel) and is_design(model.gears)):
+        return
+    from gearchaos.gears.design.checks import check_speed_range
+
+    for axis in axes:
+        if axis.name == "speed":
+            check_speed_range(model.gears, axis.start, axis.stop)

@@ -130,13 +130,11 @@ class BatchClassifier:
         resolved, rest = np.flatnonzero(state.resolved), state.unresolved
         number = chosen.number[resolved]
         remaining = Unresolved(chosen.number[rest], state.checkpoint(rest))
-        return number, self._results(number, state.take(resolved)), remaining
-
-    def _results(self, number: np.ndarray, state: ClassificationState) -> dict[str, np.ndarray]:
-        """What ``collect`` returns for the motions with these numbers, which are all resolved."""
         if len(number) == 0:
-            return {}
-        return self.collect(number, state.flow, state.points, conclude(state, response=self.response))
+            return number, {}, remaining
+        state = state.take(resolved)
+        verdicts = conclude(state, response=self.response)
+        return number, self.collect(number, state.flow, state.points, verdicts), remaining
 
 
 class _Results:

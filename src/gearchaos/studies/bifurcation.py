@@ -4,33 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory, max_items
 from gearchaos.execute.tiles import interleaved
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import AnyModel
 from gearchaos.model import COORDINATES, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.axis import Axis, as_axis
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
+from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
-from gearchaos.studies.study import ClassifyingStudy, option
+from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-MODES = ("fixed", "up", "down")
 _MAX_TILE_VALUES = 4_000_000
 """Largest number of values that the sections of a tile may have, unless the tile has only `_MIN_TILE` columns."""
 
@@ -42,25 +38,9 @@ BIFURCATION_SETTINGS = Classification(exponent_run=1000, doublings=2)
 """A diagram has few columns, so each is given longer exponent runs than a cell of a map, for smooth exponent curves."""
 
 
-def bifurcation(
-    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = "fixed",
-    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
-) -> xr.Dataset:
-    """A bifurcation diagram.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        All parameters but the one that varies.
-    axis : Axis or str
-        The parameter and its range, as a text "eps1=0:0.3:400".
-    points : int
-        Stroboscopic points per column; 0 for the verdicts alone.
-    mode : {"fixed", "up", "down"}
-        Start every column from the model's initial values, or from the state that the previous column ended in, upwards
-        or downwards, as in a slow sweep of the parameter; both directions together show hysteresis.
-    settings, progress, threads
-        As in `zones`.
+@dataclass(frozen=True)
+class Bifurcation(ClassifyingStudy):
+    """Scan one parameter: stroboscopic points, verdicts and exponents.
 
     Returns
     -------
@@ -80,37 +60,9 @@ def bifurcation(
     (3, 8)
     >>> gc.studies.motions(diagram.label, diagram.period)
     ['2T', 'chaotic', 'chaotic']
-    """
-    study = Bifurcation(model, axis, points=points, mode=mode, settings=settings)
-    return study.run(progress=progress, threads=threads)
 
-
-@dataclass(frozen=True)
-class Bifurcation(ClassifyingStudy):
-    """The study that `bifurcation` runs; its work items are the columns, its fields the arguments of `bifurcation`.
-
-    The field ``points`` is the number of stroboscopic points in a column.
-
-    Parameters
+    As a value
     ----------
-    model : MeshModel, GearPair or GearDesign
-        All parameters but the one that varies.
-    axis : Axis or str
-        The parameter and its range.
-    points : int
-        Stroboscopic points per column; 0 for the verdicts alone.
-    mode : {"fixed", "up", "down"}
-        Where every column starts; see `bifurcation`.
-    settings : Classification, optional
-        Lengths of the runs by which motions are classified.
-
-    Raises
-    ------
-    InputError
-        If a field breaks a rule; before any work.
-
-    Examples
-    --------
     >>> import gearchaos as gc
     >>> study = gc.Bifurcation(gc.MeshModel.of(q0=0.1, eps1=0.1), "eps1=0.1:0.2:5")
     >>> study.kind, study.count
@@ -118,26 +70,22 @@ class Bifurcation(ClassifyingStudy):
     """
 
     kind: ClassVar[str] = "bifurcation"
-    axis_fields: ClassVar[tuple[str, ...]] = ("axis",)
+    rank: ClassVar[int] = 4
     gridded: ClassVar[bool] = True
+    item_dims: ClassVar[tuple[str, ...]] = ("point",)
+    needs_out: ClassVar[bool] = True
+    summary: ClassVar[str] = "map"
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
 
-    axis: Axis
-    points: int = option(128, least=0)
-    mode: Literal["fixed", "up", "down"] = option("fixed")
-
-    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
-
-        def __init__(
-            self, model: AnyModel, axis: Axis | str, *, points: int = 128,
-            mode: Literal["fixed", "up", "down"] = "fixed", settings: Classification | None = None,
-        ) -> None: ...
+    axis: Axis = axis_option('The parameter and its range, as a text "eps1=0:0.3:400".')
+    points: int = option(128, "Stroboscopic points per column, 0 for the verdicts alone.", least=0)
+    mode: Literal["fixed", "up", "down"] = option(
+        "fixed", "Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from "
+        "the state that the previous one ended in, as in a slow sweep of the parameter; both directions together show "
+        "hysteresis.")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(axis=as_axis(self.axis), **self._whole_numbers("points"))
-        if self.mode not in MODES:
-            raise unknown_name("mode", self.mode, MODES)
         if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):
             raise InputError("mode", "must be fixed where the axis is an initial value", self.mode)
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the model refuses
@@ -156,10 +104,6 @@ class Bifurcation(ClassifyingStudy):
         return _BYTES_PER_COORDINATE * (2 + len(COORDINATES[self.model.kind]))
 
     @property
-    def grid(self) -> dict[str, int]:
-        return {self.axis.name: self.axis.count}
-
-    @property
     def block(self) -> dict[str, int]:
         return {self.axis.name: 1 if self.mode == "fixed" else self.axis.count}
 
@@ -174,21 +118,15 @@ class Bifurcation(ClassifyingStudy):
         system = switched_system(corners(self.model, self.axis), self.names)
         return estimate(system, self.axis.count, self.classification.max_periods, sequential)
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         values = {self.axis.name: self.axis.values}
         if self.mode != "fixed":
             values.update({n: v[0] for n, v in swept_initial_values(self.model, self.axis, self.mode == "up").items()})
         return self._columns({n: v[items] for n, v in values.items()}, progress, threads)
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
-        axis = self.axis
-        data = {n: variable(n, (axis.name, "point")[: v.ndim], v) for n, v in found.items()}
-        coords = {axis.name: variable(axis.name, (axis.name,), axis.values)}
-        return new_dataset(data, coords, self.provenance(points=self.points, mode=self.mode))
+    @property
+    def recorded(self) -> dict[str, Any]:
+        return {"points": self.points, "mode": self.mode}
 
     def _columns(
         self, values: dict[str, np.ndarray], progress: bool, threads: int | None
@@ -197,17 +135,14 @@ class Bifurcation(ClassifyingStudy):
         model = self.model if self.mode == "fixed" else replace(self.model, initial={})
 
         def initial_states(columns: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            chosen = initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
-            return chosen.flow, chosen.w, chosen.points
+            return initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names).motions
 
-        def collect(
-            columns: np.ndarray, flow: ExactFlow, parameter_points: np.ndarray, found: Verdicts
-        ) -> dict[str, np.ndarray]:
+        def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+            if not self.points:
+                return found.variables()
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            initial = initial_state(batch, flow.system).T.copy()
-            sections: dict[str, np.ndarray] = {}
-            if self.points:
-                sections = steady_sections(batch, flow, parameter_points, initial, found, self.points)
+            problems = InitialValueProblems(batch, flow, initial_state(batch, flow.system).T.copy(), at)
+            sections = steady_sections(problems, found, self.points)
             return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 
         (count,) = {len(v) for v in values.values()}
@@ -217,3 +152,6 @@ class Bifurcation(ClassifyingStudy):
             largest=min(self.cost.max_parameter_points(threads), max(_MIN_TILE, most)),
             progress="bifurcation" if progress else None, threads=threads,
         )
+
+
+bifurcation = function_of(Bifurcation)

@@ -2,66 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import Branch, follow_branch, outside
-from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK, Event
+from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, find_cycle
+from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, find_cycle
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.continuation.switching import cascade as follow_cascade
 from gearchaos.continuation.switching import follow_asymmetric
 from gearchaos.datasets import provenance
-from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import MeshModel, state_names
+from gearchaos.errors import InputError
 from gearchaos.quantities import Rule
-from gearchaos.studies.axis import Axis, as_range
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.branch_dataset import branch_dataset
-from gearchaos.studies.operating_point import at_axis_starts
-from gearchaos.validation import check_rule, to_float
+from gearchaos.studies.curve_dataset import check_inside, check_is_parameter
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.options import RANGE, axis_option, option
+from gearchaos.studies.study import WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_DOUBLINGS = 10
-_MOST_POINTS = 1_000_000
 _LONGEST_STEP = Rule(lambda v: (v >= 1e-5) & (v <= 1), "must lie in [1e-5, 1]")
 
 
-def branch(
-    model: AnyModel, axis: Axis | str, *, start: Mapping[str, float] | None = None, period: int | None = None,
-    cascade: int = 0, pitchforks: bool = False, events: Mapping[str, Callable[[Orbit], float]] | None = None,
-    longest_step: float = 0.03, max_points: int = 10_000,
-) -> xr.Dataset:
-    """Follow a branch of periodic orbits along one parameter, in both directions, with all its events.
+def step_option(default: float) -> Any:
+    """The option of the longest step, with its default."""
+    return option(
+        default, "Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean "
+        "square distance of all stroboscopic points is half a backlash.", rule=_LONGEST_STEP)
 
-    Parameters
+
+@dataclass(frozen=True)
+class FollowingStudy(WholeStudy):
+    """A study that follows orbits along a curve in parameters, from an orbit near initial values.
+
+    Attributes
     ----------
-    model : MeshModel, GearPair or GearDesign
-        The branch begins at its own value of the parameter.
-    axis : Axis or str
-        The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
-    start : mapping of str to float, optional
-        Initial values near an orbit of the branch; by default the branch begins with the motion that the model's own
-        lead to, or with another period than that of this motion as `orbit` does.
-    period : int, optional
-        Minimal period in mesh periods, at most 1024; by default that of the motion that the start leads to.
-    cascade : int
-        Number of period doublings to follow, from the flip at which stability first changes on leaving the start; of
-        two such flips, one in each direction, that with the nearer parameter. There are none if stability first changes
-        at other events.
-    pitchforks : bool
-        Whether to follow the two branches of asymmetric orbits at each pitchfork too.
-    events : mapping of str to callable, optional
-        Further kinds of events: each root, along the branch, of a function of the `Orbit` is an event of that name.
-    longest_step : float
-        Longest step along the branch. A step has length 1 if the parameter changes by the whole range, or if the root
-        mean square distance of all stroboscopic points is half a backlash.
-    max_points : int
-        Largest number of points in each direction.
+    steps : Settings
+        Lengths of steps where nothing is said of them.
+    """
+
+    steps: ClassVar[Settings] = Settings()
+
+    start: Mapping[str, float] | None = option(
+        None, "Initial values near the first orbit; by default those of the model. If its own lead to a motion of "
+        "another period, the orbit is found as by `orbit`.")
+    period: int | None = option(
+        None, "Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most "
+        "1024.")
+    longest_step: float = step_option(Settings.longest)
+    max_points: int = option(10_000, "Largest number of points in each direction.", least=2, most=1_000_000)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.period is not None:
+            check_period(self.period)
+        if self.start:
+            self._set(start=checked_state(self.model, self.start))
+
+    @property
+    def step_lengths(self) -> Settings:
+        """The lengths of steps along the curve."""
+        steps = self.steps
+        return replace(steps, first=min(steps.first, self.longest_step), longest=self.longest_step,
+                       shortest=min(steps.shortest, self.longest_step), points=self.max_points)
+
+
+@dataclass(frozen=True)
+class Branch(FollowingStudy):
+    """Follow a branch of periodic orbits along one parameter, stable or not, with all its events.
+
+    It is followed in both directions.
 
     Returns
     -------
@@ -96,47 +112,54 @@ def branch(
     >>> found = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3")
     >>> found.event_kind.values.tolist()
     ['fold', 'flip']
+
+    As a value
+    ----------
+    >>> import gearchaos as gc
+    >>> study = gc.Branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3")
+    >>> study.kind, study.period
+    ('branch', None)
     """
-    axis = as_range(axis)
-    model = as_model(at_axis_starts(model, [axis]))
-    settings = _settings(longest_step, max_points)
-    doublings = whole_number("cascade", cascade, 0, _MOST_DOUBLINGS)
-    if not isinstance(pitchforks, bool):
-        raise InputError("pitchforks", "must be True or False", pitchforks)
-    family, cycle = _start(model, axis, start, period)
-    bounds = axis.start, axis.stop
-    main = follow_branch(family, cycle, bounds, settings, _tests(events, family))
-    doubled = list(_doubled(main, bounds, settings, doublings))
-    flips = [flip for _, flip in doubled if flip is not None]
-    asymmetric = _asymmetric(main, bounds, settings) if pitchforks else []
-    attributes = provenance(
-        "branch", family.model, axis=[axis.name, axis.start, axis.stop], period=main.period, cascade=doublings,
-        pitchforks=pitchforks, events=sorted(events or {}), longest_step=settings.longest, max_points=settings.points)
-    return branch_dataset(main, [b for b, _ in doubled if b is not None], asymmetric, flips, axis, attributes)
+
+    kind: ClassVar[str] = "branch"
+    rank: ClassVar[int] = 7
+    summary: ClassVar[str] = "branch"
+    model_words: ClassVar[str] = "The branch begins at its own value of the parameter."
+
+    axis: Axis = axis_option(
+        'The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.', RANGE)
+    cascade: int = option(
+        0, "Period doublings to follow from the first flip. It is the flip at which stability first changes on leaving "
+        "the start; of two such flips, one in each direction, that with the nearer parameter. There are none if "
+        "stability first changes at other events.", least=0, most=10)
+    pitchforks: bool = option(
+        False, "Follow both branches at each pitchfork. They are branches of asymmetric orbits.")
+    events: Mapping[str, Callable[[Orbit], float]] | None = option(
+        None, "Further kinds of events: each root, along the branch, of a function of the `Orbit` is an event of that "
+        "name.", in_files=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_is_parameter(self.model, self.axis)
+        check_inside(ParameterFamily(self.model, (self.axis.name,)), self.axis)
+
+    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        axis, bounds, settings = self.axis, (self.axis.start, self.axis.stop), self.step_lengths
+        family, cycle = find_cycle(self.model, (axis.name,), self.period, self.start)
+        main = follow_branch(family, cycle, bounds, settings, _tests(self.events, family))
+        flip = main.first_change_of_stability(FLIP) if self.cascade else None
+        doubled = [] if flip is None else list(follow_cascade(family, flip, bounds, settings, self.cascade))
+        flips = [each for each in (flip, *(end for _, end in doubled)) if each is not None]
+        pitchforks = [event for event in main.events if event.kind == PITCHFORK and self.pitchforks]
+        asymmetric = [b for event in pitchforks for b in follow_asymmetric(family, event, bounds, settings)]
+        attributes = provenance(
+            self.kind, family.model, axis=[axis.name, axis.start, axis.stop], period=main.period,
+            cascade=self.cascade, pitchforks=self.pitchforks, events=sorted(self.events or {}),
+            longest_step=settings.longest, max_points=settings.points)
+        return branch_dataset(main, [b for b, _ in doubled if b is not None], asymmetric, flips, axis, attributes)
 
 
-def _settings(longest_step: Any, max_points: Any) -> Settings:
-    """The lengths of steps along the branch; raises `InputError` if an argument is out of range."""
-    longest = to_float("longest_step", longest_step)
-    check_rule("longest_step", longest, _LONGEST_STEP)
-    first = min(Settings.first, longest)
-    return Settings(first=first, longest=longest, points=whole_number("max_points", max_points, 2, _MOST_POINTS))
-
-
-def _start(
-    model: MeshModel, axis: Axis, start: Mapping[str, float] | None, period: int | None
-) -> tuple[ParameterFamily, Cycle]:
-    """The orbit with which the branch begins; raises `InputError` for a wrong axis, period or start."""
-    if axis.name in state_names(model.kind):
-        raise InputError("axis", "must be a parameter", axis.name,
-                         "An initial value only selects an orbit of the model: give it as start.")
-    if period is not None:
-        check_period(period)
-    family = ParameterFamily(model, (axis.name,))
-    error = outside(family, float(family.start[0]), (axis.start, axis.stop))
-    if error is not None:
-        raise error
-    return find_cycle(model, (axis.name,), period, start)
+branch = function_of(Branch)
 
 
 def _tests(events: Any, family: ParameterFamily) -> dict[str, Callable[[Cycle], float]]:
@@ -149,25 +172,8 @@ def _tests(events: Any, family: ParameterFamily) -> dict[str, Callable[[Cycle], 
     for name in events:
         if name in KINDS:
             raise InputError("events", "must not have the name of a kind of event", name)
-    return {name: _of_cycle(function, family) for name, function in events.items()}
 
+    def of_cycle(function: Callable[[Orbit], float]) -> Callable[[Cycle], float]:
+        return lambda cycle: float(function(as_orbit(family, cycle)))
 
-def _of_cycle(function: Callable[[Orbit], float], family: ParameterFamily) -> Callable[[Cycle], float]:
-    """A function of an orbit as one of a cycle."""
-    return lambda cycle: float(function(as_orbit(family, cycle)))
-
-
-def _asymmetric(main: Branch, bounds: tuple[float, float], settings: Settings) -> list[Branch]:
-    """The branches of asymmetric orbits that begin at the pitchforks of a branch."""
-    events = [event for event in main.events if event.kind == PITCHFORK]
-    return [b for event in events for b in follow_asymmetric(main.family, event, bounds, settings)]
-
-
-def _doubled(
-    main: Branch, bounds: tuple[float, float], settings: Settings, count: int
-) -> Iterator[tuple[Branch | None, Event | None]]:
-    """The branches of doubled periods, each with the flip at its end; first no branch and the flip of the main one."""
-    flip = main.first_change_of_stability(FLIP) if count else None
-    if flip is not None:
-        yield None, flip
-        yield from follow_cascade(main.family, flip, bounds, settings, count)
+    return {name: of_cycle(function) for name, function in events.items()}

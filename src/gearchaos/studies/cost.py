@@ -101,9 +101,9 @@ class Cost:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
         return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table_bytes)))
 
-    def announce(self, wanted: bool = True, threads: int | None = None) -> None:
-        """Print the `warning` on stderr, if there is one and it is wanted."""
-        warning = self.warning(threads) if wanted else None
+    def announce(self, progress: bool = True, threads: int | None = None) -> None:
+        """Print the `warning` on stderr, if there is one and progress is wanted."""
+        warning = self.warning(threads) if progress else None
         if warning:
             print(warning, file=sys.stderr, flush=True)
 
@@ -130,16 +130,11 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     shared = steps_share_matrices(system) and not samples
     numbers = d * d + d + (2 * d * system.f_cos.shape[1] if shared else 0)
     table = (levels if shared else int(steps.max())) * _STATES * numbers * 8
-    found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, _step_cost(system))
+    tables = min(_UNSHARED, 1.0 + _LEVEL * (max(levels, 2) - 2)) if steps_share_matrices(system) else _UNSHARED
+    step_cost = tables + _FORCING * max(0, system.f_cos.shape[1] - 1) + _STIFFNESS * system.chi_cos.shape[1]
+    found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, step_cost)
     found.check_time()
     return found
-
-
-def _step_cost(system: SwitchedAffine) -> float:
-    """Computing time of a step, relative to one with shared matrices and one harmonic."""
-    forcing, stiffness, levels = system.f_cos.shape[1], system.chi_cos.shape[1], system.levels.shape[1]
-    tables = min(_UNSHARED, 1.0 + _LEVEL * (max(levels, 2) - 2)) if steps_share_matrices(system) else _UNSHARED
-    return tables + _FORCING * max(0, forcing - 1) + _STIFFNESS * stiffness
 
 
 def _steps(system: SwitchedAffine) -> np.ndarray:

@@ -23,12 +23,17 @@ if TYPE_CHECKING:
 
 def parameter_plane(model: MeshModel, x: Axis, y: Axis) -> ParameterFamily:
     """The model along two axes; raises `InputError` unless these are two parameters that it has."""
-    for field, axis in (("x", x), ("y", y)):
-        if axis.name in state_names(model.kind):
-            raise InputError(field, "must be a parameter", axis.name,
-                             "An initial value only selects an orbit of the model: give it as start.")
+    check_is_parameter(model, x, "x")
+    check_is_parameter(model, y, "y")
     check_plane(model, x, y)
     return ParameterFamily(model, (x.name, y.name))
+
+
+def check_is_parameter(model: MeshModel, axis: Axis, field: str = "axis") -> None:
+    """Raise `InputError` for an axis that is an initial value."""
+    if axis.name in state_names(model.kind):
+        raise InputError(field, "must be a parameter", axis.name,
+                         "An initial value only selects an orbit of the model: give it as start.")
 
 
 def check_inside(family: ParameterFamily, *axes: Axis) -> None:

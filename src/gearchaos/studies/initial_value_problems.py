@@ -14,26 +14,33 @@ from gearchaos.model.switched import switched_system
 
 
 class InitialValueProblems(NamedTuple):
-    """Equations and initial states of P trajectories, one at each parameter point.
+    """Equations and initial states of L trajectories.
 
     Attributes
     ----------
     batch : Batch
-        The model at P parameter points.
+        The model with the parameters and initial values of each of them.
     flow : ExactFlow
-        The exact flow of these points.
-    w : (d, P)
+        The exact flow of their parameter points.
+    w : (d, L)
         Initial states at phase 0.
+    points : (L,)
+        Numbers of their parameter points in the flow.
     """
 
     batch: Batch
     flow: ExactFlow
     w: np.ndarray
+    points: np.ndarray
 
     @property
-    def points(self) -> np.ndarray:
-        """Numbers (P,) of the parameter points of the trajectories."""
-        return np.arange(self.batch.size)
+    def motions(self) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        """Flow, initial states and parameter points, as `batch_classification.InitialStates` returns them."""
+        return self.flow, self.w, self.points
+
+    def take(self, which: np.ndarray) -> InitialValueProblems:
+        """Those of the trajectories with these indices."""
+        return InitialValueProblems(self.batch.take(which), self.flow, self.w[:, which], self.points[which])
 
 
 def initial_value_problems(
@@ -53,4 +60,5 @@ def initial_value_problems(
     """
     batch = vary(model, values or {})
     system = switched_system(batch, names)
-    return InitialValueProblems(batch, ExactFlow(system, samples), initial_state(batch, system).T.copy())
+    w = initial_state(batch, system).T.copy()
+    return InitialValueProblems(batch, ExactFlow(system, samples), w, np.arange(batch.size))

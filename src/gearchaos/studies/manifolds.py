@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -12,41 +14,24 @@ from gearchaos.continuation.manifolds import Manifold, saddle_manifolds, saddles
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.dynamics.initial_conditions import checked_box
-from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.quantities import Rule
-from gearchaos.validation import check_rule, to_float
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.options import option
+from gearchaos.studies.study import WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _REGION = {"z": (-4.0, 4.0), "z_dot": (-3.0, 3.0)}
-_LONGEST_PERIOD = 64
-_LENGTH = Rule(lambda v: (v > 0) & (v <= 1e5), "must be greater than 0, at most 100000")
-_SPACING = Rule(lambda v: (v >= 1e-4) & (v <= 1), "must lie in [1e-4, 1]")
 
 
-def manifolds(
-    model: AnyModel, *, period: int = 4, length: float = 30.0, spacing: float = 0.03,
-    region: Mapping[str, tuple[float, float]] | None = None,
-) -> xr.Dataset:
-    """The saddles of a model with two coordinates, and their stable and unstable manifolds.
+@dataclass(frozen=True)
+class Manifolds(WholeStudy):
+    """Find the saddles of a model with two coordinates, and their stable and unstable manifolds.
 
     The stable manifolds of saddles are the boundaries between basins of attraction; the unstable ones lead to the
     attractors.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point; its relative motion must have two coordinates, z and z_dot.
-    period : int
-        Largest period of the saddles, in mesh periods.
-    length : float
-        Arclength inside the region to which each branch of a manifold is followed, in half backlashes.
-    spacing : float
-        Largest distance of neighbouring points inside the region.
-    region : mapping of str to (low, high), optional
-        Ranges of ``z`` and ``z_dot``; by default ±4 and ±3.
 
     Returns
     -------
@@ -76,39 +61,58 @@ def manifolds(
     >>> found = gc.manifolds(model, period=1, length=5.0)
     >>> found.sizes["number"], found.saddle_period.values.tolist()
     (4, [1])
+
+    As a value
+    ----------
+    >>> import gearchaos as gc
+    >>> gc.Manifolds(gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05), period=1).spacing
+    0.03
     """
-    period = whole_number("period", period, 1, _LONGEST_PERIOD)
-    length, spacing = _checked("length", length, _LENGTH), _checked("spacing", spacing, _SPACING)
-    box = _region(region)
-    family = ParameterFamily(as_model(model), ())
-    if family.dimension != 2:
-        raise InputError("model", "must have two coordinates, so that manifolds are curves", family.dimension,
-                         "Use a single model, or a torsional one with the same β/J of both wheels.")
-    found = saddles(family, family.start, period)
-    bounds = np.array([box["z"], box["z_dot"]])
-    branches = [
-        (number, manifold) for number, saddle in enumerate(found)
-        for manifold in saddle_manifolds(family, saddle, length=length, spacing=spacing, region=bounds)
-    ]
-    attributes = provenance(
-        "manifolds", family.model, period=period, length=length, spacing=spacing, region=bounds.tolist())
-    return new_dataset({**_branch_variables(branches), **_saddle_variables(found)}, {}, attributes)
+
+    kind: ClassVar[str] = "manifolds"
+    rank: ClassVar[int] = 10
+    needs_out: ClassVar[bool] = True
+    model_words: ClassVar[str] = "The operating point; its relative motion must have two coordinates, z and z_dot."
+
+    period: int = option(4, "Largest period of the saddles, in mesh periods.", least=1, most=64)
+    length: float = option(
+        30.0, "Arclength inside the region of each branch, in half backlashes.",
+        rule=Rule(lambda v: (v > 0) & (v <= 1e5), "must be greater than 0, at most 100000"))
+    spacing: float = option(
+        0.03, "Largest distance of neighbouring points inside the region.",
+        rule=Rule(lambda v: (v >= 1e-4) & (v <= 1), "must lie in [1e-4, 1]"))
+    region: Mapping[str, tuple[float, float]] | None = option(
+        None, "Ranges of ``z`` and ``z_dot``; by default ±4 and ±3.", in_files=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.region is not None:
+            self._set(region=checked_box(self.region))
+        for name in self.region or {}:
+            if name not in _REGION:
+                raise unknown_name("region", name, _REGION)
+        if self._family.dimension != 2:
+            raise InputError("model", "must have two coordinates, so that manifolds are curves", self._family.dimension,
+                             "Use a single model, or a torsional one with the same β/J of both wheels.")
+
+    @cached_property
+    def _family(self) -> ParameterFamily:
+        return ParameterFamily(self.model, ())
+
+    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        family, box = self._family, {**_REGION, **(self.region or {})}
+        bounds = np.array([box["z"], box["z_dot"]])
+        found = saddles(family, family.start, self.period)
+        branches = [
+            (number, manifold) for number, saddle in enumerate(found)
+            for manifold in saddle_manifolds(family, saddle, length=self.length, spacing=self.spacing, region=bounds)
+        ]
+        attributes = provenance(self.kind, family.model, period=self.period, length=self.length, spacing=self.spacing,
+                                region=bounds.tolist())
+        return new_dataset({**_branch_variables(branches), **_saddle_variables(found)}, {}, attributes)
 
 
-def _checked(name: str, value: Any, rule: Rule) -> float:
-    """A number that satisfies a rule; raises `InputError` for anything else."""
-    number = to_float(name, value)
-    check_rule(name, number, rule)
-    return number
-
-
-def _region(region: Any) -> dict[str, tuple[float, float]]:
-    """The ranges of z and z_dot; raises `InputError` for other names or values."""
-    given = {} if region is None else checked_box(region)
-    for name in given:
-        if name not in _REGION:
-            raise unknown_name("region", name, _REGION)
-    return {**_REGION, **given}
+manifolds = function_of(Manifolds)
 
 
 def _branch_variables(branches: Sequence[tuple[int, Manifold]]) -> dict[str, xr.Variable]:

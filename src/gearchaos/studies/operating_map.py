@@ -68,7 +68,7 @@ def operating_map(
     axes = operating_axis("speed", speed), operating_axis("torque", torque)
     if isinstance(gears, MeshModel):
         checked_operating_model(gears)
-    study = Zones(gears, *axes, starts=starts, refine=refine, settings=settings)
+    study = Zones(gears, *axes, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]  # gears become a model
     dataset = study.run(progress=progress, threads=threads)
     return in_operating_units(dataset, checked_operating_model(study.model))
 

@@ -23,14 +23,10 @@ def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
         both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
         raise InputError("axes", "must be two different parameters", both)
     for axis in (x, y):
-        vary(model, {axis.name: _checked_values(axis)})
-
-
-def _checked_values(axis: Axis) -> np.ndarray:
-    """The values (N,) of an axis that are checked."""
-    if axis.name != "torque" or axis.count <= _MOST_TORQUES:
-        return axis.values
-    return axis.values[np.linspace(0, axis.count - 1, _MOST_TORQUES).round().astype(int)]
+        values = axis.values
+        if axis.name == "torque" and axis.count > _MOST_TORQUES:
+            values = values[np.linspace(0, axis.count - 1, _MOST_TORQUES).round().astype(int)]
+        vary(model, {axis.name: values})
 
 
 def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from collections.abc import Callable, Generator
 import numpy as np
 
 from gearchaos.dynamics import Reason
-from gearchaos.studies.fill_values import fill_value
 
 SIDE = 256
 """Rows and columns of a part of the map. Each part is refined by itself, so that its result does not depend on which
@@ -67,7 +66,9 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         requested = [request for request in following if request is not None]
     found["inferred"] = np.zeros(len(cells), dtype=np.int8)
     for part in parts:
-        _put_inferred(found, *part.inferred())
+        rest, motions = part.inferred()
+        found["label"][rest], found["period"][rest] = np.divmod(motions, 2**32)
+        found["reason"][rest], found["inferred"][rest] = Reason.INFERRED, 1
     return found
 
 
@@ -99,12 +100,6 @@ def _next_request(part: Requests, codes: np.ndarray) -> np.ndarray | None:
         return part.send(codes)
     except StopIteration:
         return None
-
-
-def _put_inferred(found: dict[str, np.ndarray], positions: np.ndarray, codes: np.ndarray) -> None:
-    """Put inferred motions at their positions, and mark them as inferred."""
-    found["label"][positions], found["period"][positions] = np.divmod(codes, 2**32)
-    found["reason"][positions], found["inferred"][positions] = Reason.INFERRED, 1
 
 
 class _Refinement:
@@ -209,3 +204,13 @@ def _cells_of_blocks(
     for corner in (out[:-1, :-1], out[1:, :-1], out[:-1, 1:], out[1:, 1:]):
         corner |= inner
     return out
+
+
+def fill_value(name: str, dtype: np.dtype) -> float | int:
+    """The value of a variable where it is not computed: NaN for floats, −1 for contact states and ``proved``, else 0.
+
+    0 is not a label, a period or a reason, but is a contact state, and means "not proved".
+    """
+    if dtype.kind == "f":
+        return np.nan
+    return -1 if name.startswith("contact") or name == "proved" else 0

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from gearchaos.errors import unknown_name
-from gearchaos.studies.attractors import Attractors
-from gearchaos.studies.basins import Basins
-from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.regime import Regime
-from gearchaos.studies.simulate import Simulate
-from gearchaos.studies.study import Study
-from gearchaos.studies.zones import Zones
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 
-STUDIES: dict[str, type[Study]] = {
-    study.kind: study for study in (Simulate, Regime, Attractors, Bifurcation, Zones, Basins)
-}
+from gearchaos import catalogue
+from gearchaos.errors import unknown_name
+from gearchaos.studies.study import Study
+
+
+class _Studies(Mapping[str, type[Study]]):
+    """The classes of studies by kind; each is imported when it is used."""
+
+    def __getitem__(self, kind: str) -> type[Study]:
+        entry = catalogue.STUDIES[kind]
+        return getattr(import_module(f"gearchaos.{entry['module']}"), entry["class"])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(catalogue.STUDIES)
+
+    def __len__(self) -> int:
+        return len(catalogue.STUDIES)
+
+
+STUDIES = _Studies()
 
 
 def study_class(kind: str) -> type[Study]:

@@ -10,38 +10,24 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow
-from gearchaos.gears.operating import AnyModel
+from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK
 from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.coordinates import to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
-from gearchaos.studies import rotation
 from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
-from gearchaos.studies.study import Study, option
+from gearchaos.studies.options import Option, option
+from gearchaos.studies.sections import rotation_at_sections, rotation_within_periods
+from gearchaos.studies.study import PROGRESS, Results, Study
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def simulate(
-    model: AnyModel, periods: int, transient: int = 0, samples: int | None = None, *,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Compute a trajectory of a gear mesh with the exact flow.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-    periods : int
-        Mesh periods to record.
-    transient : int
-        Mesh periods before the recorded ones.
-    samples : int, optional
-        Number of equidistant instants recorded in each mesh period; by default only the stroboscopic section is
-        recorded.
-    progress : bool
-        Announce on stderr a computing time that may be long.
+@dataclass(frozen=True)
+class Simulate(Study):
+    """Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.
 
     Returns
     -------
@@ -64,32 +50,9 @@ def simulate(
     >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4, transient=200, samples=32)
     >>> motion.section_z.shape, motion.z.shape, motion.attrs["status"]
     ((4,), (128,), 'ok')
-    """
-    return Simulate(model, periods, transient, samples).run(progress=progress)
 
-
-@dataclass(frozen=True)
-class Simulate(Study):
-    """The study that `simulate` runs. Its only work item is the motion.
-
-    Parameters
+    As a value
     ----------
-    model : MeshModel, GearPair or GearDesign
-        The operating point, with its initial values.
-    periods : int
-        Mesh periods to record.
-    transient : int
-        Mesh periods before the recorded ones.
-    samples : int, optional
-        Number of equidistant instants recorded in each mesh period.
-
-    Raises
-    ------
-    InputError
-        If a field breaks a rule; before any work.
-
-    Examples
-    --------
     >>> import gearchaos as gc
     >>> study = gc.Simulate(gc.MeshModel.of(q0=0.1, eps1=0.1), periods=4)
     >>> study.kind, study.count
@@ -97,28 +60,22 @@ class Simulate(Study):
     """
 
     kind: ClassVar[str] = "simulate"
+    rank: ClassVar[int] = 1
+    summary: ClassVar[str] = "section"
+    run_options: ClassVar[tuple[Option, ...]] = (PROGRESS,)
 
-    periods: int = option(MISSING, least=1, keyword=False)
-    transient: int = option(0, least=0, keyword=False)
-    samples: int | None = option(None, least=1, keyword=False)
-
-    if TYPE_CHECKING:  # what `__post_init__` converts is accepted, too
-
-        def __init__(
-            self, model: AnyModel, periods: int, transient: int = 0, samples: int | None = None,
-        ) -> None: ...
+    periods: int = option(MISSING, "Mesh periods to record.", least=1, keyword=False)
+    transient: int = option(0, "Mesh periods before the recorded ones.", least=0, keyword=False)
+    samples: int | None = option(
+        None, "Instants recorded in each mesh period, at equal distances. By default only the stroboscopic section is "
+        "recorded.", least=1, keyword=False, file_only="Stdout shows only the stroboscopic section.")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(**self._whole_numbers("periods", "transient", "samples"))
         samples = self.samples or 0
         check_memory("periods", self.periods, _BYTES_PER_SECTION)
         check_memory("periods times samples", self.periods * samples, _BYTES_PER_SAMPLE)
         check_memory("samples", samples, (self.cost.table_bytes + _BYTES_PER_STEP * self.cost.steps) // max(1, samples))
-
-    @property
-    def grid(self) -> dict[str, int]:
-        return {"motion": 1}
 
     @cached_property
     def cost(self) -> Cost:
@@ -129,10 +86,8 @@ class Simulate(Study):
     def _problem(self) -> InitialValueProblems:
         return initial_value_problems(self.model, samples=self.samples or 0)
 
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
-        _, flow, w = self._problem
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
+        flow, w = self._problem.flow, self._problem.w
         transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(
             transient.w if transient else w, self.periods, sections=self.periods, sample=self.samples is not None)
@@ -141,12 +96,11 @@ class Simulate(Study):
         sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
         return {"sections": out.sections[None, :, :, 0], "status": np.array([status]), **sampled}
 
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
-        batch, flow, _ = self._problem
-        names, w = flow.system.names, _bounded(found["sections"][0])
-        x2 = _rotation(batch, flow, w, self.transient)
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        batch, names = self._problem.batch, self._problem.flow.system.names
+        w, x2 = _bounded(found["sections"][0]), None
+        if "x2_dot" in names:  # the bearings differ
+            x2 = rotation_at_sections(self._problem, np.array([self.transient]), w[:, :, None])[0]
         data = _section(batch, names, w, self.transient, x2)
         if self.samples:
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
@@ -154,6 +108,8 @@ class Simulate(Study):
         status = {"status": _STATUS[int(found["status"][0])]}
         return new_dataset(data, attrs={**self.provenance(**settings), **status})
 
+
+simulate = function_of(Simulate)
 
 _BYTES_PER_SECTION, _BYTES_PER_SAMPLE = 700, 800
 """Upper bounds of the memory that a section and a sample take until they are saved."""
@@ -169,14 +125,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
-
-
-def _rotation(batch: Batch, flow: ExactFlow, w: np.ndarray, transient: int) -> np.ndarray | None:
-    """x2 (N + 1,) after the transient and at the sections w (N, d); None if the bearings do not differ."""
-    if "x2_dot" not in flow.system.names:
-        return None
-    initial, point = initial_state(batch, flow.system).T.copy(), np.zeros(1, dtype=int)
-    return rotation.at_sections(batch, flow, point, initial, np.array([transient]), w[:, :, None])[0]
 
 
 def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int, x2: np.ndarray | None) -> dict:
@@ -209,7 +157,9 @@ def _trajectory(
     tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
     phase = share * model.period
     error, error_dot = (transmission_error(model, phase, derivative) for derivative in (0, 1))
-    known = None if x2 is None else _between(batch, names, samples[..., :-1], x2[:-1])
+    known = None
+    if x2 is not None:
+        known = (x2[:-1, None] + rotation_within_periods(batch, names, samples[..., :-1])).reshape(1, -1)
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
@@ -218,8 +168,3 @@ def _trajectory(
     data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data
-
-
-def _between(batch: Batch, names: tuple[str, ...], samples: np.ndarray, x2: np.ndarray) -> np.ndarray:
-    """x2 (1, N M) at samples (N, M, d), from its values (N,) at the start of each period."""
-    return (x2[:, None] + rotation.within_periods(batch, names, samples)).reshape(1, -1)

@@ -1,18 +1,25 @@
-"""The skeleton of a map: all curves of events of periodic orbits in a window of two parameters."""
+"""The skeleton of a map: all curves of events of periodic orbits in a window of two parameters.
+
+Its journal is a text file with the lines and curves that are finished, one per line. The store cannot take its place:
+which curves there are follows from the lines, and whether an event gives another curve from the curves found before.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass, fields
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from gearchaos.continuation.curve_data import CurveData
+from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variable
@@ -20,52 +27,26 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import RESUME_ADVICE
 from gearchaos.execute.pools import process_pool, thread_pool
-from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.studies.axis import Axis, as_axis, as_range
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
-from gearchaos.studies.operating_point import at_axis_starts
-from gearchaos.studies.skeleton_journal import SkeletonJournal
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.options import Option, axis_option, option
+from gearchaos.studies.study import PROGRESS, WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_CELLS = (48, 24)
-"""Numbers of places along x and y at which motions are searched, where the axes have no numbers of values."""
 
-_LONGEST_PERIOD = 64
 _MOST_LINES = 1000
-_MOST_STARTS = 10_000
 
 
-def skeleton(
-    model: AnyModel, x: Axis | str, y: Axis | str, *, period: int = 4, lines: tuple[int, int] = (8, 5),
-    starts: int = 3, journal: str | os.PathLike[str] | None = None, progress: bool = False,
-    workers: int | None = None,
-) -> xr.Dataset:
-    """All curves of folds, flips, Neimark-Sacker bifurcations and grazes that are found in a window of two parameters.
+@dataclass(frozen=True)
+class Skeleton(WholeStudy):
+    """Find all curves of events in a window of two parameters.
 
-    Stable motions are searched on lines parallel to both axes, and the branches of their orbits are followed along the
-    lines, with the branches of doubled periods. Every event on them that lies on no known curve gives another curve.
-
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        All parameters but the two of the axes, and the initial values.
-    x, y : Axis or str
-        The parameters and their ranges, "omega=0.2:2.5:48". The numbers of values are those of the places at which
-        motions are searched on a line; 48 and 24 if left out.
-    period : int
-        Largest period of the orbits, in mesh periods.
-    lines : (int, int)
-        Numbers of lines along x and along y.
-    starts : int
-        Number of initial states at each place, besides the model's own.
-    journal : path, optional
-        A file that keeps finished work. If it exists, the same call goes on from there.
-    progress : bool
-        Show progress bars on stderr.
-    workers : int, optional
-        Number of processes, by default one per core; with 1 all is computed in this process.
+    The events are folds, flips, Neimark-Sacker bifurcations and grazes. Stable motions are searched on lines parallel
+    to both axes, and the branches of their orbits are followed along the lines, with the branches of doubled periods.
+    Every event on them that lies on no known curve gives another curve.
 
     Returns
     -------
@@ -98,50 +79,69 @@ def skeleton(
     ...     model, "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=(1, 1), starts=0, workers=1)
     >>> curves.curve_kind.values.tolist()
     ['flip', 'flip']
+
+    As a value
+    ----------
+    >>> import gearchaos as gc
+    >>> gc.Skeleton(gc.MeshModel.of(q0=0.1), "omega=1.7:2.3", "eps1=0.03:0.09:4").x.count
+    48
     """
-    search = _search(x, y, period, lines, starts)
-    x, y = as_range(x, "x"), as_range(y, "y")
-    count = cores() if workers is None else whole_number("workers", workers, 1)
-    family = parameter_plane(as_model(at_axis_starts(model, [x, y])), x, y)
-    attributes = _attributes(family, x, y, search)
-    kept = None if journal is None else SkeletonJournal(Path(journal), attributes)
-    bounds = ((x.start, x.stop), (y.start, y.stop))
-    try:
-        with (process_pool(count) if count > 1 else thread_pool(1))() as pool:
-            curves, failed = find_curves(
-                family.model, (x.name, y.name), bounds, pool, search, journal=kept, progress=progress)
-    except BrokenExecutor:
-        raise OSError("a worker process died. A script must call skeleton under if __name__ == '__main__':, or with "
-                      f"workers=1. {'' if kept is None else RESUME_ADVICE}".rstrip()) from None
-    failures = json.dumps(Counter(why for _, why in failed))
-    return _dataset(family, curves, {**attributes, "failed": failures})
+
+    kind: ClassVar[str] = "skeleton"
+    rank: ClassVar[int] = 9
+    needs_out: ClassVar[bool] = True
+    summary: ClassVar[str] = "skeleton"
+    run_options: ClassVar[tuple[Option, ...]] = (
+        Option("journal", "str | PathLike[str] | None", None, "A file that keeps finished work. If it exists, the same "
+               "call goes on from there.", type=Path),
+        PROGRESS,
+        Option("workers", "int | None", None, "Processes, by default one per core. With 1 all is computed in this "
+               "process.", type=int))
+
+    x: Axis = axis_option(
+        'A parameter and its range, "omega=0.2:2.5:48". The number of values is that of the places at which motions '
+        "are searched on a line; 48 if left out.", 48)
+    y: Axis = axis_option("Another one; its number of values is 24 if left out.", 24)
+    period: int = option(4, "Largest period of the orbits. It counts mesh periods.", least=1, most=64)
+    lines: tuple[int, int] = option((8, 5), "Numbers of lines along x and along y on which events are searched.")
+    starts: int = option(3, "Initial states at each place, besides the model's own.", least=0, most=10_000)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        lines = self.lines
+        if not isinstance(lines, Sequence) or len(lines) != 2:
+            raise InputError("lines", "must be two numbers: of lines along x and along y", lines, "E.g. (8, 5).")
+        along_x, along_y = (whole_number("lines", number, 0, _MOST_LINES) for number in lines)
+        if along_x == along_y == 0:
+            raise InputError("lines", "must have at least one line along x or y", lines, "E.g. (8, 5).")
+        self._set(lines=(along_x, along_y))
+        parameter_plane(self.model, self.x, self.y)
+
+    def dataset(
+        self, *, progress: bool = False, threads: int | None = None, workers: int | None = None,
+        journal: str | PathLike[str] | None = None,
+    ) -> xr.Dataset:
+        x, y, count = self.x, self.y, cores() if workers is None else whole_number("workers", workers, 1)
+        family = parameter_plane(self.model, x, y)
+        search = Search(self.period, self.lines, (x.count, y.count), self.starts)
+        attributes = provenance(
+            self.kind, family.model, x=[x.name, x.start, x.stop, x.count], y=[y.name, y.start, y.stop, y.count],
+            period=self.period, lines=list(self.lines), starts=self.starts)
+        kept = None if journal is None else SkeletonJournal(Path(journal), attributes)
+        pool = thread_pool(threads or 1) if threads or count == 1 else process_pool(count)
+        bounds = ((x.start, x.stop), (y.start, y.stop))
+        try:
+            with pool() as running:
+                curves, failed = find_curves(
+                    family.model, (x.name, y.name), bounds, running, search, journal=kept, progress=progress)
+        except BrokenExecutor:
+            advice = "" if kept is None else RESUME_ADVICE
+            raise OSError("a worker process died. A script must call skeleton under if __name__ == '__main__':, or "
+                          f"with workers=1. {advice}".rstrip()) from None
+        return _dataset(family, curves, {**attributes, "failed": json.dumps(Counter(why for _, why in failed))})
 
 
-def _search(x: Any, y: Any, period: Any, lines: Any, starts: Any) -> Search:
-    """Where events are searched; raises `InputError` if a number is out of range."""
-    period = whole_number("period", period, 1, _LONGEST_PERIOD)
-    if not isinstance(lines, Sequence) or len(lines) != 2:
-        raise InputError("lines", "must be two numbers: of lines along x and along y", lines, "E.g. (8, 5).")
-    along_x, along_y = (whole_number("lines", number, 0, _MOST_LINES) for number in lines)
-    if along_x == along_y == 0:
-        raise InputError("lines", "must have at least one line along x or y", lines, "E.g. (8, 5).")
-    cells = (_cells(x, "x", _CELLS[0]), _cells(y, "y", _CELLS[1]))
-    return Search(period, (along_x, along_y), cells, whole_number("starts", starts, 0, _MOST_STARTS))
-
-
-def _cells(axis: Any, field: str, default: int) -> int:
-    """The number of values of an axis; the default for a text without a number."""
-    if isinstance(axis, str) and axis.count(":") == 1:
-        return default
-    return whole_number(field, as_axis(axis, field).count, 1)
-
-
-def _attributes(family: ParameterFamily, x: Axis, y: Axis, search: Search) -> dict[str, Any]:
-    """Study, model, settings and versions, on which the result depends."""
-    columns, rows = search.cells
-    return provenance(
-        "skeleton", family.model, x=[x.name, x.start, x.stop, columns], y=[y.name, y.start, y.stop, rows],
-        period=search.period, lines=list(search.lines), starts=search.starts)
+skeleton = function_of(Skeleton)
 
 
 def _dataset(family: ParameterFamily, curves: list[CurveData], attributes: dict[str, Any]) -> xr.Dataset:
@@ -161,3 +161,95 @@ def _dataset(family: ParameterFamily, curves: list[CurveData], attributes: dict[
     }
     ends = [{"curve": i, **end} for i, c in enumerate(curves) for end in ends_of(family, c)]
     return new_dataset(data, coordinates, {**attributes, "ends": json.dumps(ends)})
+
+
+_ARRAYS = ("points", "values", "residual", "angle")
+"""Fields that are arrays of real numbers."""
+
+
+class SkeletonJournal(dict[str, Any]):
+    """Finished work by name, kept in a file; see `gearchaos.continuation.skeleton.Journal`.
+
+    The file is JSON, one document per line: first the settings, then a name and its result each. An item is appended
+    when it is set. A line that was not written to its end is removed when the file is opened again.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which is created if it does not exist.
+    settings : mapping
+        All on which the results depend.
+
+    Raises
+    ------
+    InputError
+        If the file has other settings, is no journal, or cannot be written.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._path = path
+        try:
+            content = path.read_bytes() if path.exists() else b""
+            complete = content[: content.rfind(b"\n") + 1]
+            path.touch()
+            os.truncate(path, len(complete))
+        except OSError as error:
+            raise InputError("journal", "must be a file that can be written", str(path), f"{error.strerror}.") from None
+        own = json.loads(json.dumps(dict(settings)))
+        if not complete:
+            self._write(own)
+            return
+        try:
+            first, *documents = (json.loads(line) for line in complete.splitlines())
+            found = {name: _decoded(value) for name, value in documents} if first == own else {}
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise InputError("journal", "must be a journal of a skeleton, whole and readable", str(path),
+                             "Delete it, or choose another file.") from None
+        if first != own:
+            raise InputError("journal", "must be one of the same model, axes, settings and versions", str(path),
+                             "Delete it, or choose another file.")
+        self.update(found)
+
+    def _write(self, document: Any) -> None:
+        """Append one document as a line."""
+        with self._path.open("ab") as file:
+            file.write(json.dumps(document).encode() + b"\n")
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        super().__setitem__(name, value)
+        self._write([name, _encoded(value)])
+
+
+def _encoded(value: Any) -> Any:
+    """The result of a line or a curve as JSON: a list of events, a curve, or why there is none."""
+    if isinstance(value, list):
+        return [_fields(seed) for seed in value]
+    return {"why": value} if isinstance(value, str) else _fields(value)
+
+
+def _fields(value: EventSeed | CurveData) -> dict[str, Any]:
+    """The fields of a value as JSON."""
+    out = {f.name: getattr(value, f.name) for f in fields(value)}
+    if "multipliers" in out:
+        out["multipliers"] = out["multipliers"].view(float).tolist()
+        out["special"] = [[kind, values.tolist()] for kind, values in out["special"]]
+    return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in out.items()}
+
+
+def _decoded(value: Any) -> Any:
+    """The result of a line or a curve from JSON."""
+    if isinstance(value, list):
+        return [EventSeed(**_arrays(seed)) for seed in value]
+    if "why" in value:
+        return value["why"]
+    out = _arrays(value)
+    out["multipliers"] = np.array(out["multipliers"], float).view(complex)
+    out["special"] = [(kind, np.array(values)) for kind, values in out["special"]]
+    out["ends"] = [tuple(end) for end in out["ends"]]
+    return CurveData(**out)
+
+
+def _arrays(value: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a value with its arrays of real numbers."""
+    return {name: np.array(v, float) if name in _ARRAYS and isinstance(v, list) else v for name, v in value.items()}

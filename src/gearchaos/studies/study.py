@@ -4,47 +4,34 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, dataclass, field, fields
-from types import NoneType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_type_hints
+from dataclasses import Field, asdict, dataclass, field, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from gearchaos.datasets import provenance
+from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, provenance, variable
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
-from gearchaos.errors import InputError, unknown_name, whole_number
+from gearchaos.errors import whole_number
 from gearchaos.gears.operating import Gears, OperatingModel, as_model
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, vary
+from gearchaos.model.switched import switched_system
 from gearchaos.quantities import OPERATION
-from gearchaos.studies.axis import Axis, as_axis
-from gearchaos.studies.cost import Cost
-from gearchaos.studies.operating_point import at_axis_starts, check_speed_axes
+from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
+from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.options import Option, check_given, options_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def option(default: Any, *, least: int | None = None, keyword: bool = True) -> Any:
-    """A field of a study that study files can set.
+Results = dict[str, np.ndarray]
+"""Results of work items: arrays (L, ...) by name."""
 
-    Parameters
-    ----------
-    default
-        The value if none is given; `dataclasses.MISSING` if one must be given.
-    least : int, optional
-        Smallest value of a whole number.
-    keyword : bool
-        Whether it is a keyword-only argument.
-    """
-    return field(default=default, kw_only=keyword, metadata={"least": least})
-
-
-def _without_none(annotation: Any) -> Any:
-    """An annotation without the alternative None."""
-    types = [t for t in get_args(annotation) if t is not NoneType]
-    return types[0] if NoneType in get_args(annotation) else annotation
+PROGRESS = Option("progress", "bool", False, "Show progress on stderr, and announce a computing time that may be long.")
+THREADS = Option("threads", "int | None", None, "Tiles computed at once; by default one per core.")
 
 
 @dataclass(frozen=True)
@@ -54,37 +41,73 @@ class Study(HasCard, ABC):
     It consists of work items on a grid: cells, columns, initial states or single motions. They can be computed in any
     order and anywhere; the result of an item does not depend, bit for bit, on the items that are computed with it.
 
-    To add a kind of study, write a subclass in a file of its own and name it in `gearchaos.studies.registry`. Its
-    fields are the specification of the study, which study files and stores read. `__post_init__` raises
-    `InputError` for invalid values, before any work. The class defines ``kind``, ``axis_fields``, ``grid``, ``cost``,
-    `compute` and `finish`. A command of its own goes into `gearchaos.cli`.
+    To add a kind of study, write a subclass in a file of its own, and below it ``name = function_of(Name)``. Its fields
+    are its specification, each with its default, its rule and its words (`options.option`, `options.axis`); its
+    docstring says what it finds. ``python -m gearchaos.studies.generate`` then writes what follows from it: the
+    public names, the stub for type checkers, its command, its entry in the manual. Study files and stores read the
+    fields. `__post_init__` raises `InputError` for what no single field shows to be wrong, before any work. The class
+    defines ``kind``, `cost`, `compute`, and `finish` unless it is gridded; ``grid`` if its work items are not the
+    values of its axes.
 
     Attributes
     ----------
     kind : str
         Name in study files, stores and commands.
+    rank : int
+        Its place in lists of studies: in the order in which they are used.
     axis_fields : tuple of str
         Names of the fields that are axes, in the order of the arguments.
     gridded : bool
         Whether the variables of the Dataset are the arrays of `compute` over the grid, so that a Dataset can be made
         before all items are computed.
+    item_dims : tuple of str
+        Dimensions of the results of one work item of a gridded study.
+    needs_out : bool
+        Whether its command must be given a file for its result.
+    summary : str
+        What its command prints: a name in `gearchaos.cli.summaries`.
+    returns : str
+        What its function returns.
+    model_words : str
+        What the argument ``model`` means, where the axes do not say it.
+    run_options : tuple of Option
+        The options of its function that are none of the study: they do not change the result.
     """
 
     kind: ClassVar[str]
+    rank: ClassVar[int] = 100
     axis_fields: ClassVar[tuple[str, ...]] = ()
     gridded: ClassVar[bool] = False
+    item_dims: ClassVar[tuple[str, ...]] = ()
+    needs_out: ClassVar[bool] = False
+    summary: ClassVar[str] = "result"
+    returns: ClassVar[str] = "xr.Dataset"
+    model_words: ClassVar[str] = ""
+    run_options: ClassVar[tuple[Option, ...]] = (PROGRESS, THREADS)
 
     model: MeshModel
 
+    def __init_subclass__(cls) -> None:
+        own = (name for name, value in vars(cls).items() if isinstance(value, Field) and value.metadata.get("is_axis"))
+        cls.axis_fields = (*cls.axis_fields, *own)
+
     def __post_init__(self) -> None:
-        axes = [as_axis(getattr(self, name), name) for name in self.axis_fields]
-        self._set(model=as_model(at_axis_starts(self.model, axes)))
-        check_speed_axes(self.model, axes)
+        self._set(**{name: each.checked(getattr(self, name)) for name, each in options_of(type(self)).items()})
+        self._set(model=as_model(at_axis_starts(self.model, self.axes)))
+        check_speed_axes(self.model, self.axes)
 
     @property
-    @abstractmethod
+    def axes(self) -> tuple[Axis, ...]:
+        """The axes, in the order of the arguments."""
+        return tuple(getattr(self, name) for name in self.axis_fields)
+
+    @property
     def grid(self) -> dict[str, int]:
-        """Sizes of the dimensions of the grid of work items by name; items are numbered in row-major order."""
+        """Sizes of the dimensions of the grid of work items by name; items are numbered in row-major order.
+
+        By default they are the values of the axes, the last axis first, or a single motion.
+        """
+        return {axis.name: axis.count for axis in reversed(self.axes)} or {"motion": 1}
 
     @property
     def block(self) -> dict[str, int]:
@@ -102,16 +125,22 @@ class Study(HasCard, ABC):
         """Upper bound of the computing time and memory."""
 
     @abstractmethod
-    def compute(
-        self, items: np.ndarray, *, progress: bool = False, threads: int | None = None
-    ) -> dict[str, np.ndarray]:
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         """Results of the items with these numbers (L,), arrays (L, ...) by name."""
 
-    @abstractmethod
-    def finish(
-        self, found: dict[str, np.ndarray], *, progress: bool = False, threads: int | None = None
-    ) -> xr.Dataset:
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         """The Dataset, from the results of `compute` for all items, arrays (N, ...) by name."""
+        shape, dims = tuple(self.grid.values()), (*self.grid, *self.item_dims)
+        data = {n: v.reshape(*shape, *v.shape[1:]) for n, v in found.items()}
+        return new_dataset(
+            {n: variable(n, dims[: v.ndim], v) for n, v in data.items()},
+            {axis.name: variable(axis.name, (axis.name,), axis.values) for axis in self.axes},
+            self.provenance(**self.recorded))
+
+    @property
+    def recorded(self) -> dict[str, Any]:
+        """The options that the attributes of the Dataset name besides model, axes and classification settings."""
+        return {}
 
     @property
     def count(self) -> int:
@@ -143,22 +172,19 @@ class Study(HasCard, ABC):
         found = self.compute(items, progress=progress, threads=threads)
         return self.finish(found, progress=progress, threads=threads)
 
+    def result(self, **run_options: Any) -> Any:
+        """What the function of the study returns; ``run_options`` are those of the class."""
+        return self.run(**run_options)
+
     @classmethod
     def option_types(cls) -> dict[str, Any]:
-        """Types, without None, of the fields besides the model, the axes and the classification settings."""
-        types, own = get_type_hints(cls), ("model", "settings", *cls.axis_fields)
-        return {f.name: _without_none(types[f.name]) for f in fields(cls) if f.name not in own}
+        """Types, without None, of the options besides the axes and the classification settings."""
+        return {n: o.type for n, o in options_of(cls).items() if not o.is_axis and n != "settings"}
 
     @classmethod
     def of(cls, model: MeshModel, values: Mapping[str, Any]) -> Self:
         """A study from the values of its fields by name; raises `InputError` if one is missing, unknown or invalid."""
-        known = {f.name: f for f in fields(cls)}
-        for name in values:
-            if name not in known:
-                raise unknown_name("study option", name, known.keys() - {"model"})
-        for name, f in known.items():
-            if name not in ("model", *values) and f.default is MISSING and f.default_factory is MISSING:
-                raise InputError(f"study.{name}", "must be given", None, f"A study of kind {cls.kind!r} needs it.")
+        check_given(values, options_of(cls), cls.kind)
         return cls(model, **values)
 
     @property
@@ -182,18 +208,6 @@ class Study(HasCard, ABC):
         """The fields alone; cached properties are computed again from them."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    def _whole_numbers(self, *names: str) -> dict[str, int | None]:
-        """Values of these options by name; raises `InputError` unless they are whole numbers of at least ``least``.
-
-        None is accepted where it is the default.
-        """
-        out, declared = {}, {f.name: f for f in fields(self)}
-        for name in names:
-            value, declaration = getattr(self, name), declared[name]
-            omitted = value is None and declaration.default is None
-            out[name] = None if omitted else whole_number(name, value, declaration.metadata["least"])
-        return out
-
     def _set(self, **values: Any) -> None:
         """Set fields of the frozen value in `__post_init__`."""
         for name, value in values.items():
@@ -214,7 +228,8 @@ class ClassifyingStudy(Study):
 
     default_settings: ClassVar[Classification] = Classification()
 
-    settings: Classification | None = field(default=None, kw_only=True)
+    settings: Classification | None = field(default=None, kw_only=True, metadata={
+        "words": "Lengths of the runs by which motions are classified."})
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -228,3 +243,38 @@ class ClassifyingStudy(Study):
     def provenance(self, **settings: Any) -> dict[str, Any]:
         """As that of every study, with the classification settings."""
         return super().provenance(**settings, classification=asdict(self.classification))
+
+
+class WholeStudy(Study):
+    """A study of which the result is a single work item, a Dataset whose size nobody knows before it is computed.
+
+    A store keeps it as the bytes of a NetCDF file until the run is finished.
+    """
+
+    run_options: ClassVar[tuple[Option, ...]] = ()
+
+    @abstractmethod
+    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        """The result."""
+
+    def run(self, *, progress: bool = False, threads: int | None = None, **run_options: Any) -> xr.Dataset:
+        threads = None if threads is None else whole_number("threads", threads, 1)
+        return self.dataset(progress=progress, threads=threads, **run_options)
+
+    @property
+    def grid(self) -> dict[str, int]:
+        return {"result": 1}
+
+    @cached_property
+    def cost(self) -> Cost:
+        """No bound of the time: how far a branch has to be followed, is not known beforehand."""
+        return estimate(switched_system(vary(self.model, {})), 1, 0)
+
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
+        content = netcdf_bytes(self.dataset(progress=progress, threads=threads))
+        return {"netcdf": np.frombuffer(content, np.uint8)[None]}
+
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        if np.all(found["netcdf"] == np.iinfo(np.uint8).max):  # not computed, or lost
+            return new_dataset({}, attrs=self.provenance())
+        return from_netcdf_bytes(found["netcdf"][0].tobytes())

@@ -44,18 +44,14 @@ def swept_initial_values(
     state: dict[str, np.ndarray] = {}
     for column in range(axis.count) if up else range(axis.count)[::-1]:
         values = {**others, axis.name: np.full(rows, axis.values[column])}
-        initial = _physical_initial_state(vary(model, values))
+        batch = vary(model, values)
+        system = switched_system(batch)
+        initial = _physical(batch, system.names, initial_state(batch, system), np.zeros(rows))
         state = {n: np.where(np.isfinite(x), x, initial[n]) for n, x in state.items()} or initial
         for name, value in state.items():
             out[name][:, column] = value
         state = _physical_final_state(vary(replace(model, initial={}), {**values, **state}))
     return out
-
-
-def _physical_initial_state(batch: Batch) -> dict[str, np.ndarray]:
-    """The physical initial state by name, each (P,)."""
-    system = switched_system(batch)
-    return _physical(batch, system.names, initial_state(batch, system), np.zeros(batch.size))
 
 
 def _physical_final_state(batch: Batch) -> dict[str, np.ndarray]:

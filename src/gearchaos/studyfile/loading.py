@@ -23,9 +23,9 @@ from gearchaos.model import (
     default_stiffness,
     known_names,
 )
-from gearchaos.studies.axis import Axis, parse_axis
-from gearchaos.studies.operating_point import at_axis_starts
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.axis import Axis, at_axis_starts
+from gearchaos.studies.options import file_options
+from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
 from gearchaos.studyfile.gears import gears_of, refuse_without_table, separated
 from gearchaos.studyfile.tables import (
@@ -228,14 +228,13 @@ def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
         return None, {}
     given = table.model_dump(exclude_none=True)
     kind = given.pop("kind")
-    axes, options = STUDIES[kind].axis_fields, STUDIES[kind].option_types()
-    types = options | dict.fromkeys(axes, Axis)
-    for key in given.keys() - types.keys():
-        rule, known = f"must be left out for kind {kind!r}", ("kind", *axes, *options)
+    options = file_options(study_class(kind))
+    for key in given.keys() - options.keys():
+        rule, known = f"must be left out for kind {kind!r}", ("kind", *options)
         raise InputError(f"study.{key}", rule, given[key], f"It takes {', '.join(known)}.")
     return kind, {
-        key: parse_axis(given[key], f"study.{key}") if types[key] is Axis else given[key]
-        for key in types if key in given
+        key: option.checked(given[key], f"study.{key}") if option.type is Axis else given[key]
+        for key, option in options.items() if key in given
     }
 
 

@@ -8,12 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from gearchaos.catalogue import STUDIES
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import SCALARS, STIFFNESS_KINDS
 from gearchaos.quantities import PARAMETERS, find
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.registry import STUDIES
 
 
 class _Table(BaseModel):
@@ -29,22 +28,25 @@ class Series(_Table):
     phases: list[float] = []
 
 
-def _key_type(type_: Any, least: int | None) -> Any:
-    """The type of a key of ``[study]`` for a field of a study of this type and this least value; axes are texts."""
-    if type_ is Axis:
-        return str | None
-    return Annotated[type_, Field(ge=least)] | None if least is not None else type_ | None
+_KEY_TYPES: dict[str, Any] = {
+    "int": int, "float": float, "bool": bool, "str": str, "axis": str, "values": dict[str, float],
+    "tuple[int, int]": list[int],
+}
+"""The types of keys of ``[study]``, by the type of an option in the catalogue of studies."""
 
 
 def _study_keys() -> dict[str, Any]:
     """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
     keys: dict[str, Any] = {}
-    for study_type in STUDIES.values():
-        declared = {f.name: f for f in fields(study_type)}
-        for name, type_ in study_type.option_types().items():
-            if declared[name].metadata:  # the others can be given in Python only
-                keys[name] = (_key_type(type_, declared[name].metadata["least"]), None)
-        keys |= dict.fromkeys(study_type.axis_fields, (str | None, None))
+    leasts: dict[str, list[int | None]] = {}
+    for entry in STUDIES.values():
+        keys |= dict.fromkeys(entry["axes"], (str | None, None))
+        for name, option in entry["options"].items():
+            leasts.setdefault(name, []).append(option.get("least"))
+            type_ = Literal[option["choices"]] if "choices" in option else _KEY_TYPES[option["type"]]
+            bounds = [least for least in leasts[name] if least is not None]
+            bounded = len(bounds) == len(leasts[name])  # by all studies that take it
+            keys[name] = (Annotated[type_, Field(ge=min(bounds))] | None if bounded else type_ | None, None)
     return keys
 
 

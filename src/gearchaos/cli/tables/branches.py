@@ -26,8 +26,11 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     for end in document["ends"]:
         table.add_row("end", f"{name} = {_number(end['value'], unit)}{unit}: {end['why']}")
     table.add_row("stable, in order\nalong the branch", "\n".join(_stable_parts(document, dataset, unit)) or "nowhere")
-    jumps = [f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
-             f"{_target(jump)}" for jump in document["jumps"]]
+    jumps = []
+    for jump in document["jumps"]:
+        target = f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
+        jumps.append(f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
+                     f"{target}")
     if jumps:
         table.add_row("jumps", "\n".join(jumps))
     others = [("doubled", branch) for branch in document.get("cascade", [])]
@@ -62,11 +65,6 @@ def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> l
 
     return [f"{_range(part.first, part.last, unit)}, from {place(part.first_event)} to {place(part.last_event)}"
             for part in stable_parts(dataset, document["closed"])]
-
-
-def _target(jump: Mapping[str, Any]) -> str:
-    """The motion to which a jump leads, in words."""
-    return f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
 
 
 def _print_events(events: Sequence[Mapping[str, Any]], name: str, unit: str) -> None:

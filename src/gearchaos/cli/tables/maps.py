@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli.tables.text import shown, unit_after
+from gearchaos.cli.tables.text import plain_table, print_table, shown, unit_after
 from gearchaos.quantities import quantity
 
 if TYPE_CHECKING:
@@ -38,6 +38,17 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
         motions = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in motions], cells)
     print(_largest(found["largest"], dataset))
+
+
+def print_result(found: Mapping[str, Any]) -> None:
+    """Print the sizes of a result, and the range of each of its variables."""
+    print(", ".join(f"{name} {size}" for name, size in found["sizes"].items()) or "a single value")
+    table = plain_table()
+    for title in ("variable", "least", "most", "unit"):
+        table.add_column(title, justify="right" if title in ("least", "most") else "left")
+    for name, each in found["variables"].items():
+        table.add_row(name, shown(each["least"]), shown(each["most"]), each["units"])
+    print_table(table)
 
 
 def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) -> None:

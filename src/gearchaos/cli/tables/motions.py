@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli.output import attractor_list, attractor_units, section, section_units
+from gearchaos.cli.documents import attractor_list, attractor_units, section, section_units
 from gearchaos.cli.tables.text import plain_table, print_table, shown
 from gearchaos.gears.results import is_physical
 from gearchaos.gears.scales import Scales, unit_of

@@ -13,7 +13,7 @@ from gearchaos.explorer.view.state import COLOURS
 from gearchaos.gears.operating import Gears
 from gearchaos.gears.results import physical
 from gearchaos.quantities import quantity
-from gearchaos.studies.fill_values import fill_value
+from gearchaos.studies.refine import fill_value
 from gearchaos.studies.zones import Zones
 
 

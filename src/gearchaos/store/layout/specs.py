@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.studies.fill_values import fill_value
+from gearchaos.studies.refine import fill_value
 
 FORMAT = 2
 """Version of the layout of new stores."""

@@ -91,7 +91,7 @@ def run(
     Parameters
     ----------
     study : Study
-        `Simulate`, `Regime`, `Attractors`, `Bifurcation`, `Zones` or `Basins`.
+        A class of a study, such as `Zones`.
     out : path, optional
         Folder of a store: a new one, or one in which an earlier run of the same study stopped. Without it the study is
         computed in memory.

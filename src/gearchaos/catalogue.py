@@ -1,0 +1,206 @@
+"""All studies by kind: where each stands, and what its command takes.
+
+``python -m gearchaos.studies.generate`` writes this from the classes of the studies. It is all that public names
+and commands need of them: nothing slow is loaded for them.
+"""
+
+from typing import Any
+
+STUDIES: dict[str, dict[str, Any]] = {
+    'simulate': {
+        'module': 'studies.simulate', 'class': 'Simulate',
+        'help': 'Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.',
+        'needs_out': False, 'summary': 'section',
+        'axes': {},
+        'options': {
+            'periods': {'type': 'int', 'help': 'Mesh periods to record.', 'least': 1, 'required': True},
+            'transient': {'type': 'int', 'help': 'Mesh periods before the recorded ones.', 'least': 0},
+            'samples': {
+                'type': 'int', 'help': 'Instants recorded in each mesh period, at equal distances.', 'least': 1,
+                'file_only': 'Stdout shows only the stroboscopic section.',
+            },
+        },
+        'run_options': {},
+    },
+    'regime': {
+        'module': 'studies.regime', 'class': 'Regime',
+        'help': 'Classify the motion at one operating point, with its evidence.', 'needs_out': False,
+        'summary': 'result',
+        'axes': {},
+        'options': {},
+        'run_options': {},
+    },
+    'attractors': {
+        'module': 'studies.attractors', 'class': 'Attractors',
+        'help': 'Find all attractors of one operating point, with the share of the initial states that lead to each.',
+        'needs_out': False, 'summary': 'attractors',
+        'axes': {},
+        'options': {
+            'starts': {
+                'type': 'int',
+                'help': 'Number of initial states, points of a scrambled Sobol sequence in the box; 256 by default.',
+                'least': 1,
+            },
+            'seed': {'type': 'int', 'help': 'Seed of the Sobol sequence of initial states.', 'least': 0},
+            'sweep': {
+                'type': 'axis',
+                'help': 'A parameter that is also swept slowly to its value in the model, from both ends.',
+            },
+            'kicks': {
+                'type': 'int', 'help': 'Directions in which to search the smallest perturbation that leaves a basin.',
+                'least': 0,
+            },
+        },
+        'run_options': {},
+    },
+    'bifurcation': {
+        'module': 'studies.bifurcation', 'class': 'Bifurcation',
+        'help': 'Scan one parameter: stroboscopic points, verdicts and exponents.', 'needs_out': True,
+        'summary': 'map',
+        'axes': {'axis': None},
+        'options': {
+            'points': {
+                'type': 'int', 'help': 'Stroboscopic points per column, 0 for the verdicts alone; 128 by default.',
+                'least': 0,
+            },
+            'mode': {
+                'type': 'str',
+                'help': "Columns from the model's initial values, or a sweep up or down; fixed by default.",
+                'metavar': 'fixed|up|down', 'choices': ('fixed', 'up', 'down'),
+            },
+        },
+        'run_options': {},
+    },
+    'zones': {
+        'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
+        'needs_out': True, 'summary': 'map',
+        'axes': {'x': None, 'y': None},
+        'options': {
+            'starts': {
+                'type': 'int', 'help': 'Number of initial states in each cell, to find all its motions; 1 by default.',
+                'least': 1,
+            },
+            'refine': {
+                'type': 'int',
+                'help': 'Every N-th row and column; more cells only where neighbours differ; 1 by default.',
+                'metavar': 'N', 'least': 1,
+            },
+            'prove': {'type': 'bool', 'help': 'Prove the periodic motions in ball arithmetic.'},
+            'certificates': {
+                'type': 'str', 'help': 'Write a certificate for each proved cell to this folder.', 'metavar': 'DIR',
+            },
+        },
+        'run_options': {},
+    },
+    'basins': {
+        'module': 'studies.basins', 'class': 'Basins', 'help': 'Map the basins of attraction over two initial values.',
+        'needs_out': True, 'summary': 'map',
+        'axes': {'x': None, 'y': None},
+        'options': {},
+        'run_options': {},
+    },
+    'branch': {
+        'module': 'studies.branch', 'class': 'Branch',
+        'help': 'Follow a branch of periodic orbits along one parameter, stable or not, with all its events.',
+        'needs_out': False, 'summary': 'branch',
+        'axes': {'axis': 2},
+        'options': {
+            'start': {
+                'type': 'values', 'help': 'Initial values near the first orbit; by default those of the model.',
+            },
+            'period': {
+                'type': 'int', 'help': 'Minimal period; by default that of the motion that the start leads to.',
+            },
+            'longest_step': {'type': 'float', 'help': 'Longest step; 0.03 by default.'},
+            'max_points': {
+                'type': 'int', 'help': 'Largest number of points in each direction; 10000 by default.', 'least': 2,
+            },
+            'cascade': {'type': 'int', 'help': 'Period doublings to follow from the first flip.', 'least': 0},
+            'pitchforks': {'type': 'bool', 'help': 'Follow both branches at each pitchfork.'},
+        },
+        'run_options': {},
+    },
+    'curve': {
+        'module': 'studies.curve', 'class': 'Curve',
+        'help': 'Follow the curve of an event of periodic orbits over two parameters.', 'needs_out': False,
+        'summary': 'curve',
+        'axes': {'x': 2, 'y': 2},
+        'options': {
+            'event': {
+                'type': 'str', 'help': 'The event whose curve is followed.',
+                'metavar': 'fold|flip|neimark-sacker|graze', 'choices': ('fold', 'flip', 'neimark-sacker', 'graze'),
+                'required': True,
+            },
+            'start': {
+                'type': 'values', 'help': 'Initial values near the first orbit; by default those of the model.',
+            },
+            'period': {
+                'type': 'int', 'help': 'Minimal period; by default that of the motion that the start leads to.',
+            },
+            'longest_step': {'type': 'float', 'help': 'Longest step; 0.02 by default.'},
+            'max_points': {
+                'type': 'int', 'help': 'Largest number of points in each direction; 10000 by default.', 'least': 2,
+            },
+        },
+        'run_options': {},
+    },
+    'skeleton': {
+        'module': 'studies.skeleton', 'class': 'Skeleton',
+        'help': 'Find all curves of events in a window of two parameters.', 'needs_out': True, 'summary': 'skeleton',
+        'axes': {'x': 48, 'y': 24},
+        'options': {
+            'period': {'type': 'int', 'help': 'Largest period of the orbits; 4 by default.', 'least': 1},
+            'lines': {
+                'type': 'tuple[int, int]',
+                'help': 'Numbers of lines along x and along y on which events are searched; 8 and 5 by default.',
+            },
+            'starts': {
+                'type': 'int', 'help': "Initial states at each place, besides the model's own; 3 by default.",
+                'least': 0,
+            },
+        },
+        'run_options': {
+            'journal': {'type': 'part', 'help': 'A file that keeps finished work.'},
+            'workers': {'type': 'int', 'help': 'Processes, by default one per core.'},
+        },
+    },
+    'manifolds': {
+        'module': 'studies.manifolds', 'class': 'Manifolds',
+        'help': 'Find the saddles of a model with two coordinates, and their stable and unstable manifolds.',
+        'needs_out': True, 'summary': 'result',
+        'axes': {},
+        'options': {
+            'period': {
+                'type': 'int', 'help': 'Largest period of the saddles, in mesh periods; 4 by default.', 'least': 1,
+            },
+            'length': {
+                'type': 'float',
+                'help': 'Arclength inside the region of each branch, in half backlashes; 30 by default.',
+            },
+            'spacing': {
+                'type': 'float', 'help': 'Largest distance of neighbouring points inside the region; 0.03 by default.',
+            },
+        },
+        'run_options': {},
+    },
+    'edge_state': {
+        'module': 'studies.edge_state', 'class': 'EdgeTracking',
+        'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
+        'needs_out': True, 'summary': 'result',
+        'axes': {},
+        'options': {
+            'first': {
+                'type': 'values', 'help': 'Initial values that lead to one attractor.', 'required': True,
+            },
+            'second': {
+                'type': 'values', 'help': 'Initial values that lead to another one.', 'required': True,
+            },
+            'period': {'type': 'int', 'help': 'Largest period of the saddle, in mesh periods; 4 by default.'},
+            'rounds': {
+                'type': 'int', 'help': 'Most times two neighbouring states are brought together again; 60 by default.',
+                'least': 1,
+            },
+        },
+        'run_options': {},
+    },
+}

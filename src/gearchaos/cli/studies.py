@@ -1,0 +1,174 @@
+"""The commands of studies, made from the catalogue: options, computation, files, picture, and what they print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos import catalogue
+from gearchaos.cli.errors import say
+from gearchaos.cli.options import (
+    Json,
+    Out,
+    OutIfWanted,
+    Physical,
+    Plot,
+    Sets,
+    StudyPath,
+    app,
+    axes_option,
+    in_units,
+    initial_values,
+    load,
+    parse_axes,
+    study_axes,
+    study_option,
+)
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, draw_dossier, print_json, save
+from gearchaos.cli.proof_options import check_proof, proof_of
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.files import DATA_SUFFIXES
+
+if TYPE_CHECKING:
+    from gearchaos.studies import Verdict
+    from gearchaos.studyfile import LoadedStudy
+
+def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
+    """The command of a study, with the signature from which Typer makes its options."""
+
+    def command(**values: Any) -> None:
+        run_study(kind, entry, values)
+
+    of_study = [(name, study_option(name, option), None)
+                for name, option in {**entry["options"], **entry["run_options"]}.items() if option["type"] != "part"]
+    axes = [("axis", axes_option(list(entry["axes"].values())), None)] * bool(entry["axes"])
+    out = [("out", Out, Parameter.empty)] if entry["needs_out"] else []
+    parameters = [
+        *out, ("study", StudyPath, None), ("sets", Sets, None), *axes, *of_study,
+        *([] if out else [("out", OutIfWanted, None)]), ("plot", Plot, None), ("json_out", Json, False),
+        ("physical", Physical, False),
+    ]
+    command.__doc__, command.__annotations__ = entry["help"], {name: type_ for name, type_, _ in parameters}
+    command.__signature__ = Signature([  # type: ignore[attr-defined]
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=each) for name, each, default in parameters
+    ])
+    return command
+
+
+def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
+    """Check everything, compute the study, write its files and print what it found.
+
+    Parameters
+    ----------
+    kind : str
+    entry : dict
+        Its entry in the catalogue.
+    values : dict
+        What was given on the command line, by parameter of the command.
+    """
+    out, plot, physical = values.pop("out"), values.pop("plot"), values.pop("physical")
+    path, sets, json_out = values.pop("study"), values.pop("sets"), values.pop("json_out")
+    for name, option in entry["options"].items():
+        if option.get("file_only") and values[name] is not None and out is None:
+            raise InputError(f"--{name}", "needs --out", values[name], option["file_only"])
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    given_axes = parse_axes(values.pop("axis", None), [*entry["axes"].values()])
+    loaded = load(path, sets, physical, given_axes)
+    axes = study_axes(kind, loaded, given_axes)
+    of_run = {name: values.pop(name, None) for name in entry["run_options"]}
+    part = next((Path(f"{out}.part") for o in entry["run_options"].values() if o["type"] == "part"), None)
+    if part is not None:
+        of_run["journal"] = part
+    from gearchaos.cli.summaries import SUMMARIES, Found
+    from gearchaos.studies.registry import study_class
+
+    chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
+    dataset = chosen.run(progress=True, **of_run)
+    found = Found(kind, in_units(dataset, loaded, physical), dataset, loaded, physical, tuple(axes.values()), out, plot)
+    save(found.dataset, out)
+    if part is not None:
+        part.unlink(missing_ok=True)
+    draw(found.dataset, plot)
+    document, show = SUMMARIES[entry["summary"]]
+    content = document(found)
+    print_json(content) if json_out else show(found, content)
+
+
+def _options(
+    entry: dict[str, Any], values: dict[str, Any], of_file: dict[str, Any], out: Path | None
+) -> dict[str, Any]:
+    """The options of a study that are given on the command line, in the types of the study."""
+    from gearchaos.studies.axis import parse_axis
+
+    read: dict[str, Callable[[Any, str], Any]] = {"axis": parse_axis, "values": initial_values}
+    given: dict[str, Any] = {}
+    for name, option in entry["options"].items():
+        if values[name] is not None and values[name] is not False and values[name] != []:
+            given[name] = read.get(option["type"], lambda value, _: value)(values[name], f"--{name}")
+        elif option.get("file_only") and out is None:
+            given[name] = None
+        elif option.get("required") and name not in of_file:
+            if option.get("choices"):
+                raise unknown_name(f"--{name}", "", option["choices"])
+            example = "z=1.2" if option["type"] == "values" else "100"
+            raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
+    return given
+
+
+def regime(
+    study: StudyPath = None,
+    sets: Sets = None,
+    plot: Plot = None,
+    json_out: Json = False,
+    physical: Physical = False,
+    prove: Annotated[bool, typer.Option("--prove", help="Prove a periodic motion in ball arithmetic.")] = False,
+    certificate: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="With --prove: write the certificate, JSON.", readable=False)
+    ] = None,
+) -> None:
+    """Classify the motion at one operating point, and print the evidence."""
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_proof(prove, certificate)
+    loaded = load(study, sets, physical)
+    from gearchaos.studies.regime import Regime
+
+    chosen = loaded.study(Regime)
+    chosen.cost.announce()
+    verdict = chosen.verdict()
+    proof = proof_of(verdict, certificate) if prove else None
+    if json_out:
+        document = _regime_document(verdict, loaded, physical)
+        print_json(document if proof is None else {**document, "proof": proof.to_dict()})
+    else:
+        from gearchaos.cli.tables.motions import print_regime
+
+        print_regime(verdict, loaded, proof)
+    if plot and not verdict.section:
+        say(f"no picture: the motion {verdict.label}")
+    elif plot:
+        from gearchaos.studies import steady
+
+        motion = in_units(steady(loaded.model, verdict), loaded, physical)
+        draw_dossier(motion, f"{verdict.label}: {verdict.reason}", plot)
+
+
+def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
+    """The JSON document of a verdict; in physical units it also has the mesh frequency, and the units by name."""
+    if not physical or loaded.pair is None:
+        return verdict.to_dict()
+    from gearchaos.gears.scales import scaled_numbers
+
+    values, units = scaled_numbers({**verdict.to_dict(), "omega": loaded.model.omega}, loaded.pair.scales)
+    return {**values, "units": units}
+
+
+_OWN = {"regime": regime}
+"""Commands that print a verdict and not a Dataset."""
+
+for _kind, _entry in catalogue.STUDIES.items():
+    app.command(_kind.replace("_", "-"))(_OWN.get(_kind) or study_command(_kind, _entry))

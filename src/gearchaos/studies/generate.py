@@ -1,0 +1,207 @@
+"""Writes what follows from the classes of studies: public names, stub, catalogue of commands, lists of the manual.
+
+``python -m gearchaos.studies.generate`` writes the files; a test compares them with what it would write.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import MISSING
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.declaration import WIDTH, accepted, arguments
+from gearchaos.studies.options import Option, file_options
+from gearchaos.studies.study import Study
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+def all_studies() -> list[type[Study]]:
+    """The classes of all studies, in the order in which they are used."""
+    found = set[type[Study]]()
+    for module in iter_modules([str(Path(__file__).parent)]):
+        names = vars(import_module(f"gearchaos.studies.{module.name}")).values()
+        found |= {v for v in names if isinstance(v, type) and issubclass(v, Study) and "kind" in vars(v)}
+    return sorted(found, key=lambda study: (study.rank, study.kind))
+
+
+def catalogue() -> str:
+    """The module `gearchaos.catalogue`: what the public names and the commands need of studies, without their code."""
+    entries = {study.kind: _entry(study) for study in all_studies()}
+    return f'''"""All studies by kind: where each stands, and what its command takes.
+
+``python -m gearchaos.studies.generate`` writes this from the classes of the studies. It is all that public names
+and commands need of them: nothing slow is loaded for them.
+"""
+
+from typing import Any
+
+STUDIES: dict[str, dict[str, Any]] = {{
+{"".join(f"    {kind!r}: {_literal(entry, 4)},{chr(10)}" for kind, entry in entries.items())}}}
+'''
+
+
+def _literal(value: Any, indent: int) -> str:
+    """A table as it is written in Python: the tables in it stand on lines of their own, other entries share lines."""
+    text, room = repr(value), WIDTH - indent - 5
+    if not isinstance(value, dict) or len(text) < room - 15:
+        return text
+    lines: list[str] = []
+    tables: list[str] = []
+    for name, each in value.items():
+        entry = f"{name!r}: {_literal(each, indent + 4)},"
+        if isinstance(each, dict):
+            tables.append(entry)
+        elif lines and len(lines[-1]) + len(entry) < room:
+            lines[-1] += f" {entry}"
+        else:
+            lines.append(entry)
+    return "\n".join(["{", *(f"{' ' * (indent + 4)}{line}" for line in [*lines, *tables]), f"{' ' * indent}}}"])
+
+
+def _entry(study: type[Study]) -> dict[str, Any]:
+    """The entry of a study in the catalogue."""
+    options = file_options(study).values()
+    return {
+        "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
+        "help": _first_sentence(_docstring(study)), "needs_out": study.needs_out, "summary": study.summary,
+        "axes": {o.name: o.count for o in options if o.is_axis},
+        "options": {o.name: _command_option(o) for o in options if not o.is_axis},
+        "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},
+    }
+
+
+def _docstring(study: type[Study]) -> str:
+    """The docstring of the function of a study."""
+    return str(vars(import_module(study.__module__))[study.kind].__doc__)
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of a text, on one line and without markup."""
+    return re.split(r"(?<=\.) ", " ".join(text.split()).replace("`", ""))[0]
+
+
+def _command_option(option: Option) -> dict[str, Any]:
+    """What a command needs to know of an option: its type, its words, how its value is written, its choices."""
+    words = _first_sentence(option.words)
+    if option.default not in (MISSING, None, False):
+        default = _plain(option.default)
+        words = f"{words[:-1]}; {default} by default."
+    found = {
+        "type": _command_type(option), "help": words, "metavar": option.metavar or "|".join(option.choices),
+        "choices": option.choices, "least": option.least, "required": option.default is MISSING,
+        "file_only": option.file_only,
+    }
+    return {name: value for name, value in found.items() if value not in ("", (), None) and value is not False}
+
+
+def _plain(default: Any) -> str:
+    """A default in words."""
+    values = default if isinstance(default, tuple) else (default,)
+    return " and ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+
+
+def _command_type(option: Option) -> str:
+    """The type of an option of a command, as `gearchaos.cli.studies` names it."""
+    if option.type is Axis:
+        return "axis"
+    if "Mapping" in option.annotation:
+        return "values"
+    if option.choices:
+        return "str"
+    if "PathLike" in option.annotation:
+        return "part"
+    return option.annotation.removesuffix(" | None")
+
+
+def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
+    """The text of ``gearchaos/__init__.pyi``.
+
+    Parameters
+    ----------
+    modules : dict of str to str
+        The module of each public name that is no study.
+    subpackages : iterable of str
+    """
+    studies = all_studies()
+    imported = [("gearchaos", name, f" as {name}") for name in subpackages]
+    imported += [(f"gearchaos.{module}", name, f" as {name}") for name, module in modules.items()]
+    imported += [(study.__module__, study.__name__, f" as _{study.__name__}") for study in studies]
+    imported += [("gearchaos.continuation.edge", "EdgeState", ""), ("gearchaos.continuation.orbit", "Orbit", ""),
+                 ("gearchaos.gears.operating", "AnyModel", "")]
+    lines = [f"from {module} import {name}{own}" for module, name, own in sorted(imported)]
+    parts = [part for study in studies for part in _stub_of(study)]
+    return "\n".join([_STUB_HEAD, *lines, "", "__version__: str", "", *parts])
+
+
+_STUB_HEAD = '''"""The public names for type checkers and editors; at run time ``__init__`` imports them on first use.
+
+``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
+"""
+
+from collections.abc import Callable, Mapping
+from os import PathLike
+from typing import Literal
+
+import xarray as xr
+'''
+
+
+def _stub_of(study: type[Study]) -> Iterator[str]:
+    """The function and the class of a study, with their docstrings."""
+    function = _wrapped(f"def {study.kind}(", _written(arguments(study, study.run_options)), f") -> {study.returns}:")
+    yield f'{function}\n    """{_docstring(study)}"""\n'
+    made = _wrapped("    def __init__(", ["self", *_written(arguments(study))], ") -> None: ...")
+    yield f'class {study.__name__}(_{study.__name__}):\n    """{study.__doc__}"""\n\n{made}\n'
+
+
+def _written(options: Iterable[Option]) -> list[str]:
+    """Arguments as they are written in a signature."""
+    out: list[str] = []
+    for option in options:
+        if option.keyword and "*" not in out:
+            out.append("*")
+        default = "" if option.default is MISSING else f" = {option.default!r}"
+        out.append(f"{option.name}: {accepted(option)}{default}")
+    return out
+
+
+def _wrapped(start: str, arguments: list[str], end: str) -> str:
+    """A signature in lines of at most `WIDTH` characters."""
+    indent = " " * (len(start) - len(start.lstrip()))
+    text = textwrap.wrap(", ".join(arguments) + ",", WIDTH - len(indent) - 4)
+    return "\n".join([start, *(f"{indent}    {line}" for line in text), f"{indent}{end}"])
+
+
+def files() -> dict[Path, str]:
+    """The text of each file that is written from the studies."""
+    import gearchaos
+
+    manual = _PACKAGE.parents[1] / "docs/reference/api.rst"
+    studies = all_studies()
+    listed = "".join(f"   gearchaos.{study.kind}\n" for study in studies)
+    values = "".join(f"   gearchaos.{study.__name__}\n" for study in studies)
+    text = _between(manual.read_text(encoding="utf-8"), "functions of studies", listed)
+    return {
+        _PACKAGE / "catalogue.py": catalogue(),
+        _PACKAGE / "__init__.pyi": stub(*(vars(gearchaos)[name] for name in ("_OTHERS", "_SUBPACKAGES"))),
+        manual: _between(text, "classes of studies", values),
+    }
+
+
+def _between(text: str, mark: str, lines: str) -> str:
+    """A page of the manual with other lines in the list below a mark."""
+    before, _, rest = text.partition(f".. {mark}\n")
+    head, _, after = rest.partition("   :nosignatures:\n\n")
+    return f"{before}.. {mark}\n{head}   :nosignatures:\n\n{lines}\n{after.partition(chr(10) * 2)[2]}"
+
+
+if __name__ == "__main__":
+    for path, text in files().items():
+        path.write_text(text, encoding="utf-8")
