@@ -10,6 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from gearchaos.display import make_cards_by
+
 _MODULES = {
     "InputError": "errors",
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
@@ -63,3 +65,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+make_cards_by(lambda value: str(__getattr__("card")(value).html))  # cards are imported when a notebook asks for one
