@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from gearchaos.catalogue import STUDIES as _STUDIES
+from gearchaos.display import make_cards_by
 
 _OTHERS = {
     "InputError": "errors",
@@ -24,7 +25,7 @@ _OTHERS = {
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
-    "card": "cards", "save": "datasets",
+    "card": "cards.make", "save": "datasets",
     "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",
     "explore": "explorer.web.notebook",
     "SymbolicModel": "interchange.symbolic_model", "script": "interchange.scripts",
@@ -60,3 +61,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+make_cards_by(lambda value: str(__getattr__("card")(value).html))  # cards are imported when a notebook asks for one

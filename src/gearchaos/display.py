@@ -1,16 +1,24 @@
-"""How values show themselves in notebooks: as small cards of HTML, made by `gearchaos.cards`."""
+"""How values show themselves in notebooks: as small cards of HTML, of whose making they know nothing."""
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Callable
+
+
+def _no_card(value: HasCard) -> str:
+    raise NotImplementedError(f"nothing makes cards of {type(value).__name__}")
 
 
 class HasCard:
-    """A value that notebooks show as a card; `gearchaos.card` says what is on it.
+    """A value that notebooks show as a card; `gearchaos.card` says what is on it."""
 
-    The class knows nothing of cards: these are made above it, from its public attributes, and imported by name when a
-    notebook asks for one.
-    """
+    _make_html: Callable[[HasCard], str] = staticmethod(_no_card)
+    """What makes the HTML of a value, from its public attributes; given by `make_cards_by`."""
 
     def _repr_html_(self) -> str:
-        return str(import_module("gearchaos.cards").card(self).html)
+        return self._make_html(self)
+
+
+def make_cards_by(make: Callable[[HasCard], str]) -> None:
+    """Let ``make`` give the HTML of all values; the package itself, which is above all floors, does so."""
+    HasCard._make_html = staticmethod(make)

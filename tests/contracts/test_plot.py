@@ -18,8 +18,7 @@ from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.plot._axes import axis_label, cell_extent, symbol
 from gearchaos.plot._basins import attractor_colours
 from gearchaos.plot._bifurcation import density
-from gearchaos.plot._portrait import distinct
-from gearchaos.plot._spectrum import amplitudes
+from gearchaos.plot._motions import amplitudes, distinct
 from tests.colour_vision import VISION, lab, linear
 from tests.pictures import legend_words
 

@@ -16,8 +16,8 @@ from gearchaos.errors import InputError
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot._basins import UNDECIDED, attractor_colours
 from gearchaos.plot._bifurcation import density
-from gearchaos.plot._events import EVENT_COLOURS
-from gearchaos.plot._portrait import first_coordinate
+from gearchaos.plot._motions import first_coordinate
+from gearchaos.plot._theme import EVENT_COLOURS
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 _MOST_KINDS = 5

@@ -16,9 +16,8 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, cell_extent, new_axes
 from gearchaos.plot._checks import check, flags
 from gearchaos.plot._data import keeps_data
-from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import side_legend
-from gearchaos.plot._theme import BACKGROUND, adapt, legend_style, style_on
+from gearchaos.plot._theme import BACKGROUND, EVENT_COLOURS, adapt, legend_style, style_on
 
 _STYLES: dict[str, dict[str, Any]] = {
     "curve": {"color": EVENT_COLOURS["fold"], "linewidth": 1.4},

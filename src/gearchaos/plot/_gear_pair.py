@@ -12,10 +12,9 @@ from matplotlib.lines import Line2D
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
-from gearchaos.plot._axes import new_axes
+from gearchaos.plot._axes import new_axes, panels
 from gearchaos.plot._checks import check_design, check_positive
 from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._panels import panels
 from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 from gearchaos.validation import to_float
 

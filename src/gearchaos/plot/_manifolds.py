@@ -17,9 +17,8 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
 from gearchaos.plot._data import keeps_data
-from gearchaos.plot._events import EVENT_COLOURS
 from gearchaos.plot._legends import side_legend
-from gearchaos.plot._theme import legend_style, style_on
+from gearchaos.plot._theme import EVENT_COLOURS, legend_style, style_on
 
 _STABLE: dict[str, Any] = {"color": "black", "linewidth": 0.5}
 _UNSTABLE: dict[str, Any] = {"color": "#c8102e", "linewidth": 0.5}

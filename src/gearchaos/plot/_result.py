@@ -14,23 +14,18 @@ from gearchaos.catalogue import STUDIES
 from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._agreement import agreement
-from gearchaos.plot._attractors import attractors
 from gearchaos.plot._axes import axis_label, new_axes
-from gearchaos.plot._backbone import backbone
-from gearchaos.plot._basins import basins
-from gearchaos.plot._bifurcation import bifurcation
+from gearchaos.plot._basins import attractors, basins
+from gearchaos.plot._bifurcation import bifurcation, lyapunov, response
+from gearchaos.plot._branch import backbone
 from gearchaos.plot._checks import check_dataset, check_name
 from gearchaos.plot._classes import named_classes
-from gearchaos.plot._dossier import dossier
 from gearchaos.plot._dynamic_factor import dynamic_factor
-from gearchaos.plot._level import level
-from gearchaos.plot._lyapunov import lyapunov
 from gearchaos.plot._manifolds import manifolds
-from gearchaos.plot._portrait import portrait
-from gearchaos.plot._response import response
+from gearchaos.plot._maps import level, zones
+from gearchaos.plot._motions import dossier, portrait
 from gearchaos.plot._skeleton import skeleton
 from gearchaos.plot._theme import INK, STROBE, adapt
-from gearchaos.plot._zones import zones
 
 MOTION = "motion"
 """The colouring of a map by kind of motion; the other colourings are names of variables."""

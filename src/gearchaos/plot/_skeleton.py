@@ -15,9 +15,17 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, new_axes
 from gearchaos.plot._checks import check
 from gearchaos.plot._data import keeps_data
-from gearchaos.plot._events import EVENT_COLOURS, SPECIAL_MARKERS, event_words
 from gearchaos.plot._legends import side_legend
-from gearchaos.plot._theme import INK, adapt, adapt_style, legend_style, style_on
+from gearchaos.plot._theme import (
+    EVENT_COLOURS,
+    INK,
+    SPECIAL_MARKERS,
+    adapt,
+    adapt_style,
+    event_words,
+    legend_style,
+    style_on,
+)
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")
 """The kinds of events that have curves, in the order of the legend."""

@@ -8,9 +8,8 @@ from matplotlib.ticker import MaxNLocator
 
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
-from gearchaos.plot._axes import new_axes, wrapped
+from gearchaos.plot._axes import new_axes, panels, wrapped
 from gearchaos.plot._checks import check_design
-from gearchaos.plot._panels import panels
 from gearchaos.plot._theme import INK, adapt
 
 _UM = 1e6

@@ -13,7 +13,7 @@ from bokeh.models import ColumnDataSource, HoverTool, MultiLine, Scatter
 from gearchaos.explorer.panels.labels import symbol
 from gearchaos.explorer.panels.style import SetAttributes
 from gearchaos.explorer.panels.units import Units
-from gearchaos.plot._events import EVENT_COLOURS, event_words
+from gearchaos.plot._theme import EVENT_COLOURS, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 _COLOUR = "#d95f02"

@@ -10,7 +10,7 @@ from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, INK, SetAttrib
 from gearchaos.explorer.panels.units import Units
 from gearchaos.gears.operating import Gears, pair_of
 from gearchaos.plot._axes import mesh_period
-from gearchaos.plot._dossier import HISTORY_PERIODS
+from gearchaos.plot._motions import HISTORY_PERIODS
 
 _SAMPLES = 3000
 """Largest number of samples drawn."""

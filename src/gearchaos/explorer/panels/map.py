@@ -32,7 +32,7 @@ from gearchaos.explorer.view.gears import limits
 from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
-from gearchaos.plot._level import colour_limits
+from gearchaos.plot._maps import colour_limits
 
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""

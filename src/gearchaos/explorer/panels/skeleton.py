@@ -10,7 +10,7 @@ from bokeh.models import ColumnDataSource, MultiLine
 
 from gearchaos.explorer.jobs.skeleton import EventCurve, Skeleton
 from gearchaos.explorer.panels.style import SetAttributes
-from gearchaos.plot._events import EVENT_COLOURS, event_words
+from gearchaos.plot._theme import EVENT_COLOURS, event_words
 
 _COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
 """Colours of the curves by the kind of event, in the order of the legend."""

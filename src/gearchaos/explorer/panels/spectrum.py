@@ -9,7 +9,7 @@ from bokeh.models import ColumnDataSource, FixedTicker, Line, Range1d
 from gearchaos.explorer.panels.style import FIRST_DATA, INK, SetAttributes, empty_figure
 from gearchaos.explorer.panels.units import NONE, Units
 from gearchaos.gears.operating import pair_of
-from gearchaos.plot._spectrum import FLOOR, amplitudes
+from gearchaos.plot._motions import FLOOR, amplitudes
 
 _ORDERS = 6
 """Highest order of the mesh frequency shown."""
