@@ -15,11 +15,11 @@ from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point_motion import point_motion
 from gearchaos.explorer.panels.spectrum import SpectrumFigure
 from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.study_text import as_python, as_toml
-from gearchaos.explorer.view.wheels import are_alike, made_alike
 from gearchaos.studyfile import load_study
 
 pytestmark = pytest.mark.slow
@@ -110,9 +110,9 @@ def test_a_preset_is_found_again_until_another_model_is_set(key):
 def test_wheels_are_alike_only_if_all_their_values_are():
     view = view_of(PAIR.model)
     assert are_alike(START.operating_point) and not are_alike(view.operating_point)
-    alike = made_alike(view).operating_point
+    alike = view.with_alike_wheels().operating_point
     assert are_alike(alike) and alike.J2 == view.operating_point.J1
-    assert made_alike(START) == START
+    assert START.with_alike_wheels() == START
 
 
 def test_pictures_and_data_of_a_map_half_done(small):

@@ -13,8 +13,8 @@ from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.datasets import provenance, variable
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.line_units import in_units
 from gearchaos.explorer.jobs.point_motion import PointMotion
+from gearchaos.explorer.jobs.point_studies import in_units
 from gearchaos.explorer.view.bounds import BRANCH_POINTS
 from gearchaos.explorer.view.state import View
 from gearchaos.model import COORDINATES, MeshModel, state_names

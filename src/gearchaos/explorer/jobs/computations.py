@@ -82,6 +82,8 @@ class Computations:
     ----------
     map, point_motion : Map, PointMotion or None
         The newest results.
+    skeleton_period : int
+        The largest period of the orbits whose bifurcation curves are shown or asked for; 0 without curves.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class Computations:
         self._fine_diagram_waits = self._basins_wait = self._branch_waits = False
         self._followed: PeriodicMotion | None = None  # the motion whose branch is shown or being computed
         self._skeleton: Skeleton | None = None  # the newest one
-        self._skeleton_period = 0  # the largest period asked for; 0 if no curves are shown
+        self.skeleton_period = 0
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -127,7 +129,8 @@ class Computations:
             self._update_branch(before)
         if before.operating_point != self._view.operating_point:
             self._ask_attractors()
-        self._ask_waiting_basins()
+        if self._basins_wait:
+            self.ask_basins()
         if self._branch_waits:
             self.ask_branch()
 
@@ -168,23 +171,18 @@ class Computations:
         self._ended("branch", None)
         self._display.clear_branch()
 
-    @property
-    def skeleton_period(self) -> int:
-        """The largest period of the orbits whose bifurcation curves are shown or asked for; 0 without curves."""
-        return self._skeleton_period
-
     def ask_skeleton(self, period: int) -> None:
         """Compute the bifurcation curves of orbits up to a period over the map, as soon as the map is complete."""
         self.clear_skeleton()
-        self._skeleton_period = period
+        self.skeleton_period = period
         self._display.show_skeleton(None)
         if "map" not in self._pending or (self.map is not None and self.map.share == 1):
             self._ask_waiting_skeleton()
 
     def clear_skeleton(self) -> None:
         """Remove the bifurcation curves; cancel their computation."""
-        if self._skeleton_period:
-            self._skeleton, self._skeleton_period = None, 0
+        if self.skeleton_period:
+            self._skeleton, self.skeleton_period = None, 0
             self._curves.cancel(self._owner, _SKELETON)
             self._ended(_SKELETON, None)
             self._display.clear_skeleton()
@@ -241,13 +239,9 @@ class Computations:
 
     def _ask_waiting_skeleton(self) -> None:
         """Compute the bifurcation curves that were asked for, unless that has begun."""
-        if self._skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
-            function = partial(skeleton, self._view, self._skeleton_period)
+        if self.skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
+            function = partial(skeleton, self._view, self.skeleton_period)
             self._ask(self._curves, _SKELETON, function, self._show_skeleton)
-
-    def _ask_waiting_basins(self) -> None:
-        if self._basins_wait:
-            self.ask_basins()
 
     def _ask(
         self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
@@ -299,7 +293,8 @@ class Computations:
             self._awaits_map = False
             self._ask_diagram()
             self._ask_attractors()
-            self._ask_waiting_basins()
+            if self._basins_wait:
+                self.ask_basins()
 
     def _ask_fine_diagram(self) -> None:
         if self._fine_diagram_waits:

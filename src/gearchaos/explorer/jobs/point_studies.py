@@ -10,9 +10,9 @@ import xarray as xr
 from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import default_box
-from gearchaos.explorer.jobs.line_units import in_units
 from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES
 from gearchaos.explorer.view.state import View
+from gearchaos.gears.results import physical
 from gearchaos.model import MeshModel
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
@@ -38,6 +38,20 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
         study = Bifurcation(view.operating_point, along, points=DIAGRAM_POINTS, settings=_SETTINGS)
         for found in _in_parts(study, _PARTS if stride == 1 else 1):
             yield in_units(found, view) if found else found
+
+
+def in_units(dataset: xr.Dataset, view: View) -> xr.Dataset:
+    """A dimensionless result along `View.line_axis` in the units that the view shows.
+
+    Values of the parameter stay in the unit of the axis, on which the page draws them: ω is not turned into a frequency
+    in Hz. Those of a branch are its coordinate, ``event_value``, ``jump_value`` and the JSON of some attributes.
+    """
+    if not view.physical or view.gears is None:
+        return dataset
+    name = view.line_axis.name
+    found = physical(dataset, view.gears).assign_coords({name: dataset[name]})
+    found = found.assign({n: dataset[n] for n in ("event_value", "jump_value") if n in dataset})
+    return found.assign_attrs(dataset.attrs)
 
 
 def basins(view: View) -> Generator[xr.Dataset]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, in_range, rounded, value_range
-from gearchaos.explorer.view.kinds import as_kind
+from gearchaos.explorer.view.models import as_kind
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
 from gearchaos.gears.pair import GearPair

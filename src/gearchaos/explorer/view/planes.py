@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
-from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS
 from gearchaos.explorer.view.gears import gear_values
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import COORDINATES, MeshModel, check_has_effect, known_names, state_names
+from gearchaos.model import COORDINATES, MeshModel, has_effect, known_names, state_names
 from gearchaos.quantities import OPERATION, parse_harmonic
 from gearchaos.studies.axis import Axis
 
@@ -32,18 +31,9 @@ def axis_names(model: MeshModel) -> list[str]:
     out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
         order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
-        if order <= HIGHEST_HARMONIC and _has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
+        if order <= HIGHEST_HARMONIC and has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
             out.append(name)
     return out
-
-
-def _has_effect(name: str, kind: str) -> bool:
-    """Whether a parameter has an effect on a kind of model."""
-    try:
-        check_has_effect(name, kind)
-    except InputError:
-        return False
-    return True
 
 
 def initial_values(model: MeshModel) -> dict[str, float]:

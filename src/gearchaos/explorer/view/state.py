@@ -18,11 +18,12 @@ from gearchaos.explorer.view.bounds import (
     rounded,
     value_range,
 )
-from gearchaos.explorer.view.kinds import as_kind
+from gearchaos.explorer.view.models import WHEELS, as_kind, equal
 from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
 from gearchaos.gears.operating import Gears, OperatingModel
 from gearchaos.model import (
     KINDS,
+    PARAMETER_PAIRS,
     STIFFNESS_KINDS,
     MeshModel,
 )
@@ -214,6 +215,14 @@ class View:
                 return replace(self, at=(at[0], at[1]), initial=())
         changed = given_gears.with_new_gears(model, given_gears.with_gear_value(model.gears, name, value))
         return replace(self, model=changed, initial=())
+
+    def with_alike_wheels(self) -> View:
+        """The view with the values of wheel 1 for both wheels."""
+        view = self
+        for pair in WHEELS:
+            if not equal(view.operating_point, pair):
+                view = view.with_value(pair, view.operating_point.parameters()[PARAMETER_PAIRS[pair][0]])
+        return view
 
     def with_kind(self, kind: str) -> View:
         """The view with another kind of model; axes of parameters that it does not have are replaced by the default."""

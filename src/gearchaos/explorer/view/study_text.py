@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import fields
+from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import tomlkit
 
-from gearchaos.explorer.view.design import design_values
 from gearchaos.explorer.view.gears import as_dimensionless_axis, changes, own_kind
 from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.state import View, stiffness_name
-from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_design import FILES, GearDesign
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import SCALARS, STIFFNESS_KINDS, MeshModel
@@ -117,3 +117,25 @@ def _model(model: MeshModel) -> dict[str, Any]:
 
 def _axis(axis: Axis) -> str:
     return f"{axis.name}={axis.start!r}:{axis.stop!r}:{axis.count}"
+
+
+def design_values(design: GearDesign) -> dict[str, Any]:
+    """The inputs of a design that differ from their defaults, as numbers in SI, texts, lists and tables by name."""
+    required = ("teeth", "module", "face_width")
+    plain = GearDesign(**{n: getattr(design, n) for n in required})
+    values = {
+        name: _plain(value) for name, value in asdict(design).items()
+        if value is not None and (name in required or getattr(design, name) != getattr(plain, name))
+    }
+    for name, key in FILES:
+        if isinstance(table := values.get(name), dict) and key in table:
+            kept = {n: v for n, v in table.items() if v and n != "sha256"}
+            values[name] = {**kept, key: str(Path(table[key]).absolute())}
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """A value with lists for tuples, and tables without the keys that are left out."""
+    if isinstance(value, dict):
+        return {n: _plain(v) for n, v in value.items() if v is not None}
+    return [_plain(v) for v in value] if isinstance(value, (list, tuple)) else value

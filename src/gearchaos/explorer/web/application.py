@@ -58,7 +58,7 @@ def _page_maker(view: View, workers: Workers) -> Callable[[Any], None]:
             first, message = view, f"The address cannot be shown: {error}"
         session = Session(first, workers, document, view)
         Events(session)
-        session.show_message(message)
+        session.page.show_message(message)
         document.on_session_destroyed(lambda _: session.close())
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)

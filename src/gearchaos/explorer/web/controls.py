@@ -9,9 +9,9 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC
+from gearchaos.explorer.view.models import are_alike, equal
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import View, stiffness_name
-from gearchaos.explorer.view.wheels import are_alike, equal, made_alike
 from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of, line_menu, parameter_form, plane_menus
 from gearchaos.explorer.web.html import render
 from gearchaos.explorer.web.messages import Messages
@@ -71,7 +71,7 @@ class Controls:
         """Show separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1."""
         self._merge_wheels = not (self._merge_wheels and are_alike(self._view.model))
         self.show(self._view)
-        return made_alike if self._merge_wheels and not are_alike(self._view.model) else None
+        return View.with_alike_wheels if self._merge_wheels and not are_alike(self._view.model) else None
 
     def _one_more(self, family: str) -> Change | None:
         """Add the next harmonic of a family."""

@@ -46,13 +46,15 @@ class Events:
         self._session, self._timeout, self._skeleton_period = session, None, SKELETON_PERIOD
         page = session.page
         page.messages.actions = {name: partial(self._checked, action) for name, action in {
-            "step": self._step, "choose": self._choose, "save": self._save, "basins": self._ask_basins,
+            "step": self._step, "choose": self._choose, "save": self._save,
+            "basins": lambda _: session.computations.ask_basins(),
             "set": self._set, "press": self._press,
         }.items()}
         page.map.figure.on_event(RangesUpdate, partial(self._checked, self._zoomed))
         for click in _CLICKS:
             for figure, action in (
-                (page.map, self._click_map), (page.diagram, self._click_diagram), (page.basins, self._click_basins),
+                (page.map, self._click_map), (page.diagram, self._click_diagram),
+                (page.basins, lambda event: session.start_in_basins(event.x, event.y)),
             ):
                 figure.figure.on_event(click, partial(self._checked, action))
 
@@ -61,10 +63,10 @@ class Events:
         try:
             action(value)
         except InputError as error:
-            self._session.show_message(str(error))
+            self._session.page.show_message(str(error))
         except Exception:
             log.exception("a page could not be answered")
-            self._session.show_message(INTERNAL_ERROR)
+            self._session.page.show_message(INTERNAL_ERROR)
 
     # --- figures ---------------------------------------------------------------------------------------------------
 
@@ -76,10 +78,6 @@ class Events:
         """Move the point along the line of the bifurcation diagram."""
         self._session.change(
             lambda view: view.moved(event.x, view.at[1]) if view.line == "x" else view.moved(view.at[0], event.x))
-
-    def _click_basins(self, event: PointEvent) -> None:
-        """Show the motion from other initial values."""
-        self._session.start_in_basins(event.x, event.y)
 
     def _zoomed(self, event: RangesUpdate) -> None:
         """Compute the map of the new ranges, once panning or zooming has ended."""
@@ -99,7 +97,7 @@ class Events:
 
     def _is_shown(self, ends: _Ends) -> bool:
         """Whether these are the ends of the present axes, up to a small fraction of a cell."""
-        view = self._session.view
+        view = self._session.page.view
         return all(
             max(abs(low - a.start), abs(high - a.stop)) < 1e-6 * (a.stop - a.start)
             for a, (low, high) in zip((view.x, view.y), ends, strict=True)
@@ -125,7 +123,7 @@ class Events:
         if change is not None:
             self._session.change(change)
             if name == "preset" and str(chosen) in presets() and presets()[str(chosen)].basins:
-                self._ask_basins(None)
+                self._session.computations.ask_basins()
 
     def _press(self, name: Any) -> None:
         """A button of the form, of the dossier, of the diagram or of the map."""
@@ -165,8 +163,4 @@ class Events:
     def _save(self, value: Any) -> None:
         """A file, by its name in `FILES`."""
         if isinstance(value, str) and value in FILES:
-            self._session.ask_file(*value.split("-"))
-
-    def _ask_basins(self, _: Any) -> None:
-        """The button for basins."""
-        self._session.computations.ask_basins()
+            self._session.computations.ask_file(*value.split("-"))

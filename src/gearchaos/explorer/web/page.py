@@ -10,7 +10,7 @@ import xarray as xr
 from gearchaos.explorer.jobs.map_grid import Map
 from gearchaos.explorer.jobs.point_motion import PointMotion
 from gearchaos.explorer.jobs.skeleton import Skeleton
-from gearchaos.explorer.panels.attractors import Choice
+from gearchaos.explorer.panels.attractors import Choice, choices
 from gearchaos.explorer.panels.basins import BasinsFigure
 from gearchaos.explorer.panels.branch import branch_text
 from gearchaos.explorer.panels.diagram import BifurcationFigure
@@ -31,15 +31,19 @@ from gearchaos.explorer.web.messages import Messages
 
 
 class Page:
-    """One page.
+    """One page; the `Display` of its computations.
 
     Parameters
     ----------
     start : View
         What the server shows first; its gears are those of the page.
+    view : View
+        What the page shows first.
 
     Attributes
     ----------
+    view, basins_view : View
+        The present view, in whose units results are shown; the view whose basins are shown.
     messages : Messages
     controls : Controls
     map, diagram, basins, history, phase, portrait, spectrum, force
@@ -48,9 +52,11 @@ class Page:
         The motions that the page offers as buttons.
     """
 
-    def __init__(self, start: View) -> None:
+    def __init__(self, start: View, view: View) -> None:
+        self.view = self.basins_view = view
         self._has_gears = start.gears is not None
         self.messages = Messages()
+        self.save_file = self.messages.save_file
         self.controls = Controls(self.messages, start)
         set_attributes = self.messages.set_attributes
         self.map = MapFigure(set_attributes)
@@ -61,8 +67,7 @@ class Page:
         self.portrait = PortraitFigure(set_attributes)
         self.spectrum = SpectrumFigure(set_attributes)
         self.force = ForceFigure(set_attributes) if self._has_gears else None
-        self.choices: list[Choice] = []
-        self.show_choices([])
+        self._write_choices([])
         self._plane: tuple[Any, ...] = ()
         self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
@@ -82,26 +87,22 @@ class Page:
     def show_view(self, view: View) -> None:
         """Show the form, the axes of the map, the point, and the address of a view."""
         self.controls.show(view)
-        self.mark(view)
+        self.map.mark(view.at)
         self.diagram.mark(view.at["xy".index(view.line)])
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view, self.units(view))
         self.messages.set_page_state(to_query(view), as_python(view), as_toml(view))
 
-    def mark(self, view: View) -> None:
-        """Move the crosshair of the map to the point."""
-        self.map.mark(view.at)
-
-    def show_map(self, found: Map, view: View) -> None:
+    def show_map(self, found: Map) -> None:
         """Draw the map and its legend."""
-        self.map.show(found, view.colour, self.units(view))
+        self.map.show(found, self.view.colour, self.units(self.view))
         self.messages.write(
-            "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=view.colour))
+            "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=self.view.colour))
 
-    def show_point_motion(self, found: PointMotion, view: View) -> None:
+    def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
-        units = self.units(view)
+        view, units = self.view, self.units(self.view)
         self._show_portrait(found, units)
         if found.trajectory is not None:
             self._show_trajectory(found.trajectory, units, view)
@@ -135,13 +136,13 @@ class Page:
         elif self.force is not None:
             self.force.clear()
 
-    def show_diagram(self, found: xr.Dataset, view: View) -> None:
+    def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
-        self.diagram.show(found, self.units(view))
+        self.diagram.show(found, self.units(self.view))
 
-    def show_branch(self, found: xr.Dataset, view: View) -> None:
+    def show_branch(self, found: xr.Dataset) -> None:
         """Draw the branch of a motion over the diagram, and describe it below."""
-        units = self.units(view)
+        units = self.units(self.view)
         self.diagram.show_branch(found, units)
         self.messages.write("branch", render("branch.html.j2", branch=branch_text(found, units)))
 
@@ -163,20 +164,26 @@ class Page:
         self.messages.write("skeleton-legend", "")
         self.messages.set_values({"skeleton": False})
 
-    def show_basins(self, found: xr.Dataset, view: View) -> None:
-        """Draw basins of attraction and their legend."""
+    def show_basins(self, view: View, found: xr.Dataset) -> None:
+        """Draw the basins of attraction of a view and their legend."""
+        self.basins_view = view
         self.basins.show(found, self.units(view))
         self.messages.write("basin-legend", render("legend.html.j2", legend=self.basins.legend))
 
-    def clear_basins(self) -> None:
-        """Hide the basins."""
+    def show_attractors(self, found: xr.Dataset) -> None:
+        """Show a button for every motion of the point."""
+        self._write_choices(choices(found))
+
+    def clear_point_studies(self) -> None:
+        """Hide the basins and the motions of the previous point."""
         self.basins.clear()
         self.messages.write("basin-legend", "")
+        self._write_choices([])
 
-    def show_choices(self, choices: list[Choice]) -> None:
-        """Show a button for every motion of the point; an empty list stands for a search under way."""
-        self.choices = choices
-        self.messages.write("others", render("attractors.html.j2", choices=choices))
+    def _write_choices(self, found: list[Choice]) -> None:
+        """Write the buttons of motions; an empty list stands for a search under way."""
+        self.choices = found
+        self.messages.write("others", render("attractors.html.j2", choices=found))
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""
