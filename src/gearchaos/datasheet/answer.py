@@ -95,8 +95,8 @@ class Answer:
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} (vary it)"
-        yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}"
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}"
+        yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property
     def scanned(self) -> str:
@@ -127,6 +127,13 @@ class Answer:
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.windows:
             yield "Beside a factor: the share of the range where that motion separates, if not all."
+        if history := [f"{start:.3g} to {stop:.3g}" if max(start, stop) < 1000 else f"{start:.0f} to {stop:.0f}"
+                       for start, stop in self.speeds.in_contact_from_rest]:
+            more = ", …" * (len(history) > 3)
+            yield f"From rest the teeth stay in contact at {', '.join(history[:3])}{more} rpm of these."
+        if (elsewhere := self.speeds.elsewhere) is not None:
+            yield (f"Elsewhere: in contact in all motions found, largest factor {measured(elsewhere.dynamic_factor, 3)} "
+                   f"at {measured(elsewhere.speed_of_largest, 3)} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         yield "Left out: load sharing, damping that ends with contact, other meshes, friction."
@@ -198,13 +205,13 @@ def factor_and_share(motion: Reached) -> str:
 
 
 def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, as far outside as they may lie, and rounded outwards.
+    """Both ends of a range to avoid, in rpm, as far outside as they may lie, and rounded outwards to three digits.
 
     An end of the computed speeds is marked: the range may go on beyond it.
     """
-    start, stop = (max(10.0 ** math.floor(math.log10(r)), 1.0) if r > 0 else 1.0
-                   for r in (window.start_resolution, window.stop_resolution))
     low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
+    start, stop = (10.0 ** max(math.floor(math.log10(max(r, 1.0))), math.floor(math.log10(max(end, 1.0))) - 2, 0)
+                   for r, end in ((window.start_resolution, low), (window.stop_resolution, high)))
     return (f"{'≤ ' * window.from_scan_start}{math.floor(low / start) * start:.0f}",
             f"{'≥ ' * window.to_scan_end}{math.ceil(high / stop) * stop:.0f}")
 

@@ -190,6 +190,21 @@ class SpeedsToAvoid:
         return _speed_range(self.dataset)
 
     @property
+    def elsewhere(self) -> SpeedRange | None:
+        """The computed speeds outside the ranges to avoid, with their largest dynamic factor; None if there are none."""
+        speeds = self.dataset["speed"].values
+        avoided = [(each.start <= speeds) & (speeds <= each.stop) for each in self.windows]
+        outside = ~np.any(avoided, axis=0) if avoided else np.ones(len(speeds), dtype=bool)
+        return _speed_range(self.dataset.isel(speed=outside)) if outside.any() else None
+
+    @property
+    def in_contact_from_rest(self) -> list[tuple[float, float]]:
+        """The computed speeds, rpm, from first to last, at which the teeth separate, but not in the motion from rest."""
+        contact, speeds = self.dataset["contact"].values, self.dataset["speed"].values
+        history = (contact[0] == 0) & (contact > 0).any(axis=0)
+        return [(float(speeds[run[0]]), float(speeds[run[-1]])) for run in runs(history.tolist()) if history[run[0]]]
+
+    @property
     def main_resonance(self) -> float:
         """The speed, rpm, at which the mesh frequency is the natural frequency at the mean mesh stiffness."""
         return float(self.dataset["speed"][-1] / self.dataset["resonance_ratio"][-1])
@@ -296,9 +311,9 @@ def speeds_to_avoid(
     while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
         motions.add_from_rest(new[:room])
         motions.follow()
-    tried = f"from rest and by sweeps of rising and falling speed at {len(motions.speeds)} speeds"
+    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds"
     if starts:
-        tried += f", {starts} random initial states at each of {tried_at} speeds"
+        tried += f", {starts} random states at {tried_at}"
     dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(

@@ -23,7 +23,7 @@ _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
 """Lines of an answer; ranges and warnings that are shown in it."""
 
-_MOTION_TITLES = ("factor\nfrom rest", "speed\nrising", "speed\nfalling", "only from\nelsewhere")
+_MOTION_TITLES = ("factor\nfrom rest", "speed\nrising", "speed\nfalling", "other\nstarts")
 """Titles of the columns of `MOTIONS`."""
 
 _HEADING = 2

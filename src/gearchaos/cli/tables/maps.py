@@ -66,4 +66,5 @@ def _largest(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
     name = largest["quantity"]
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.5g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
-    return f"largest {value}, at {place}"
+    which = " from initial values:" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
+    return f"largest{which} {value}, at {place}"
