@@ -132,8 +132,8 @@ class Answer:
             more = ", …" * (len(history) > 3)
             yield f"From rest the teeth stay in contact at {', '.join(history[:3])}{more} rpm of these."
         if (elsewhere := self.speeds.elsewhere) is not None:
-            yield (f"Elsewhere: in contact in all motions found, largest factor {measured(elsewhere.dynamic_factor, 3)} "
-                   f"at {measured(elsewhere.speed_of_largest, 3)} rpm.")
+            yield (f"Elsewhere: in contact in all motions found, largest factor "
+                   f"{measured(elsewhere.dynamic_factor, 3)} at {measured(elsewhere.speed_of_largest, 3)} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         yield "Left out: load sharing, damping that ends with contact, other meshes, friction."

@@ -191,7 +191,7 @@ class SpeedsToAvoid:
 
     @property
     def elsewhere(self) -> SpeedRange | None:
-        """The computed speeds outside the ranges to avoid, with their largest dynamic factor; None if there are none."""
+        """The computed speeds outside the ranges to avoid, with their largest dynamic factor; None without any."""
         speeds = self.dataset["speed"].values
         avoided = [(each.start <= speeds) & (speeds <= each.stop) for each in self.windows]
         outside = ~np.any(avoided, axis=0) if avoided else np.ones(len(speeds), dtype=bool)
@@ -199,7 +199,7 @@ class SpeedsToAvoid:
 
     @property
     def in_contact_from_rest(self) -> list[tuple[float, float]]:
-        """The computed speeds, rpm, from first to last, at which the teeth separate, but not in the motion from rest."""
+        """The computed speeds, rpm, from first to last, at which teeth separate, but not in the motion from rest."""
         contact, speeds = self.dataset["contact"].values, self.dataset["speed"].values
         history = (contact[0] == 0) & (contact > 0).any(axis=0)
         return [(float(speeds[run[0]]), float(speeds[run[-1]])) for run in runs(history.tolist()) if history[run[0]]]
