@@ -51,7 +51,7 @@ def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
     assert len(lines) <= 20 and max(map(len, lines)) <= WIDTH
     assert lines[0] == "Spur gear pair 50/50, module 3 mm, b 20 mm, a 150 mm, grade 6"
     for text in ("60 N m at wheel 1, F_t/b 40 N/mm", "main resonance  4080 rpm",
-                 "1 range of 1000 to 2000 rpm: the teeth separate", "Tried: from rest",
+                 "1 range in 1000 to 2000 rpm: the teeth separate", "Tried: from rest",
                  "the factor over 1.75", "warning: The accuracy grade"):
         assert any(text in line for line in lines), text
     assert "gear_ratio" not in result.stdout
@@ -91,12 +91,30 @@ def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
     ds, (start, stop) = found.dataset, found.in_contact_from_rest[0]
     inside = ds.sel(speed=slice(start, stop))
     assert (inside["contact"].sel(motion="rest") == 0).all() and (inside["contact"].max("motion") > 0).all()
-    assert found.elsewhere.stop < found.windows[0].start
-    largest = float(ds["dynamic_factor"].sel(speed=slice(None, found.elsewhere.stop)).max())
-    assert found.elsewhere.dynamic_factor == largest
+    outside, separate = found.elsewhere
+    assert outside.stop < found.windows[0].start and not separate
+    largest = float(ds["dynamic_factor"].sel(speed=slice(None, outside.stop)).max())
+    assert outside.dynamic_factor == largest
     text = " ".join(Answer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
-    assert f"From rest the teeth stay in contact at {start:.0f} to {stop:.0f} rpm" in text
+    assert f"In contact from rest, but not in all motions: {start:.0f} to {stop:.0f} rpm" in text
     assert f"Elsewhere: in contact in all motions found, largest factor {measured(largest, 3)} at" in text
+
+
+def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed():
+    found = speeds_to_avoid(SHIFTED, "7000:7100:2", 180, factor=5, separation=False)
+    text = " ".join(Answer.of(SHIFTED.at(speed=7000, torque=180), found).basis)
+    assert not found.windows and "Elsewhere: the teeth separate at some speeds, largest factor 4." in text
+
+
+def test_every_range_to_avoid_is_named_in_the_answer(capsys):
+    from gearchaos.cli.tables.gears import _print_windows
+
+    found = speeds_to_avoid(load_design(SPUR, {}), "400:1200:12", 60)
+    assert len(found.windows) > 2
+    _print_windows(found, 2)
+    shown = capsys.readouterr().out
+    for each in found.windows:
+        assert all(end in shown for end in edges(each))
 
 
 def test_numbers_have_no_more_digits_than_are_known():
@@ -199,11 +217,12 @@ def test_of_many_ranges_those_with_the_largest_factors_are_shown(capsys):
     printed = capsys.readouterr()
     lines = [*printed.out.splitlines(), *printed.err.splitlines()]
     rows = [line.split() for line in lines if re.match(r" *\d+ +\d+ +\d ", line)]
-    assert len(lines) == 20 and f"and {30 - len(rows)} more with smaller factors: --all shows them" in lines
+    hidden = f"and with smaller factors {30 - len(rows)} more between "
+    assert len(lines) == 20 and any(line.startswith(hidden) for line in lines)
     assert min(float(row[2]) for row in rows) >= 7 and len(rows) >= 3
     assert [float(row[0]) for row in rows] == sorted(float(row[0]) for row in rows)
     print_answers([answer], every=True, warn=True)
-    assert "more with smaller" not in capsys.readouterr().out
+    assert "with smaller factors" not in capsys.readouterr().out
 
 
 def test_the_ranges_of_the_command_are_those_of_python(tmp_path):

@@ -127,13 +127,15 @@ class Answer:
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.windows:
             yield "Beside a factor: the share of the range where that motion separates, if not all."
-        if history := [f"{start:.3g} to {stop:.3g}" if max(start, stop) < 1000 else f"{start:.0f} to {stop:.0f}"
+        if history := [" to ".join(dict.fromkeys((f"{start:.0f}", f"{stop:.0f}")))
                        for start, stop in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)
-            yield f"From rest the teeth stay in contact at {', '.join(history[:3])}{more} rpm of these."
-        if (elsewhere := self.speeds.elsewhere) is not None:
-            yield (f"Elsewhere: in contact in all motions found, largest factor "
-                   f"{measured(elsewhere.dynamic_factor, 3)} at {measured(elsewhere.speed_of_largest, 3)} rpm.")
+            yield f"In contact from rest, but not in all motions: {', '.join(history[:3])}{more} rpm."
+        if self.speeds.elsewhere is not None:
+            outside, separate = self.speeds.elsewhere
+            contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
+            yield (f"Elsewhere: {contact}, largest factor {measured(outside.dynamic_factor, 3)} at "
+                   f"{measured(outside.speed_of_largest, 3)} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         yield "Left out: load sharing, damping that ends with contact, other meshes, friction."

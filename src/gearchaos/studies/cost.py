@@ -6,6 +6,7 @@ A study that cannot end is refused; for one that may take long the time is annou
 from __future__ import annotations
 
 import sys
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,7 +106,7 @@ class Cost:
         """Print the `warning` on stderr, if there is one and progress is wanted."""
         warning = self.warning(threads) if progress else None
         if warning:
-            print(warning, file=sys.stderr, flush=True)
+            print(textwrap.fill(warning, 80), file=sys.stderr, flush=True)
 
 
 def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:

@@ -190,12 +190,17 @@ class SpeedsToAvoid:
         return _speed_range(self.dataset)
 
     @property
-    def elsewhere(self) -> SpeedRange | None:
-        """The computed speeds outside the ranges to avoid, with their largest dynamic factor; None without any."""
+    def elsewhere(self) -> tuple[SpeedRange, bool] | None:
+        """The computed speeds outside the ranges to avoid, as far as these may reach, and whether teeth separate there.
+
+        None if there are no such speeds.
+        """
         speeds = self.dataset["speed"].values
-        avoided = [(each.start <= speeds) & (speeds <= each.stop) for each in self.windows]
-        outside = ~np.any(avoided, axis=0) if avoided else np.ones(len(speeds), dtype=bool)
-        return _speed_range(self.dataset.isel(speed=outside)) if outside.any() else None
+        outside = np.ones(len(speeds), dtype=bool)
+        for each in self.windows:
+            outside &= (speeds < each.start - each.start_resolution) | (speeds > each.stop + each.stop_resolution)
+        part = self.dataset.isel(speed=outside)
+        return (_speed_range(part), bool((part["contact"] > 0).any())) if outside.any() else None
 
     @property
     def in_contact_from_rest(self) -> list[tuple[float, float]]:

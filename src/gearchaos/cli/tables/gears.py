@@ -26,6 +26,9 @@ _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
 _MOTION_TITLES = ("factor\nfrom rest", "speed\nrising", "speed\nfalling", "other\nstarts")
 """Titles of the columns of `MOTIONS`."""
 
+_MOST_NAMED = 3
+"""Ranges without a row of which both ends are named."""
+
 _HEADING = 2
 """Lines of the heading of the table of ranges."""
 
@@ -46,7 +49,7 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
     for number, answer in enumerate(answers):
         windows, found = answer.speeds.windows if answer.speeds else (), answer.conclusion
         if answer.speeds and windows:
-            found = f"{len(windows)} range{'s' * (len(windows) > 1)} of {answer.scanned}: {answer.speeds.criterion}"
+            found = f"{len(windows)} range{'s' * (len(windows) > 1)} in {answer.scanned}: {answer.speeds.criterion}"
         facts = [*answer.facts, ("speeds to avoid", found)]
         head = [answer.pair, *(line for name, text in facts for line in _wrapped(f"{name:<16}{text}", 16))]
         basis = [line for text in answer.basis for line in _wrapped(text)]
@@ -89,8 +92,11 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         table.add_row(*edges(each), *factors, measured(each.speed_of_largest, 3),
                       measured(speeds.quasi_static_ratio, 3), *([teeth] * forces))
     print_table(table)
-    if hidden := len(speeds.windows) - len(shown_ones):
-        print(f"and {hidden} more with smaller factors: --all shows them")
+    if hidden := [edges(each) for each in sorted(by_factor[most:], key=lambda each: each.start)]:
+        named = ", ".join(map(" to ".join, hidden))
+        if len(hidden) > _MOST_NAMED:
+            named = f"{len(hidden)} more between {hidden[0][0]} and {hidden[-1][1]}"
+        print(f"and with smaller factors {named} rpm: --all shows them")
 
 
 def print_datasheets(answers: Sequence[Answer]) -> None:

@@ -65,6 +65,6 @@ def _largest(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
         return "no motion is bounded"
     name = largest["quantity"]
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
-    place = ", ".join(f"{n} {v:.5g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
-    which = " from initial values:" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    return f"largest{which} {value}, at {place}"
+    place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
+    which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
+    return f"largest {value}{which}, at {place}"
