@@ -55,16 +55,12 @@ def _svg(rows: tuple[tuple[str, str], ...]) -> str:
         if len(rows) == 1:
             figure.text(0.1, 0.5, f"${' '.join(rows[0])}$", fontsize=_SIZE)
         else:
-            _aligned(figure, rows)
+            for i, (left, right) in enumerate(rows):
+                y = 0.9 - i * _LINE / 4
+                figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
+                figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)
         buffer = BytesIO()
         figure.savefig(
             buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True, metadata={"Date": None}
         )
     return buffer.getvalue().decode()
-
-
-def _aligned(figure: Figure, rows: tuple[tuple[str, str], ...]) -> None:
-    for i, (left, right) in enumerate(rows):
-        y = 0.9 - i * _LINE / 4
-        figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
-        figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)

@@ -24,8 +24,7 @@ from gearchaos.model import MeshModel
 from gearchaos.paper import proofs
 from gearchaos.paper.claims import VERDICTS, Claim, failed
 from gearchaos.paper.equations import equations
-from gearchaos.paper.settings import FigureSettings, Quality
-from gearchaos.paper.text import symbol
+from gearchaos.paper.settings import FigureSettings, Quality, symbol
 
 _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
 
@@ -55,22 +54,36 @@ class ReportContents:
 
 def render(contents: ReportContents) -> str:
     """The report as one self-contained HTML document."""
+    claims = contents.claims
+    counts = Counter(c.verdict for c in claims)
+    tally = [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
+    minutes, rest = divmod(round(contents.seconds), 60)
+    run = {
+        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
+        "cores": os.cpu_count(), "total": f"{minutes} min {rest} s" if minutes else f"{contents.seconds:.1f} s",
+    }
+    times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s")
+             for f in contents.figures]
+    if claims:
+        times.append(("Statements", f"{contents.claim_seconds:.1f} s", ""))
     return _environment().get_template("report.html.j2").render(
-        css=Markup(_template("report.css")), figures=[_figure(f, contents.claims) for f in contents.figures],
-        claims=[_claim(c) for c in contents.claims], tally=_tally(contents.claims), outcome=_outcome(contents.claims),
-        equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(contents)),
-        provenance=_provenance(contents), run=_run(contents), proofs=proofs.summary(contents.claims),
+        css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in contents.figures],
+        claims=[_claim(c) for c in claims], tally=tally, outcome=_outcome(claims, tally),
+        equations=equations(), defaults=_defaults(), times=times,
+        corrections=tomllib.loads(_text_of("corrections.toml"))["correction"],
+        provenance=_provenance(contents.quality), run=run, proofs=proofs.summary(claims),
     )
 
 
-def _template(name: str) -> str:
-    return files("gearchaos.paper").joinpath("templates", name).read_text(encoding="utf-8")
+def _text_of(name: str) -> str:
+    return files("gearchaos.paper").joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined
+        loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
+        undefined=jinja2.StrictUndefined,
     )
     environment.filters["maths"] = _maths
     environment.filters["slug"] = lambda text: text.replace(" ", "-")
@@ -90,20 +103,8 @@ def _maths(text: str) -> Markup:
     return Markup(_INDEXED.sub(lower, str(escape(text))))
 
 
-def _run(contents: ReportContents) -> dict[str, Any]:
-    return {
-        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
-        "cores": os.cpu_count(), "total": _duration(contents.seconds),
-    }
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s"
-
-
-def _provenance(contents: ReportContents) -> list[tuple[str, str]]:
-    q = contents.quality
+def _provenance(q: Quality) -> list[tuple[str, str]]:
+    """With what the report was made: its resolution, the machine, and the versions of the libraries."""
     return [
         ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
         ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
@@ -111,13 +112,6 @@ def _provenance(contents: ReportContents) -> list[tuple[str, str]]:
         ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
         ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
     ]
-
-
-def _times(contents: ReportContents) -> Iterator[tuple[str, str, str]]:
-    for f in contents.figures:
-        yield f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s"
-    if contents.claims:
-        yield "Statements", f"{contents.claim_seconds:.1f} s", ""
 
 
 def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
@@ -154,19 +148,14 @@ def _ranges(figure: FigureSettings) -> list[dict[str, str]]:
     return list(seen.values())
 
 
-def _tally(claims: Sequence[Claim]) -> list[tuple[str, int]]:
-    counts = Counter(c.verdict for c in claims)
-    return [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
-
-
 _PLURAL = {
     "holds": "hold", "holds within the printed digits": "hold within the printed digits", "misprint": "misprints",
 }
 
 
-def _outcome(claims: Sequence[Claim]) -> str:
+def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
     """The number of claims by verdict as a sentence, and the claims that failed."""
-    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in _tally(claims)]
+    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
     text = f"Of {len(claims)} statements: {', '.join(parts)}."
     wrong = failed(claims)
     if not wrong:
@@ -200,12 +189,6 @@ def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-@cache
-def _corrections() -> list[dict[str, str]]:
-    text = files("gearchaos.paper").joinpath("corrections.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)["correction"]
 
 
 def _defaults() -> list[tuple[str, str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -116,6 +117,14 @@ class Quality:
     dpi: int
 
 
+_SYMBOLS = {"omega": "ω", "eps1": "ε1", "q0": "q0", "kappa": "κ", "beta": "β", "z": "z(0)", "z_dot": "z'(0)"}
+
+
+def symbol(name: str) -> str:
+    """The paper's symbol of a parameter or initial value in plain text."""
+    return _SYMBOLS.get(name, name)
+
+
 @cache
 def _document() -> dict[str, Any]:
     return tomllib.loads(files("gearchaos.paper").joinpath("settings.toml").read_text(encoding="utf-8"))
@@ -124,19 +133,21 @@ def _document() -> dict[str, Any]:
 @cache
 def all_figures() -> dict[int, FigureSettings]:
     """Every figure of the paper by number, in order."""
-    return {int(number): _figure(int(number), table) for number, table in _document()["figure"].items()}
+    figures = {}
+    for number, table in _document()["figure"].items():
+        text = {key: " ".join(table[key].split()) for key in ("layout", "title", "caption", "shows")}
+        studies = {}
+        for name, entry in table.get("study", {}).items():
+            axes = {axis: AxisRange(**values) for axis, values in entry.get("axes", {}).items()}
+            studies[name] = FigureStudy(**{**entry, "axes": axes, "periods": tuple(entry.get("periods", ()))})
+        figures[int(number)] = FigureSettings(number=int(number), studies=studies, **text)
+    return figures
 
 
-def _figure(number: int, table: Mapping[str, Any]) -> FigureSettings:
-    studies = {name: _study(entry) for name, entry in table.get("study", {}).items()}
-    text = {key: " ".join(table[key].split()) for key in ("layout", "title", "caption", "shows")}
-    return FigureSettings(number=number, studies=studies, **text)
-
-
-def _study(entry: Mapping[str, Any]) -> FigureStudy:
-    axes = {name: AxisRange(**values) for name, values in entry.get("axes", {}).items()}
-    rest = {key: value for key, value in entry.items() if key not in ("axes", "periods")}
-    return FigureStudy(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
+def study_of(panel: str) -> FigureStudy:
+    """The study of a panel, named by the number of its figure and its own name: "3c", "13a_section"."""
+    number, name = re.fullmatch(r"(\d+)(\w+)", panel).groups()  # type: ignore[union-attr]  # panels are our own
+    return all_figures()[int(number)].studies[name]
 
 
 def chosen_figures(numbers: Any = None) -> dict[int, FigureSettings]:
