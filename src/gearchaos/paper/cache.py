@@ -36,15 +36,7 @@ class _Requests(threading.local):
 
 
 class ComputationCache:
-    """Results of the studies of the figures, and of further computations for the claims, at one quality.
-
-    Parameters
-    ----------
-    quality : Quality
-        How finely to compute.
-    progress : bool
-        Show the progress bars of the studies.
-    """
+    """Results of the studies of the figures, and of further computations for the claims, at one quality."""
 
     def __init__(self, quality: Quality, *, progress: bool = False) -> None:
         self.quality, self.progress = quality, progress

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
-from functools import cache
 from importlib import metadata
 from importlib.resources import files
 from typing import Any
@@ -66,7 +65,14 @@ def render(contents: ReportContents) -> str:
              for f in contents.figures]
     if claims:
         times.append(("Statements", f"{contents.claim_seconds:.1f} s", ""))
-    return _environment().get_template("report.html.j2").render(
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["maths"] = _maths
+    environment.filters["slug"] = lambda text: text.replace(" ", "-")
+    environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
+    return environment.get_template("report.html.j2").render(
         css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in contents.figures],
         claims=[_claim(c) for c in claims], tally=tally, outcome=_outcome(claims, tally),
         equations=equations(), defaults=_defaults(), times=times,
@@ -77,18 +83,6 @@ def render(contents: ReportContents) -> str:
 
 def _text_of(name: str) -> str:
     return files("gearchaos.paper").joinpath(name).read_text(encoding="utf-8")
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["maths"] = _maths
-    environment.filters["slug"] = lambda text: text.replace(" ", "-")
-    environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
-    return environment
 
 
 _INDEXED = re.compile(r"(?<!\w)([A-Za-zα-ω])(\d{1,2})(?!\w)|V_RMS")
@@ -157,10 +151,9 @@ def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
     """The number of claims by verdict as a sentence, and the claims that failed."""
     parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
     text = f"Of {len(claims)} statements: {', '.join(parts)}."
-    wrong = failed(claims)
-    if not wrong:
-        return text + " None is contradicted; the misprints are those known and listed below."
-    return text + f" Not confirmed: {', '.join(c.id for c in wrong)}."
+    if wrong := failed(claims):
+        return f"{text} Not confirmed: {', '.join(c.id for c in wrong)}."
+    return f"{text} None is contradicted; the misprints are those known and listed below."
 
 
 def _claim(claim: Claim) -> dict[str, Any]:

@@ -16,16 +16,7 @@ from gearchaos.model import MeshModel
 
 @dataclass(frozen=True)
 class AxisRange:
-    """The range of one axis.
-
-    Attributes
-    ----------
-    start, stop : float
-    range : {"given", "assumed"}
-        Whether the paper states the range.
-    why : str
-        What an assumed range rests on.
-    """
+    """The range of one axis: "given" by the paper or "assumed", and ``why`` it is assumed so."""
 
     start: float
     stop: float
@@ -40,14 +31,10 @@ class FigureStudy:
     Attributes
     ----------
     kind : {"zones", "basins", "bifurcation", "portrait", "trajectory", "attractors"}
-    model : mapping
-        Values for `MeshModel.of`.
-    axes : mapping of str to AxisRange
-        One or two axes by parameter or initial value.
-    found_in : str
-        For ``attractors``: the figure and study of the basins in which they are found, e.g. "3c".
-    periods : tuple of int
-        For ``attractors``: the periods of the motions to show.
+    model : values for `MeshModel.of`.
+    axes : ranges of one or two axes by parameter or initial value.
+    found_in : for ``attractors`` the panel of the basins in which they are found, "3c".
+    periods : for ``attractors`` the periods of the motions to show.
     """
 
     kind: str
@@ -64,17 +51,10 @@ class FigureStudy:
 
 @dataclass(frozen=True)
 class FigureSettings:
-    """The settings of one figure of the paper.
+    """The settings of one figure of the paper: its layout, a key of `gearchaos.paper.figures.LAYOUTS`, and its studies.
 
-    Attributes
-    ----------
-    number : int
-    layout : str
-        A key of `gearchaos.paper.figures.LAYOUTS`.
-    title, caption, shows : str
-        The title in the report, the caption in the paper, and a description of the contents.
-    studies : mapping of str to FigureStudy
-        The computations behind the figure, by panel: "a", "b", ...
+    ``title`` stands in the report, ``caption`` in the paper; ``shows`` describes the contents. ``studies`` are the
+    computations behind the figure by panel: "a", "b", ...
     """
 
     number: int
@@ -87,25 +67,7 @@ class FigureSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """Resolution of the figures.
-
-    Attributes
-    ----------
-    name : str
-        "paper" or "draft".
-    zones, basins : (int, int)
-        Cells along x and along y.
-    longest_transient : int
-        Mesh periods after which a motion that is still chaotic is called chaotic, in maps of zones.
-    bifurcation : (int, int)
-        Columns of a diagram, and stroboscopic points in each.
-    portrait : int
-        Stroboscopic points.
-    trajectory : int
-        Mesh periods of a trajectory, a multiple of the periods of the motions shown, so that spectra have no leakage.
-    dpi : int
-        Dots per inch.
-    """
+    """The resolution of the figures; `settings.toml` says what each number is."""
 
     name: str
     zones: tuple[int, int]
