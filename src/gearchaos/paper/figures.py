@@ -206,17 +206,7 @@ LAYOUTS: dict[str, Layout] = {
 
 
 def draw(setting: FigureSettings, data: Mapping[str, xr.Dataset], dpi: int = 300) -> bytes:
-    """The figure as PNG.
-
-    Parameters
-    ----------
-    setting : Figure
-        Which figure, with the settings of its panels.
-    data : mapping of str to Dataset
-        By the names of the setting's studies.
-    dpi : int
-        Dots per inch; the figure is 7.2 inches wide.
-    """
+    """The figure as PNG, 7.2 inches wide, from the Datasets by the names of its studies."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(layout="constrained", dpi=dpi)
         LAYOUTS[setting.layout](figure, setting, data)
