@@ -19,7 +19,7 @@ from gearchaos.cli import app
 from gearchaos.flow import cache_directory, processor
 from gearchaos.flow import target as processor_module
 from gearchaos.installation import checks, orbit, packages
-from gearchaos.installation.report import report
+from gearchaos.installation.packages import report
 from tests.oracles import scipy_oracle
 
 ROOT = Path(__file__).parents[2]

@@ -27,13 +27,12 @@ from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, proofs, settings
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import _motions, _read
-from gearchaos.paper.claims._check import records
+from gearchaos.paper.claims._claim import CHECKS, CheckResult, records
 from gearchaos.paper.claims._maps import first_harmonic
-from gearchaos.paper.claims._outcome import CHECKS, CheckResult
 from gearchaos.paper.figures import LAYOUTS, draw
 from gearchaos.paper.findings import spectral_comparison
-from gearchaos.paper.output import writable_folder
 from gearchaos.paper.page import _flat, _maths
+from gearchaos.paper.report import writable_folder
 from gearchaos.proof.certificate import Unproved, checksum
 from gearchaos.studies import load
 
@@ -125,7 +124,7 @@ def test_figure_4_shows_the_five_motions_that_starts_end_on(tiny_bench):
 
 
 def test_every_record_has_a_check_and_every_check_a_record():
-    assert set(records()) == set(CHECKS)
+    assert {record["check"] for record in records().values()} == set(CHECKS)
     assert set(records()) >= STATED
 
 
@@ -356,7 +355,7 @@ def test_page_shows_figures_corrections_verdicts_and_run(page):
 
 
 def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch):
-    monkeypatch.setitem(CHECKS, "9a", lambda cache: CheckResult("contradicted", "nothing", {"label": "1T"}))
+    monkeypatch.setitem(CHECKS, "motion", lambda cache, **_: CheckResult("contradicted", "nothing", {"label": "1T"}))
     monkeypatch.setattr(claims, "claims_of", lambda figures: ["9a"])
     assert build(tmp_path, [1], "draft", progress=False) == 1
     assert "Not confirmed: 9a" in (tmp_path / "index.html").read_text()

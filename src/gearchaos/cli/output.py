@@ -152,7 +152,7 @@ def print_version(verbose: bool, json_out: bool) -> None:
     """Print the version on stdout; ``verbose`` adds what a report of an error should say of the installation."""
     from importlib.metadata import version
 
-    from gearchaos.installation.report import report
+    from gearchaos.installation.packages import report
 
     found = report() if verbose else {"gearchaos": version("gearchaos")}
     if json_out:

@@ -44,7 +44,9 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
     """
     workers = _workers(threads)
     if count <= workers * min(_MAX_UNDIVIDED, largest):
-        return _equal(count, max(useful_threads(count, threads), -(-count // largest)))
+        parts = max(useful_threads(count, threads), -(-count // largest))
+        ends = [count * i // parts for i in range(parts + 1)]  # equal sizes, up to one item
+        return [slice(first, last) for first, last in pairwise(ends) if last > first]
     least = min(largest, max(_MIN_PER_THREAD, count // (_FINAL_DIVISOR * workers)))
     tiles, first = [], 0
     while first < count:
@@ -62,12 +64,6 @@ def interleaved(count: int, threads: int | None = None) -> np.ndarray:
     """
     workers = _workers(threads)
     return np.concatenate([np.arange(i, count, workers) for i in range(workers)])
-
-
-def _equal(count: int, parts: int) -> list[slice]:
-    """Consecutive tiles of equal size, up to one item."""
-    ends = [count * i // parts for i in range(parts + 1)]
-    return [slice(first, last) for first, last in pairwise(ends) if last > first]
 
 
 def run(

@@ -1,13 +1,18 @@
-"""The packages that gearchaos requires, by the metadata of its installation."""
+"""What is installed: the packages that gearchaos requires, and what a report of an error says of an installation."""
 
 from __future__ import annotations
 
+import os
+import platform
 import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module, metadata
+from typing import Any
 
 from packaging.requirements import Requirement
+
+from gearchaos.execute.machine import cores, memory
 
 DEVELOPERS_EXTRAS = ("test", "bench", "mutation", "docs")
 """Extras that no command needs."""
@@ -53,16 +58,11 @@ def problems(found: list[Requirement]) -> Iterator[str]:
             continue
         if not requirement.specifier.contains(version, prereleases=True):
             yield f"{name} {version} is installed, but {name}{requirement.specifier} is needed"
+        modules = _modules().get(_normal(name), [])  # flint of python-flint
         try:
-            import_module(_module(name))
+            import_module(next((n for n in modules if not n.startswith("_")), name.replace("-", "_")))
         except Exception as error:  # whatever a broken package raises while it is imported
             yield f"{name} cannot be imported ({type(error).__name__}: {error})"
-
-
-def _module(package: str) -> str:
-    """The module that a package installs, e.g. flint of python-flint."""
-    names = _modules().get(_normal(package), [])
-    return next((n for n in names if not n.startswith("_")), package.replace("-", "_"))
 
 
 @cache
@@ -78,3 +78,46 @@ def _modules() -> dict[str, list[str]]:
 def _normal(package: str) -> str:
     """The name of a package in the form in which names are compared."""
     return re.sub(r"[-_.]+", "-", package).lower()
+
+
+_VARIABLES = ("GEARCHAOS_", "NUMBA_", "MPLBACKEND", "OMP_NUM_THREADS", "PYTHONPATH")
+"""Beginnings of the names of environment variables that change how gearchaos runs."""
+
+
+def report() -> dict[str, Any]:
+    """Versions, machine and kernel cache of this installation, as it can be written as JSON.
+
+    Returns
+    -------
+    dict
+        ``gearchaos``, ``python``, ``platform``; ``packages``: the version of each package that is used, None if it is
+        missing; ``processor``: see `gearchaos.flow.Processor`; ``cores``: those that this process may use; ``memory``
+        in bytes; ``kernel_cache`` with ``folder``, ``kernels`` and ``bytes`` of this version; ``environment``:
+        variables that change how gearchaos runs.
+    """
+    from gearchaos.flow import cache_directory, processor  # here, since packages are checked where this may fail
+
+    needed = [r for extra in ("", *extras()) for r in requirements(extra)]
+    folder = cache_directory()
+    kernels = [f for f in folder.rglob("*") if f.suffix in (".nbi", ".nbc")]
+    return {
+        "gearchaos": metadata.version("gearchaos"),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        "platform": platform.platform(),
+        "packages": {name: _version(name) for name in ("llvmlite", *dict.fromkeys(r.name for r in needed))},
+        "processor": vars(processor()),
+        "cores": cores(),
+        "memory": memory(),
+        "kernel_cache": {
+            "folder": str(folder), "kernels": sum(f.suffix == ".nbi" for f in kernels),
+            "bytes": sum(f.stat().st_size for f in kernels),
+        },
+        "environment": {n: v for n, v in sorted(os.environ.items()) if n.startswith(_VARIABLES)},
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None

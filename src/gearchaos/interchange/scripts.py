@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
@@ -58,27 +57,26 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
-    return _environment().get_template(TEMPLATES[tool]).render(_values(found))
-
-
-def _values(model: MeshModel) -> dict[str, Any]:
-    """The values that fill the templates."""
-    names, wave = COORDINATES[model.kind], model.stiffness
-    orders = [1, len(model.error.amplitudes), len(wave.harmonics()[0])]
-    scales = model.gears.to_pair().scales if isinstance(model, OperatingModel) else None
-    return {
-        "version": version("gearchaos"), "kind": model.kind,
-        "equation": f", {wave.equation}" * bool(wave.equation), "series": bool(wave.families),
-        "constants": [(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
+    names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
+    orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
+    scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None
+    folder = files("gearchaos.interchange").joinpath("templates")
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )
+    return environment.get_template(TEMPLATES[tool]).render(
+        version=version("gearchaos"), kind=found.kind,
+        equation=f", {wave.equation}" * bool(wave.equation), series=bool(wave.families),
+        constants=[(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
         **_steps(wave),
-        "scalars": [{"name": n, "value": repr(getattr(model, n)), "comment": _comment(n)}
-                    for n in SCALARS if has_effect(n, model.kind)],
-        "scales": [f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
-        "eps": _list(model.error.amplitudes), "theta": _list(model.error.phases),
-        "names": list(names), "names_in_words": ", ".join(names),
-        "initial": _list(_initial(model)), "largest_order": max(orders), "periods": PERIODS,
-        "columns_in_words": "τ, z and z'" if model.kind == "single" else "τ, the coordinates, z and z'",
-    }
+        scalars=[{"name": n, "value": repr(getattr(found, n)), "comment": _comment(n)}
+                 for n in SCALARS if has_effect(n, found.kind)],
+        scales=[f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
+        eps=_list(error.amplitudes), theta=_list(error.phases), names=list(names), names_in_words=", ".join(names),
+        initial=_list(_initial(found)), largest_order=max(orders), periods=PERIODS,
+        columns_in_words="τ, z and z'" if found.kind == "single" else "τ, the coordinates, z and z'",
+    )
 
 
 def _operation(sign: str, turned: bool = False) -> Callable[[Any, object], _Text]:
@@ -132,12 +130,3 @@ def _initial(model: MeshModel) -> list[float]:
         return [model.initial.get(name, 0.0) for name in ("z", "z_dot")]
     error, error_dot = (float(value[0]) for value in transmission_error_at_start(batch))
     return [x["x1"] - x["x2"] - error, x["x1_dot"] - x["x2_dot"] - error_dot]
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    folder = files("gearchaos.interchange").joinpath("templates")
-    return jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-    )

@@ -86,7 +86,14 @@ class SymbolicModel:
                 isinstance(equation, sympy().Eq) for equation in self.equations):
             raise InputError("equations", "must be a sequence of sympy.Eq", self.equations,
                              "E.g. [sympy.Eq(left, right)].")
-        _check_values(self.values)
+        for symbol, value in self.values.items():
+            if not isinstance(symbol, sympy().Symbol):
+                raise InputError("values", "must have symbols of SymPy as keys", symbol,
+                                 "Use those of gearchaos.to_sympy(model).")
+            try:
+                float(value)
+            except (TypeError, ValueError):
+                raise InputError("values", "must be real numbers", f"{symbol} = {value}") from None
         object.__setattr__(self, "equations", tuple(self.equations))
         for name in ("definitions", "values", "initial"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
@@ -129,18 +136,6 @@ def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Ba
     if circular := expression.atoms(*map(type, definitions)) & set(definitions):
         raise InputError("definitions", "must not lead back to themselves", ", ".join(sorted(map(str, circular))))
     return expression
-
-
-def _check_values(values: Mapping[Any, Any]) -> None:
-    """Raise `InputError` unless these are real numbers by symbol."""
-    for symbol, value in values.items():
-        if not isinstance(symbol, sympy().Symbol):
-            raise InputError("values", "must have symbols of SymPy as keys", symbol,
-                             "Use those of gearchaos.to_sympy(model).")
-        try:
-            float(value)
-        except (TypeError, ValueError):
-            raise InputError("values", "must be real numbers", f"{symbol} = {value}") from None
 
 
 _STATES, _SEED = 400, 1

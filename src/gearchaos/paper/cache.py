@@ -13,7 +13,7 @@ import xarray as xr
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.model import MeshModel
-from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, all_figures
+from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, study_of
 from gearchaos.studies import Axis, Verdict
 from gearchaos.studies.basins import basins
 from gearchaos.studies.bifurcation import bifurcation
@@ -36,39 +36,27 @@ class _Requests(threading.local):
 
 
 class ComputationCache:
-    """Results of the studies of the figures, and of further computations for the claims, at one quality.
-
-    Parameters
-    ----------
-    quality : Quality
-        How finely to compute.
-    progress : bool
-        Show the progress bars of the studies.
-    """
+    """Results of the studies of the figures, and of further computations for the claims, at one quality."""
 
     def __init__(self, quality: Quality, *, progress: bool = False) -> None:
         self.quality, self.progress = quality, progress
+        self.settings = Classification(longest_transient=quality.longest_transient)  # of maps
         self._known: dict[str, Any] = {}
         self._locks: dict[str, threading.RLock] = {}
         self._requests = _Requests()
 
-    @property
-    def settings(self) -> Classification:
-        """Classification settings of maps."""
-        return Classification(longest_transient=self.quality.longest_transient)
-
     def figure(self, figure: FigureSettings) -> dict[str, xr.Dataset]:
         """The Datasets of one figure, by the names of its studies."""
         data: dict[str, xr.Dataset] = {}
-        for name, study in figure.studies.items():
-            found = self.study(figure.number, name, study)
+        for name in figure.studies:
+            found = self.study(f"{figure.number}{name}")
             data.update({name: found} if isinstance(found, xr.Dataset) else found)
         return data
 
-    def study(self, number: int, name: str, study: FigureStudy | None = None) -> Any:
-        """One study of a figure: a Dataset, or for ``attractors`` a Dataset for each motion."""
-        study = study or all_figures()[number].studies[name]
-        return self.cached(f"figure {number}{name}", lambda: _KINDS[study.kind](self, study))
+    def study(self, panel: str) -> Any:
+        """The study of a panel such as "2a": a Dataset, or for ``attractors`` a Dataset for each motion."""
+        study = study_of(panel)
+        return self.cached(f"figure {panel}", lambda: _computed(self, study))
 
     def cached(self, key: str, compute: Callable[[], Any]) -> Any:
         """The result of ``compute()``, which is called only the first time with this key."""
@@ -124,71 +112,48 @@ class ComputationCache:
 
 
 def _described(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in sorted(values.items()))
+    """The values in words, without the kind of model where it is the default."""
+    return ", ".join(f"{name} = {value}" for name, value in sorted(values.items()) if value != "torsional")
 
 
 def _range(axis: Axis) -> str:
     return f"{axis.count} values of {axis.name} from {axis.start:g} to {axis.stop:g}"
 
 
-def _axes(study: FigureStudy, counts: tuple[int, ...]) -> list[Axis]:
-    return [
-        Axis(name, r.start, r.stop, count)
-        for (name, r), count in zip(study.axes.items(), counts, strict=True)
-    ]
+def _computed(cache: ComputationCache, study: FigureStudy) -> Any:
+    """The result of one study of a figure at the quality of the cache."""
+    quality, model, progress = cache.quality, study.mesh_model, cache.progress
+    columns, points = quality.bifurcation
+    counts = {"zones": quality.zones, "basins": quality.basins, "bifurcation": (columns,)}.get(study.kind, ())
+    axes = [Axis(name, r.start, r.stop, n) for (name, r), n in zip(study.axes.items(), counts, strict=True)]
+    match study.kind:
+        case "zones":
+            return zones(model, *axes, settings=cache.settings, progress=progress)
+        case "basins":
+            return basins(model, *axes, progress=progress)
+        case "bifurcation":
+            return bifurcation(model, *axes, points=points, progress=progress)
+        case "portrait":
+            return simulate(model, quality.portrait, transient=TRANSIENT)
+        case "trajectory":
+            return simulate(model, quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
+        case "attractors":
+            return _orbits(study, cache.study(study.found_in))
+    raise ValueError(study.kind)
 
 
-def _zones(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
-    return zones(
-        study.mesh_model, *_axes(study, cache.quality.zones), settings=cache.settings, progress=cache.progress
-    )
+def _orbits(study: FigureStudy, found: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Two cycles of the motion on each attractor of the periods to show, as far as they were found.
 
-
-def _basins(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
-    return basins(study.mesh_model, *_axes(study, cache.quality.basins), progress=cache.progress)
-
-
-def _bifurcation(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
-    columns, points = cache.quality.bifurcation
-    (axis,) = _axes(study, (columns,))
-    return bifurcation(study.mesh_model, axis, points=points, progress=cache.progress)
-
-
-def _portrait(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
-    return simulate(study.mesh_model, cache.quality.portrait, transient=TRANSIENT)
-
-
-def _trajectory(cache: ComputationCache, study: FigureStudy) -> xr.Dataset:
-    return simulate(study.mesh_model, cache.quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
-
-
-def _attractors(cache: ComputationCache, study: FigureStudy) -> dict[str, xr.Dataset]:
-    """Orbits of the periods to show, by name such as "4T_2" for the second 4T attractor; only those that were found."""
-    found = cache.study(int(study.found_in[:-1]), study.found_in[-1])
-    periods = found["attractor_period"].values
+    They begin at one of its stroboscopic points. Their names are such as "4T_2", the second 4T attractor.
+    """
+    dim, periods = found["attractor_label"].dims[0], found["attractor_period"].values
     out: dict[str, xr.Dataset] = {}
     for n in sorted(set(study.periods)):
         wanted = np.flatnonzero(periods == n)[: study.periods.count(n)]
         for i, index in enumerate(wanted, start=1):
-            out[f"{n}T_{i}"] = _orbit(study.mesh_model, found, int(index))
+            start = {c: float(found[f"attractor_section_{c}"].isel({dim: index, "point": 0})) for c in ("z", "z_dot")}
+            ds = simulate(study.mesh_model.with_values(start), 2 * n, samples=4 * SAMPLES)
+            share = float(found["attractor_fraction"][index])
+            out[f"{n}T_{i}"] = ds.assign_attrs(orbit_period=n, share_of_starts=share)
     return out
-
-
-def _orbit(model: MeshModel, found: xr.Dataset, index: int) -> xr.Dataset:
-    """Two cycles of the motion on one attractor, from one of its stroboscopic points."""
-    dim = found["attractor_label"].dims[0]
-    start = {n: float(found[f"attractor_section_{n}"].isel({dim: index, "point": 0})) for n in ("z", "z_dot")}
-    period = int(found["attractor_period"][index])
-    ds = simulate(model.with_values(start), 2 * period, samples=4 * SAMPLES)
-    return ds.assign_attrs(orbit_period=period, share_of_starts=float(found["attractor_fraction"][index]))
-
-
-_KINDS: dict[str, Callable[[ComputationCache, FigureStudy], Any]] = {
-    "zones": _zones,
-    "basins": _basins,
-    "bifurcation": _bifurcation,
-    "portrait": _portrait,
-    "trajectory": _trajectory,
-    "attractors": _attractors,
-}
-"""The function for each kind of study in `settings.toml`."""

@@ -10,8 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from gearchaos.dynamics.spectrum import spectral_class
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.settings import FigureSettings, FigureStudy
-from gearchaos.paper.text import percent, symbol
+from gearchaos.paper.settings import FigureSettings, FigureStudy, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.studies import motions
 
@@ -26,6 +25,11 @@ def findings(cache: ComputationCache, figure: FigureSettings, data: Mapping[str,
         letter = f"({name[0]}) " if len(panels) > 1 else ""
         out.append(letter + _SENTENCES[study.kind](cache, study, data[name]))
     return out
+
+
+def percent(share: float) -> str:
+    """A share in percent with one digit after the point below 10 %."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.1f} %" if share >= 0.001 else "below 0.1 %"
 
 
 def shares(ds: xr.Dataset) -> str:

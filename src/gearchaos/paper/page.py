@@ -15,17 +15,18 @@ from datetime import date
 from functools import cache
 from importlib import metadata
 from importlib.resources import files
+from io import BytesIO
 from typing import Any
 
 import jinja2
+import matplotlib
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 
 from gearchaos.model import MeshModel
 from gearchaos.paper import proofs
 from gearchaos.paper.claims import VERDICTS, Claim, failed
-from gearchaos.paper.equations import equations
-from gearchaos.paper.settings import FigureSettings, Quality
-from gearchaos.paper.text import symbol
+from gearchaos.paper.settings import FigureSettings, Quality, symbol
 
 _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
 
@@ -55,27 +56,36 @@ class ReportContents:
 
 def render(contents: ReportContents) -> str:
     """The report as one self-contained HTML document."""
-    return _environment().get_template("report.html.j2").render(
-        css=Markup(_template("report.css")), figures=[_figure(f, contents.claims) for f in contents.figures],
-        claims=[_claim(c) for c in contents.claims], tally=_tally(contents.claims), outcome=_outcome(contents.claims),
-        equations=equations(), defaults=_defaults(), corrections=_corrections(), times=list(_times(contents)),
-        provenance=_provenance(contents), run=_run(contents), proofs=proofs.summary(contents.claims),
-    )
-
-
-def _template(name: str) -> str:
-    return files("gearchaos.paper").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-@cache
-def _environment() -> jinja2.Environment:
+    claims = contents.claims
+    counts = Counter(c.verdict for c in claims)
+    tally = [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
+    minutes, rest = divmod(round(contents.seconds), 60)
+    run = {
+        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
+        "cores": os.cpu_count(), "total": f"{minutes} min {rest} s" if minutes else f"{contents.seconds:.1f} s",
+    }
+    times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s")
+             for f in contents.figures]
+    if claims:
+        times.append(("Statements", f"{contents.claim_seconds:.1f} s", ""))
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined
+        loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
+        undefined=jinja2.StrictUndefined,
     )
     environment.filters["maths"] = _maths
     environment.filters["slug"] = lambda text: text.replace(" ", "-")
     environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
-    return environment
+    return environment.get_template("report.html.j2").render(
+        css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in contents.figures],
+        claims=[_claim(c) for c in claims], tally=tally, outcome=_outcome(claims, tally),
+        equations=_equations(), defaults=_defaults(), times=times,
+        corrections=tomllib.loads(_text_of("corrections.toml"))["correction"],
+        provenance=_provenance(contents.quality), run=run, proofs=proofs.summary(claims),
+    )
+
+
+def _text_of(name: str) -> str:
+    return files("gearchaos.paper").joinpath(name).read_text(encoding="utf-8")
 
 
 _INDEXED = re.compile(r"(?<!\w)([A-Za-zα-ω])(\d{1,2})(?!\w)|V_RMS")
@@ -90,20 +100,8 @@ def _maths(text: str) -> Markup:
     return Markup(_INDEXED.sub(lower, str(escape(text))))
 
 
-def _run(contents: ReportContents) -> dict[str, Any]:
-    return {
-        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
-        "cores": os.cpu_count(), "total": _duration(contents.seconds),
-    }
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s"
-
-
-def _provenance(contents: ReportContents) -> list[tuple[str, str]]:
-    q = contents.quality
+def _provenance(q: Quality) -> list[tuple[str, str]]:
+    """With what the report was made: its resolution, the machine, and the versions of the libraries."""
     return [
         ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
         ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
@@ -111,13 +109,6 @@ def _provenance(contents: ReportContents) -> list[tuple[str, str]]:
         ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
         ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
     ]
-
-
-def _times(contents: ReportContents) -> Iterator[tuple[str, str, str]]:
-    for f in contents.figures:
-        yield f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s"
-    if contents.claims:
-        yield "Statements", f"{contents.claim_seconds:.1f} s", ""
 
 
 def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
@@ -154,24 +145,18 @@ def _ranges(figure: FigureSettings) -> list[dict[str, str]]:
     return list(seen.values())
 
 
-def _tally(claims: Sequence[Claim]) -> list[tuple[str, int]]:
-    counts = Counter(c.verdict for c in claims)
-    return [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
-
-
 _PLURAL = {
     "holds": "hold", "holds within the printed digits": "hold within the printed digits", "misprint": "misprints",
 }
 
 
-def _outcome(claims: Sequence[Claim]) -> str:
+def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
     """The number of claims by verdict as a sentence, and the claims that failed."""
-    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in _tally(claims)]
+    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
     text = f"Of {len(claims)} statements: {', '.join(parts)}."
-    wrong = failed(claims)
-    if not wrong:
-        return text + " None is contradicted; the misprints are those known and listed below."
-    return text + f" Not confirmed: {', '.join(c.id for c in wrong)}."
+    if wrong := failed(claims):
+        return f"{text} Not confirmed: {', '.join(c.id for c in wrong)}."
+    return f"{text} None is contradicted; the misprints are those known and listed below."
 
 
 def _claim(claim: Claim) -> dict[str, Any]:
@@ -202,12 +187,6 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-@cache
-def _corrections() -> list[dict[str, str]]:
-    text = files("gearchaos.paper").joinpath("corrections.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)["correction"]
-
-
 def _defaults() -> list[tuple[str, str, str]]:
     """Symbol, value and meaning of the default parameters of the models."""
     m = MeshModel(kind="full")
@@ -221,3 +200,62 @@ def _defaults() -> list[tuple[str, str, str]]:
         ("ζ1, ζ2", f"{m.zeta_support1}, {m.zeta_support2}", "support damping ratios (full model)"),
         ("θ1", "0", "phase of the transmission error"), ("q1 = q2 = q0", "by figure", "static torques"),
     ]
+
+
+_EQUATIONS: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...] = (
+    ("(2.12)", "the four equations of motion", (
+        (r"J_1\ddot{x}_1 + 2\beta_1\dot{x}_1 + 2\zeta\dot{z} + \chi(\tau)f(z)", r"= q_1"),
+        (r"J_2\ddot{x}_2 + 2\beta_2\dot{x}_2 - 2\zeta\dot{z} - \chi(\tau)f(z)", r"= -q_2"),
+        (r"\mu_1\ddot{y}_1 + 2\mu_1\zeta_1\dot{y}_1 + \kappa_1y_1 + 2\zeta\dot{z} + \chi(\tau)f(z)", r"= 0"),
+        (r"\mu_2\ddot{y}_2 + 2\mu_2\zeta_2\dot{y}_2 + \kappa_2y_2 - 2\zeta\dot{z} - \chi(\tau)f(z)", r"= 0"),
+    )),
+    ("(2.14)", "relative displacement", ((r"z", r"= x_1 - x_2 + y_1 - y_2 - \varepsilon(\tau)"),)),
+    ("(2.15)", "transmission error", (
+        (r"\varepsilon(\tau)", r"= \sum_{j}\,\varepsilon_j\,\cos(j\omega\tau - \theta_j)"),
+    )),
+    ("(2.13)", "backlash", (
+        (r"f(z)", r"= z - 1\quad(z > 1),\qquad 0\quad(|z| \leq 1),\qquad z + 1\quad(z < -1)"),
+    )),
+    ("(2.16)", "mesh stiffness", (
+        (r"\chi(\tau)", r"= 1 + \chi_1\quad(0 \leq \tau < (\alpha - 1)T),\qquad "
+                        r"1 - \chi_2\quad((\alpha - 1)T \leq \tau < T),\qquad T = 2\pi/\omega"),
+    )),
+    ("(2.17)", "the single equation", (
+        (r"\ddot{z} + 2\zeta_0\dot{z} + \chi_0(\tau)f(z)", r"= q_0 - \ddot{\varepsilon}(\tau)"),
+    )),
+)
+_SIZE, _LINE = 12.0, 0.30
+_STYLE: Any = {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "gearchaos"}
+
+
+@cache
+def _equations() -> list[dict[str, Any]]:
+    """Number, alternative text, SVG (base64) and width in em of every equation.
+
+    They are typeset by matplotlib, so that they look the same in every browser.
+    """
+    out = []
+    for number, alt_text, rows in _EQUATIONS:
+        svg = _svg(rows)
+        points = float(svg.split('width="', 1)[1].split("pt", 1)[0])
+        out.append({"number": number, "alt_text": alt_text, "width": round(points / _SIZE, 2),
+                    "svg": base64.b64encode(svg.encode()).decode()})
+    return out
+
+
+def _svg(rows: tuple[tuple[str, str], ...]) -> str:
+    """SVG of an equation of rows (left, right); several rows are aligned where the left parts end."""
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(9, 4))
+        if len(rows) == 1:
+            figure.text(0.1, 0.5, f"${' '.join(rows[0])}$", fontsize=_SIZE)
+        else:
+            for i, (left, right) in enumerate(rows):
+                y = 0.9 - i * _LINE / 4
+                figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
+                figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)
+        buffer = BytesIO()
+        figure.savefig(
+            buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True, metadata={"Date": None}
+        )
+    return buffer.getvalue().decode()

@@ -11,7 +11,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.paper.claims import CONTRADICTED, MISPRINT, Claim, PeriodicMotion
-from gearchaos.paper.text import symbol
+from gearchaos.paper.settings import symbol
 from gearchaos.proof.certificate import Unproved
 from gearchaos.studies.proofs import check_installed, prove, write_verifier
 from gearchaos.studies.regime import regime
@@ -92,34 +92,26 @@ def lines(claim: Claim) -> list[dict[str, str]]:
     proofs = [proof for proof in claim.proofs if proof.get("reason") != MISSING]
     if len(proofs) <= _ONE_BY_ONE:
         return [_line([proof]) for proof in proofs]
-    groups = groupby(sorted(proofs, key=_group), key=_group)
-    return [_line(list(same)) for _, same in groups]
 
+    def shared(proof: dict[str, Any]) -> tuple[int, str]:  # by the values of a scan on one line
+        return proof["period"], proof.get("reason", "")
 
-def _group(proof: dict[str, Any]) -> tuple[int, str]:
-    """What the values of a scan that share a line have in common: the period, and why they are not proved."""
-    return proof["period"], proof.get("reason", "")
+    return [_line(list(same)) for _, same in groupby(sorted(proofs, key=shared), key=shared)]
 
 
 def _line(proofs: list[dict[str, Any]]) -> dict[str, str]:
     """The line of one motion, or of several that differ in the value of one parameter."""
-    text = f"{proofs[0]['period']}T{_where(proofs)}"
-    if not proofs[0]["proved"]:
-        return {"text": f"{text}: not proved, {proofs[0]['reason']}", "file": ""}
+    first, where = proofs[0], ""
+    for name in first["at"]:
+        values = [proof["at"][name] for proof in proofs]
+        where = f" at {symbol(name)} = {values[0]:.8g}" if len(values) == 1 else (
+            f" at {len(values)} of the values of {symbol(name)} computed, from {min(values):.8g} to {max(values):.8g}")
+    text = f"{first['period']}T{where}"
+    if not first["proved"]:
+        return {"text": f"{text}: not proved, {first['reason']}", "file": ""}
     radius, bits = max(proof["radius"] for proof in proofs), max(proof["bits"] for proof in proofs)
-    file = proofs[0]["file"]
+    file = first["file"]
     if len(proofs) > 1:
-        (name,) = proofs[0]["at"]
+        (name,) = first["at"]
         file = f"{file[: file.index(name)]}{name}-*.json"
     return {"text": f"{text}: radius {radius:g}, {bits} bits,", "file": file}
-
-
-def _where(proofs: list[dict[str, Any]]) -> str:
-    """The value of a parameter at which a motion is, or the number of values and the least and the largest."""
-    if not proofs[0]["at"]:
-        return ""
-    (name,) = proofs[0]["at"]
-    values = [proof["at"][name] for proof in proofs]
-    if len(values) == 1:
-        return f" at {symbol(name)} = {values[0]:.8g}"
-    return f" at {len(values)} of the values of {symbol(name)} computed, from {min(values):.8g} to {max(values):.8g}"

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -14,7 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from rich.console import Console
 
+from gearchaos.errors import InputError
 from gearchaos.execute.pool import Pool
 from gearchaos.execute.pools import thread_pool
 from gearchaos.files import write_bytes
@@ -24,10 +28,12 @@ from gearchaos.paper import settings
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.figures import draw
 from gearchaos.paper.findings import findings
-from gearchaos.paper.log import Log
-from gearchaos.paper.output import save_data, writable_folder
 from gearchaos.paper.page import FinishedFigure, ReportContents, render
-from gearchaos.paper.proofs import prove_claims
+from gearchaos.paper.proofs import prove_claims, summary
+from gearchaos.studies import save
+
+_COMPRESSED_FROM = 1000
+"""Variables with more values than these are compressed."""
 
 
 def build(
@@ -58,36 +64,32 @@ def build(
     """
     chosen, resolution = settings.chosen_figures(figures), settings.quality(quality)
     folder = writable_folder(out_dir)
-    start, log = time.perf_counter(), Log(progress)
-    done = _figures(ComputationCache(resolution, progress=progress), log, folder, chosen.values())
-    claims = [claim for one in done for claim in one.checked.result().claims]
-    claim_seconds = sum(one.checked.result().seconds for one in done)
-    write_bytes(folder / "claims.json", _json([c.to_dict() for c in claims]))
-    finished = [one.finished() for one in done]
-    contents = ReportContents(finished, claims, resolution, claim_seconds, time.perf_counter() - start)
+    start, console = time.perf_counter(), Console(stderr=True, quiet=not progress, highlight=False)
+    done = _figures(ComputationCache(resolution, progress=progress), console, folder, chosen.values())
+    checked = [one.checked.result() for one in done]
+    claims = [claim for one in checked for claim in one.claims]
+    text = json.dumps([c.to_dict() for c in claims], indent=2, ensure_ascii=False, allow_nan=False)
+    write_bytes(folder / "claims.json", f"{text}\n".encode())
+    contents = ReportContents(
+        [one.finished() for one in done], claims, resolution, sum(one.seconds for one in checked),
+        time.perf_counter() - start,
+    )
     write_bytes(folder / "index.html", render(contents).encode())
-    return log.end(folder, claims, claims_.failed(claims))
+    _print_outcome(console, folder, claims)
+    return 1 if claims_.failed(claims) else 0
 
 
-@dataclass(frozen=True)
-class _Computed:
-    """A figure with its data and findings, and the seconds they took."""
-
-    setting: settings.FigureSettings
-    data: dict[str, xr.Dataset]
-    found: list[str]
-    dpi: int
-    seconds: float
-
-
-def _computed(cache: ComputationCache, log: Log, figures: Iterable[settings.FigureSettings]) -> Iterator[_Computed]:
-    """Compute the figures one after another."""
-    for figure in figures:
-        log.figure(figure)
-        start = time.perf_counter()
-        data = cache.figure(figure)
-        found = findings(cache, figure, data)
-        yield _Computed(figure, data, found, cache.quality.dpi, time.perf_counter() - start)
+def writable_folder(path: str | os.PathLike[str]) -> Path:
+    """The folder, created if necessary; raises an `InputError` if files cannot be written in it."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise InputError(
+            "out", "must be a folder that files can be written in", str(path), f"{error.strerror}."
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,9 @@ class _Checked:
 class _FigureInProgress:
     """A computed figure, and what other threads make of it: picture and seconds of drawing, data files, claims."""
 
-    computed: _Computed
+    setting: settings.FigureSettings
+    found: list[str]
+    seconds: float
     picture: Future[tuple[bytes, float]]
     files: Future[list[str]]
     checked: Future[_Checked]
@@ -115,13 +119,11 @@ class _FigureInProgress:
     def finished(self) -> FinishedFigure:
         """The figure with its picture and data files; waits until they are made."""
         png, seconds = self.picture.result()
-        return FinishedFigure(
-            self.computed.setting, png, self.computed.found, self.files.result(), self.computed.seconds, seconds
-        )
+        return FinishedFigure(self.setting, png, self.found, self.files.result(), self.seconds, seconds)
 
 
 def _figures(
-    cache: ComputationCache, log: Log, folder: Path, figures: Iterable[settings.FigureSettings]
+    cache: ComputationCache, console: Console, folder: Path, figures: Iterable[settings.FigureSettings]
 ) -> list[_FigureInProgress]:
     """Compute every figure; draw it, save its data and check its claims while others are computed.
 
@@ -129,14 +131,20 @@ def _figures(
     """
     under_way = list[_FigureInProgress]()
     with _single_threads(3) as (drawing, saving, checking):
-        for done in _computed(cache, log, figures):
+        for setting in figures:
             for part in (part for before in under_way for part in before.parts if part.done()):
                 part.result()
+            console.print(f"[bold]Figure {setting.number}[/bold]  {setting.title}")
+            start = time.perf_counter()
+            data = cache.figure(setting)
+            found = findings(cache, setting, data)
             under_way.append(_FigureInProgress(
-                done, drawing.submit(_draw, folder, done), saving.submit(_save, folder, done),
-                checking.submit(_check, cache, folder, done.setting.number),
+                setting, found, time.perf_counter() - start,
+                drawing.submit(_draw, folder, setting, data, cache.quality.dpi),
+                saving.submit(_save, folder, setting.number, data),
+                checking.submit(_check, cache, folder, setting.number),
             ))
-        log.finishing()
+        console.print("[bold]Last statements and drawings[/bold]")
         parts = [part for one in under_way for part in one.parts]
         for part in wait(parts, return_when=FIRST_EXCEPTION).done:
             part.result()
@@ -161,20 +169,27 @@ def _single_threads(count: int) -> Iterator[list[Pool]]:
             cancel_event.reset(token)
 
 
-def _draw(folder: Path, done: _Computed) -> tuple[bytes, float]:
+def _draw(
+    folder: Path, setting: settings.FigureSettings, data: Mapping[str, xr.Dataset], dpi: int
+) -> tuple[bytes, float]:
     """Draw one figure and write it; returns the picture and the seconds that this took."""
     start = time.perf_counter()
-    png = draw(done.setting, done.data, done.dpi)
-    write_bytes(folder / f"fig{done.setting.number:02d}.png", png)
+    png = draw(setting, data, dpi)
+    write_bytes(folder / f"fig{setting.number:02d}.png", png)
     return png, time.perf_counter() - start
 
 
-def _save(folder: Path, done: _Computed) -> list[str]:
-    """Save the data of one figure; returns the names of the files."""
-    number, files = done.setting.number, []
-    for name, ds in done.data.items():
+def _save(folder: Path, number: int, data: Mapping[str, xr.Dataset]) -> list[str]:
+    """Save the data of one figure, compressed, each file whole or not at all; returns the names of the files."""
+    files = []
+    for name, ds in data.items():
         files.append(f"data/fig{number:02d}{'' if len(name) == 1 else '_'}{name}.nc")
-        save_data(ds, folder / files[-1])
+        packed = ds.copy()
+        for variable in packed.variables.values():
+            if variable.size > _COMPRESSED_FROM:
+                variable.encoding = {"zlib": True, "complevel": 4, "shuffle": True}
+        (folder / "data").mkdir(exist_ok=True)
+        save(packed, folder / files[-1])
     return files
 
 
@@ -188,5 +203,12 @@ def _check(cache: ComputationCache, folder: Path, number: int) -> _Checked:
     return _Checked(claims, time.perf_counter() - start)
 
 
-def _json(value: object) -> bytes:
-    return (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+def _print_outcome(console: Console, folder: Path, claims: Sequence[claims_.Claim]) -> None:
+    """How many claims have each verdict, which failed, and the path of the report."""
+    tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
+    console.print(f"{len(claims)} statements checked: {tally or 'none'}.")
+    if proved := summary(claims):
+        console.print(proved, markup=False)
+    for claim in claims_.failed(claims):
+        console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
+    console.print(f"Report: {folder / 'index.html'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,16 +16,7 @@ from gearchaos.model import MeshModel
 
 @dataclass(frozen=True)
 class AxisRange:
-    """The range of one axis.
-
-    Attributes
-    ----------
-    start, stop : float
-    range : {"given", "assumed"}
-        Whether the paper states the range.
-    why : str
-        What an assumed range rests on.
-    """
+    """The range of one axis: "given" by the paper or "assumed", and ``why`` it is assumed so."""
 
     start: float
     stop: float
@@ -39,14 +31,10 @@ class FigureStudy:
     Attributes
     ----------
     kind : {"zones", "basins", "bifurcation", "portrait", "trajectory", "attractors"}
-    model : mapping
-        Values for `MeshModel.of`.
-    axes : mapping of str to AxisRange
-        One or two axes by parameter or initial value.
-    found_in : str
-        For ``attractors``: the figure and study of the basins in which they are found, e.g. "3c".
-    periods : tuple of int
-        For ``attractors``: the periods of the motions to show.
+    model : values for `MeshModel.of`.
+    axes : ranges of one or two axes by parameter or initial value.
+    found_in : for ``attractors`` the panel of the basins in which they are found, "3c".
+    periods : for ``attractors`` the periods of the motions to show.
     """
 
     kind: str
@@ -63,17 +51,10 @@ class FigureStudy:
 
 @dataclass(frozen=True)
 class FigureSettings:
-    """The settings of one figure of the paper.
+    """The settings of one figure of the paper: its layout, a key of `gearchaos.paper.figures.LAYOUTS`, and its studies.
 
-    Attributes
-    ----------
-    number : int
-    layout : str
-        A key of `gearchaos.paper.figures.LAYOUTS`.
-    title, caption, shows : str
-        The title in the report, the caption in the paper, and a description of the contents.
-    studies : mapping of str to FigureStudy
-        The computations behind the figure, by panel: "a", "b", ...
+    ``title`` stands in the report, ``caption`` in the paper; ``shows`` describes the contents. ``studies`` are the
+    computations behind the figure by panel: "a", "b", ...
     """
 
     number: int
@@ -86,25 +67,7 @@ class FigureSettings:
 
 @dataclass(frozen=True)
 class Quality:
-    """Resolution of the figures.
-
-    Attributes
-    ----------
-    name : str
-        "paper" or "draft".
-    zones, basins : (int, int)
-        Cells along x and along y.
-    longest_transient : int
-        Mesh periods after which a motion that is still chaotic is called chaotic, in maps of zones.
-    bifurcation : (int, int)
-        Columns of a diagram, and stroboscopic points in each.
-    portrait : int
-        Stroboscopic points.
-    trajectory : int
-        Mesh periods of a trajectory, a multiple of the periods of the motions shown, so that spectra have no leakage.
-    dpi : int
-        Dots per inch.
-    """
+    """The resolution of the figures; `settings.toml` says what each number is."""
 
     name: str
     zones: tuple[int, int]
@@ -116,6 +79,14 @@ class Quality:
     dpi: int
 
 
+_SYMBOLS = {"omega": "ω", "eps1": "ε1", "q0": "q0", "kappa": "κ", "beta": "β", "z": "z(0)", "z_dot": "z'(0)"}
+
+
+def symbol(name: str) -> str:
+    """The paper's symbol of a parameter or initial value in plain text."""
+    return _SYMBOLS.get(name, name)
+
+
 @cache
 def _document() -> dict[str, Any]:
     return tomllib.loads(files("gearchaos.paper").joinpath("settings.toml").read_text(encoding="utf-8"))
@@ -124,19 +95,21 @@ def _document() -> dict[str, Any]:
 @cache
 def all_figures() -> dict[int, FigureSettings]:
     """Every figure of the paper by number, in order."""
-    return {int(number): _figure(int(number), table) for number, table in _document()["figure"].items()}
+    figures = {}
+    for number, table in _document()["figure"].items():
+        text = {key: " ".join(table[key].split()) for key in ("layout", "title", "caption", "shows")}
+        studies = {}
+        for name, entry in table.get("study", {}).items():
+            axes = {axis: AxisRange(**values) for axis, values in entry.get("axes", {}).items()}
+            studies[name] = FigureStudy(**{**entry, "axes": axes, "periods": tuple(entry.get("periods", ()))})
+        figures[int(number)] = FigureSettings(number=int(number), studies=studies, **text)
+    return figures
 
 
-def _figure(number: int, table: Mapping[str, Any]) -> FigureSettings:
-    studies = {name: _study(entry) for name, entry in table.get("study", {}).items()}
-    text = {key: " ".join(table[key].split()) for key in ("layout", "title", "caption", "shows")}
-    return FigureSettings(number=number, studies=studies, **text)
-
-
-def _study(entry: Mapping[str, Any]) -> FigureStudy:
-    axes = {name: AxisRange(**values) for name, values in entry.get("axes", {}).items()}
-    rest = {key: value for key, value in entry.items() if key not in ("axes", "periods")}
-    return FigureStudy(axes=axes, periods=tuple(entry.get("periods", ())), **rest)
+def study_of(panel: str) -> FigureStudy:
+    """The study of a panel, named by the number of its figure and its own name: "3c", "13a_section"."""
+    number, name = re.fullmatch(r"(\d+)(\w+)", panel).groups()  # type: ignore[union-attr]  # panels are our own
+    return all_figures()[int(number)].studies[name]
 
 
 def chosen_figures(numbers: Any = None) -> dict[int, FigureSettings]:

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CONTRADICTED, HOLDS, MISPRINT, CheckResult, PeriodicMotion, check, graded
-from gearchaos.paper.settings import all_figures
+from gearchaos.paper.claims._claim import CONTRADICTED, HOLDS, MISPRINT, CheckResult, PeriodicMotion, check, graded
+from gearchaos.paper.settings import study_of
 from gearchaos.plot import attractor_names
 
 _COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
@@ -21,10 +21,10 @@ def _shares(ds: xr.Dataset) -> dict[str, float]:
     return {n: round(float(s), 4) for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)}
 
 
-@check("3a", "3b")
-def two_kinds(cache: ComputationCache, name: str) -> CheckResult:
+@check
+def two_kinds_of_motion(cache: ComputationCache, panel: str) -> CheckResult:
     """Whether two kinds of motion attract nearly all initial states."""
-    ds = cache.study(3, name[1])
+    ds = cache.study(panel)
     kinds: dict[str, float] = {}
     for attractor, share in _shares(ds).items():
         kinds[attractor.rstrip("′")] = kinds.get(attractor.rstrip("′"), 0.0) + share
@@ -36,31 +36,24 @@ def two_kinds(cache: ComputationCache, name: str) -> CheckResult:
     return CheckResult(graded(enough), _COMPUTED, evidence)
 
 
-@check("3c")
-def many_at_high_frequency(cache: ComputationCache) -> CheckResult:
+@check
+def many_attractors_at_high_frequency(cache: ComputationCache) -> CheckResult:
     """Whether Fig. 3c has more attractors than Figs. 3a and 3b, at lower frequencies."""
-    counts = {panel: len(_shares(cache.study(3, panel))) for panel in "abc"}
-    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study(3, "c"))}
+    counts = {panel: len(_shares(cache.study(f"3{panel}"))) for panel in "abc"}
+    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study("3c"))}
     return CheckResult(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
 
 
-@check("4a", "4b", "4c", "4e")
-def exists(cache: ComputationCache, name: str) -> CheckResult:
-    """Whether there is a stable orbit of the period in the statement."""
-    period = {"4a": 1, "4b": 3, "4c": 4, "4e": 5}[name]
+@check
+def orbit_of_period(cache: ComputationCache, period: int, number: int = 1) -> CheckResult:
+    """Whether there is a stable orbit of this period among the attractors, or as many of them as ``number``."""
     ds, indices = _of_period(cache, period)
-    return CheckResult(graded(len(indices) > 0), _COMPUTED, _orbits(ds, indices), motions=_motions(ds, indices[:1]))
+    motions = _motions(ds, indices[number - 1 : number])
+    return CheckResult(graded(len(indices) >= number), _COMPUTED, _orbits(ds, indices), motions=motions)
 
 
-@check("4d")
-def second_of_four(cache: ComputationCache) -> CheckResult:
-    """Whether there is a second stable 4T orbit."""
-    ds, indices = _of_period(cache, 4)
-    return CheckResult(graded(len(indices) > 1), _COMPUTED, _orbits(ds, indices), motions=_motions(ds, indices[1:2]))
-
-
-@check("4b-caption")
-def no_second_period(cache: ComputationCache) -> CheckResult:
+@check
+def orbit_of_2t_or_3t(cache: ComputationCache) -> CheckResult:
     """Whether there is a stable 2T orbit, as the caption of Fig. 4b says; the text says 3T."""
     ds, of_2t = _of_period(cache, 2)
     _, of_3t = _of_period(cache, 3)
@@ -72,13 +65,13 @@ def no_second_period(cache: ComputationCache) -> CheckResult:
 
 def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:
     """The basins of figure 3c, and the indices of the attractors with this period."""
-    ds = cache.study(3, "c")
+    ds = cache.study("3c")
     return ds, np.flatnonzero(ds["attractor_period"].values == period)
 
 
 def _motions(ds: xr.Dataset, indices: np.ndarray) -> list[PeriodicMotion]:
     """The motions on these attractors of figure 3c, each from one of its stroboscopic points."""
-    model, found = all_figures()[3].studies["c"].mesh_model, []
+    model, found = study_of("3c").mesh_model, []
     for i in indices:
         start = {name: float(ds[f"attractor_section_{name}"].values[i, 0]) for name in ("z", "z_dot")}
         found.append(PeriodicMotion(int(ds["attractor_period"].values[i]), model.with_values(start)))

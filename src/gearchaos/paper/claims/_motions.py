@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,72 +12,41 @@ from scipy.spatial import cKDTree
 
 from gearchaos.model import MeshModel
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._outcome import CheckResult, PeriodicMotion, check, graded
+from gearchaos.paper.claims._claim import CheckResult, PeriodicMotion, check, graded
 from gearchaos.paper.claims._read import summary
-from gearchaos.paper.text import symbol
+from gearchaos.paper.settings import study_of, symbol
 from gearchaos.studies import Verdict
 
-_VARIED_LOAD = {"omega": 1.0, "eps1": 0.1}
-_VARIED_AMPLITUDE = {"omega": 1.0, "q0": 0.1}
-_SOFT_SUPPORTS = {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1}
-"""Fixed parameters of figures 6 and 7, in which the load q0 varies; of figures 8 and 9, and of figures 12 and 13, in
-which the amplitude ε1 varies."""
 
-_CHAOTIC: dict[str, dict[str, Any]] = {
-    "7a": {**_VARIED_LOAD, "q0": 0.014},
-    "7b": {**_VARIED_LOAD, "q0": 0.02},
-    "7c": {**_VARIED_LOAD, "q0": 0.04},
-    "7d": {**_VARIED_LOAD, "q0": 0.05},
-    "9a": {**_VARIED_AMPLITUDE, "eps1": 0.23},
-    "9c": {"kind": "single", "q0": 0.12, "omega": 1.7, "eps1": 0.09},
-    "15a": {"kind": "full", "kappa": 0.5, "omega": 0.9, "eps1": 0.1, "q0": 0.128},
-}
-_VERDICT = "The verdict at this point from the paper's start, with the largest Lyapunov exponent."
+@check
+def motion(
+    cache: ComputationCache, label: str, panel: str = "", model: Mapping[str, Any] | None = None, varied: str = ""
+) -> CheckResult:
+    """Whether the motion of a panel, or of a model, has this label; "sub-harmonic" stands for any period above 1T.
 
-
-@check(*_CHAOTIC)
-def chaotic(cache: ComputationCache, name: str) -> CheckResult:
-    """Whether the motion at the point of the statement is chaotic."""
-    found = cache.regime(**_CHAOTIC[name])
-    return CheckResult(graded(found.label == "chaotic"), _VERDICT, summary(found))
+    A periodic one is told apart by the value of the parameter ``varied``.
+    """
+    values = model or study_of(panel).model
+    found = cache.regime(**values)
+    holds = (found.period or 0) > 1 if label == "sub-harmonic" else found.label == label
+    computed = "The verdict at this point from the paper's start, with the largest Lyapunov exponent."
+    motions = _periodic({values[varied]: found}, varied, values) if varied else []
+    return CheckResult(graded(holds), computed, summary(found), motions=motions)
 
 
-@check("15b")
-def quasi_periodic(cache: ComputationCache) -> CheckResult:
-    """Whether the motion of Fig. 15b is quasi-periodic."""
-    found = cache.regime(kind="full", kappa=0.5, omega=0.9, eps1=0.1, q0=0.135)
-    return CheckResult(graded(found.label == "quasi-periodic"), _VERDICT, summary(found))
+@check
+def motions_along(cache: ComputationCache, diagram: str, values: list[float], labels: list[str]) -> CheckResult:
+    """Whether the motions at these values of the parameter of a diagram have these labels."""
+    study = study_of(diagram)
+    (name,) = study.axes
+    found = {value: cache.regime(**study.model, **{name: value}) for value in values}
+    same = [verdict.label for verdict in found.values()] == labels
+    evidence = {f"{symbol(name)} = {value}": summary(verdict) for value, verdict in found.items()}
+    motions = _periodic(found, name, study.model)
+    return CheckResult(graded(same), "The verdict at each value.", evidence, motions=motions)
 
 
-@check("9b")
-def sub_harmonic(cache: ComputationCache) -> CheckResult:
-    """Whether the motion of Fig. 9b is periodic with a period of more than one mesh period."""
-    found = cache.regime(**_VARIED_AMPLITUDE, eps1=0.231)
-    return CheckResult(graded((found.period or 0) > 1), _VERDICT, summary(found),
-                       motions=_periodic({0.231: found}, "eps1", _VARIED_AMPLITUDE))
-
-
-@check("6b")
-def doublings_over_load(cache: ComputationCache) -> CheckResult:
-    """Whether the periods at three values of q0 are 4T, 8T and 12T."""
-    return _exact_labels(cache, "q0", {0.0164: "4T", 0.01645: "8T", 0.0165: "12T"}, _VARIED_LOAD)
-
-
-@check("8a")
-def doublings_over_amplitude(cache: ComputationCache) -> CheckResult:
-    """Whether the periods at three values of ε1 are 8T, 16T and 32T."""
-    return _exact_labels(cache, "eps1", {0.206: "8T", 0.208: "16T", 0.209: "32T"}, _VARIED_AMPLITUDE)
-
-
-def _exact_labels(cache: ComputationCache, name: str, wanted: dict[float, str], fixed: dict[str, Any]) -> CheckResult:
-    """Whether the motions at these values of a parameter have these labels, with the other parameters fixed."""
-    found = {value: cache.regime(**fixed, **{name: value}) for value in wanted}
-    same = all(found[value].label == label for value, label in wanted.items())
-    evidence = {f"{symbol(name)} = {v}": summary(r) for v, r in found.items()}
-    return CheckResult(graded(same), "The verdict at each value.", evidence, motions=_periodic(found, name, fixed))
-
-
-def _periodic(found: dict[float, Verdict], name: str, fixed: dict[str, Any]) -> list[PeriodicMotion]:
+def _periodic(found: dict[float, Verdict], name: str, fixed: Mapping[str, Any]) -> list[PeriodicMotion]:
     """The periodic motions among those found at values of a parameter, with the other parameters fixed."""
     return [
         PeriodicMotion(verdict.period, MeshModel.of(**{**fixed, name: value}), {name: value})
@@ -84,21 +54,20 @@ def _periodic(found: dict[float, Verdict], name: str, fixed: dict[str, Any]) -> 
     ]
 
 
-@check("8b")
+@check
 def chaos_after_the_cascade(cache: ComputationCache) -> CheckResult:
     """Whether there is chaos just above the period doublings over ε1."""
-    found = {value: cache.regime(**_VARIED_AMPLITUDE, eps1=value) for value in (0.2095, 0.21)}
+    found = {value: cache.regime(**study_of("8a").model, eps1=value) for value in (0.2095, 0.21)}
     chaos = any(r.label == "chaotic" for r in found.values())
     return CheckResult(graded(chaos), "The verdict at two values.", {f"ε1 = {v}": summary(r) for v, r in found.items()})
 
 
-@check("13a", "13b")
-def closed_curves(cache: ComputationCache, name: str) -> CheckResult:
-    """Whether the portrait consists of one (13a) or two (13b) closed curves."""
-    eps1, wanted = {"13a": (0.04, 1), "13b": (0.205, 2)}[name]
-    found = cache.regime(**_SOFT_SUPPORTS, eps1=eps1)
-    components, dimension = curves(cache.study(13, f"{name[2]}_section"))
-    holds = found.label == "quasi-periodic" and components == wanted and abs(dimension - 1) < 0.15
+@check
+def closed_curves(cache: ComputationCache, panel: str, count: int) -> CheckResult:
+    """Whether a portrait consists of so many closed curves."""
+    found = cache.regime(**study_of(panel).model)
+    components, dimension = curves(cache.study(panel))
+    holds = found.label == "quasi-periodic" and components == count and abs(dimension - 1) < 0.15
     evidence = {**summary(found), "closed_curves": components, "correlation_dimension": round(dimension, 3)}
     computed = "The verdict, the pieces of the portrait and its correlation dimension."
     return CheckResult(graded(holds), computed, evidence)
@@ -127,16 +96,14 @@ def curves(ds: xr.Dataset) -> tuple[int, float]:
     return int(components), float(np.log(pairs[1] / pairs[0]) / np.log(_SCALES[1] / _SCALES[0]))
 
 
-_LARGER_LOADS = np.round(np.linspace(0.068, 0.079, 12), 4)
-
-
-@check("7e")
+@check
 def similar_fractals(cache: ComputationCache) -> CheckResult:
     """Whether the chaotic attractors at larger loads q0 have the shape of that in Fig. 7d."""
-    found = {float(q0): cache.regime(**_VARIED_LOAD, q0=float(q0)) for q0 in _LARGER_LOADS}
+    fixed, loads = study_of("6a").model, np.round(np.linspace(0.068, 0.079, 12), 4)
+    found = {float(q0): cache.regime(**fixed, q0=float(q0)) for q0 in loads}
     chaos = [q0 for q0, regime in found.items() if regime.label == "chaotic"]
-    panels = {panel: cache.study(7, panel) for panel in "abcd"}
-    portraits = {q0: cache.portrait(_POINTS, **_VARIED_LOAD, q0=q0) for q0 in chaos[::2]}
+    panels = {panel: cache.study(f"7{panel}") for panel in "abcd"}
+    portraits = {q0: cache.portrait(_POINTS, **fixed, q0=q0) for q0 in chaos[::2]}
     distances = {
         q0: {f"7{p}": distance(portrait, ds, panels["d"]) for p, ds in panels.items()}
         for q0, portrait in portraits.items()
