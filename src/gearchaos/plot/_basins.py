@@ -1,25 +1,38 @@
-"""Basins of attraction over a plane of initial conditions, and the attractors of one operating point."""
+"""In the plane of initial states: basins of attraction, attractors, and the manifolds of saddles."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 
+from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widen_degenerate_axes
+from gearchaos.plot._axes import (
+    Overlay,
+    axis_label,
+    cell_extent,
+    label_and_limit,
+    new_axes,
+    plane,
+    widen_degenerate_axes,
+)
 from gearchaos.plot._checks import Dims, check
 from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED_STYLE, motion_class
 from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import draw_hatches, patches, shade
+from gearchaos.plot._legends import draw_hatches, patches, shade, side_legend
 from gearchaos.plot._legends import legend as draw_legend
 from gearchaos.plot._motions import mark_backlash
-from gearchaos.plot._theme import adapt_style
+from gearchaos.plot._theme import EVENT_COLOURS, adapt_style
 
 _SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
@@ -255,3 +268,104 @@ def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, periodic: bool) -
         mark_orbit(ax, x, y, colour)
     else:
         ax.plot(x, y, "o", color=colour, markersize=1.2, markeredgewidth=0, zorder=1)
+
+
+_SINGLE = {True: {"color": "black", "linewidth": 0.5}, False: {"color": "#c8102e", "linewidth": 0.5}}
+"""How the stable and unstable manifolds of a single saddle are drawn."""
+
+_COLOURS = tuple(EVENT_COLOURS.values())
+"""Colours of saddles where there are several; they are used again after the last one."""
+
+_SEVERAL = {True: {"linewidth": 0.8, "linestyle": "-"}, False: {"linewidth": 0.7, "linestyle": (0, (3, 1.5))}}
+"""How stable and unstable manifolds are drawn where there are several saddles."""
+
+_SADDLE: dict[str, Any] = {
+    "linestyle": "none", "marker": "X", "markersize": 6, "color": "#ffd21f", "markeredgecolor": "black",
+    "markeredgewidth": 0.7,
+}
+
+
+@keeps_data
+def manifolds(
+    ds: xr.Dataset, ax: Axes | None = None, *, stable: bool = True, unstable: bool = True,
+    saddles: Sequence[int] | None = None, legend: bool = True,
+) -> Axes:
+    """Draw the manifolds of saddles in the plane of z and z_dot.
+
+    The stable manifold of a single saddle is black, the unstable one red. Several saddles have a colour each; their
+    stable manifolds are solid, the unstable ones dashed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.manifolds`.
+    ax : Axes, optional
+        Where to draw, e.g. over the `basins` of the same model; a new figure if left out. In an Axes that has a map,
+        the limits are kept.
+    stable, unstable : bool
+        Draw these manifolds.
+    saddles : sequence of int, optional
+        Numbers of the saddles to show, indices of ``saddle_period``; all if left out.
+    legend : bool
+        Add a legend to the right of the Axes.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not one of manifolds, or has no saddle of a number.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.manifolds(gc.manifolds(model, period=1, length=5.0))
+    >>> ax.get_xlabel()
+    'displacement $z$'
+    """
+    check(ds, "manifolds", z=("point",), z_dot=("point",), manifold=("point",), manifold_stable=("number",),
+          manifold_saddle=("number",))
+    shown, over, handles = _checked(ds, saddles), Overlay(ax), []
+    single, kinds = len(shown) == 1, [kind for wanted, kind in ((stable, True), (unstable, False)) if wanted]
+    for order, saddle in enumerate(shown):
+        colour = _COLOURS[order % len(_COLOURS)]
+        for kind in kinds:
+            style = over.style(_SINGLE[kind] if single else {"color": colour, **_SEVERAL[kind]})
+            over.ax.add_collection(LineCollection(_lines(ds, saddle, kind), zorder=3, **style),
+                                   autolim=not over.over_map)
+        mark = over.style(_SADDLE if single else {**_SADDLE, "color": colour, "markeredgecolor": "white"})
+        over.ax.plot(*(ds[f"saddle_section_{name}"].values[saddle] for name in _PLANE), zorder=6, **mark)
+        label = f"saddle{'' if single else f' {saddle}'}, {ds['saddle_period'].values[saddle]}T"
+        handles.append(Line2D([], [], label=label, **mark))
+    region = json.loads(ds.attrs["settings"])["region"]
+    over.frame({name: ds[name] for name in _PLANE},
+               [[end * unit_in(ds, name) for end in ends] for name, ends in zip(_PLANE, region, strict=True)])
+    if legend:
+        lines = [over.handle(f"{'' if kind else 'un'}stable manifold", {**style, "linewidth": 1.2}, outlined=single)
+                 for kind, style in ((k, _SINGLE[k] if single else {"color": "0.35", **_SEVERAL[k]}) for k in kinds)]
+        side_legend(over.ax, [*lines, *handles])
+    return over.ax
+
+
+def _checked(ds: xr.Dataset, saddles: Any) -> list[int]:
+    """The numbers of the saddles to show; raises `InputError` for one that does not exist."""
+    count = ds.sizes["saddle_number"]
+    if saddles is None:
+        return list(range(count))
+    numbers = np.asarray(saddles)
+    if numbers.ndim != 1 or numbers.size == 0 or numbers.dtype.kind not in "iu" or not np.all(
+            (numbers >= 0) & (numbers < count)):
+        raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
+                         f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
+    return list(dict.fromkeys(numbers.tolist()))
+
+
+def _lines(ds: xr.Dataset, saddle: int, stable: bool) -> list[np.ndarray]:
+    """The branches of the stable or the unstable manifolds of a saddle, each (P, 2)."""
+    points = np.column_stack([ds["z"].values, ds["z_dot"].values])
+    ends = np.flatnonzero(np.diff(ds["manifold"].values)) + 1
+    chosen = (ds["manifold_stable"].values == stable) & (ds["manifold_saddle"].values == saddle)
+    return [part for part, kept in zip(np.split(points, ends), chosen, strict=True) if kept] if len(points) else []
