@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, to_hex, to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
@@ -27,12 +27,13 @@ from gearchaos.plot._axes import (
     widen_degenerate_axes,
 )
 from gearchaos.plot._checks import Dims, check
-from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED_STYLE, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class
 from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import draw_hatches, patches, shade, side_legend
 from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._maps import draw_classes
 from gearchaos.plot._motions import mark_backlash
-from gearchaos.plot._theme import EVENT_COLOURS, adapt_style
+from gearchaos.plot._theme import EVENT_COLOURS
 
 _SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
@@ -90,17 +91,16 @@ def basins(
     horizontal, vertical = plane(ds, "attractor")
     colours = [shade(i) if hatch else colour for i, colour in enumerate(attractor_colours(ds))]
     index, extent = ds["attractor"].values, cell_extent(ds[horizontal].values, ds[vertical].values)
-    if np.any(index < _UNDECIDED_INDEX):
-        ax.patch.set(**adapt_style(NOT_COMPUTED_STYLE))
-    ax.imshow(
-        np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
-        interpolation_stage="rgba", cmap=ListedColormap([UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
-        extent=extent,
-    )
+    cells = np.where(index < _UNDECIDED_INDEX, NO_CLASS, np.where(index < 0, len(colours), index))
+    draw_classes(cells, ax, extent, [MotionClass("", colour) for colour in (*colours, UNDECIDED)])
     if hatch:
-        draw_hatches(index, ax, extent)
-    if points:
-        _mark_orbits(ds, ax, horizontal, vertical, colours)
+        draw_hatches(index, ax, extent)  # undecided motions are grey without a hatch
+    sections = [f"attractor_section_{n}" for n in (horizontal, vertical)]
+    if points and all(n in ds for n in sections):
+        for x, y, colour, period in zip(
+                *(ds[n].values for n in sections), colours, ds["attractor_period"], strict=True):
+            if period > 0:
+                mark_orbit(ax, x, y, colour)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         attractor_legend(ax, ds, hatch=hatch)
@@ -144,25 +144,10 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
         if kind == _SUBHARMONIC:
             base = _SUBHARMONIC_COLOURS[others.index(int(n)) % len(_SUBHARMONIC_COLOURS)]
         earlier = sum(kinds[j] == kind and periods[j] == n for j in range(i))
-        colours.append(_shade(base, earlier))
+        target = 0.0 if sum(to_rgb(base)) > 1.8 else 1.0  # light colours become darker, dark ones lighter
+        red, green, blue = (c + (target - c) * (1 - 0.55**earlier) for c in to_rgb(base))
+        colours.append(to_hex((red, green, blue)))
     return colours
-
-
-def _shade(colour: str, step: int) -> str:
-    """A shade of a colour: the colour at step 0, then darker for light colours and lighter for dark ones."""
-    target = 0.0 if sum(to_rgb(colour)) > 1.8 else 1.0
-    red, green, blue = (c + (target - c) * (1 - 0.55**step) for c in to_rgb(colour))
-    return to_hex((red, green, blue))
-
-
-def _mark_orbits(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
-    """Mark the points of every periodic attractor."""
-    names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
-    if not all(n in ds for n in names):
-        return
-    for x, y, colour, period in zip(*(ds[n].values for n in names), colours, ds["attractor_period"], strict=True):
-        if period > 0:
-            mark_orbit(ax, x, y, colour)
 
 
 def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
@@ -252,7 +237,10 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # periodic orbits last, on top
     colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
     for i in order:
-        _draw(ax, x[i], y[i], colours[i], bool(ds["attractor_period"][i] > 0))
+        if ds["attractor_period"][i] > 0:
+            mark_orbit(ax, x[i], y[i], colours[i])
+        else:
+            ax.plot(x[i], y[i], "o", color=colours[i], markersize=1.2, markeredgewidth=0, zorder=1)
     horizontal, vertical = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
     ax.set(xlabel=horizontal, ylabel=vertical)
     widen_degenerate_axes(ax, *(unit_in(ds, n) for n in _PLANE))
@@ -260,14 +248,6 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     if legend:
         attractor_legend(ax, ds)
     return ax
-
-
-def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, periodic: bool) -> None:
-    """Draw the stroboscopic points ``x``, ``y`` (points,) of one attractor."""
-    if periodic:
-        mark_orbit(ax, x, y, colour)
-    else:
-        ax.plot(x, y, "o", color=colour, markersize=1.2, markeredgewidth=0, zorder=1)
 
 
 _SINGLE = {True: {"color": "black", "linewidth": 0.5}, False: {"color": "#c8102e", "linewidth": 0.5}}
