@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.cards.card import Card
-from gearchaos.cards.drawing import EMPHASIS, Drawing, around
+from gearchaos.cards.card import EMPHASIS, Card, Drawing, around
 from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.gears.operating import OperatingModel

@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import xarray as xr
 
-from gearchaos.cards.card import Card
-from gearchaos.cards.drawing import EMPHASIS, MOST_POINTS, Drawing, around, colours
+from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, colours
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class

@@ -310,12 +310,15 @@ def manifolds(
           manifold_saddle=("number",))
     shown, over, handles = _checked(ds, saddles), Overlay(ax), []
     single, kinds = len(shown) == 1, [kind for wanted, kind in ((stable, True), (unstable, False)) if wanted]
+    points = np.column_stack([ds[name].values for name in _PLANE])
+    branches = np.split(points, np.flatnonzero(np.diff(ds["manifold"].values)) + 1)
     for order, saddle in enumerate(shown):
         colour = _COLOURS[order % len(_COLOURS)]
         for kind in kinds:
             style = over.style(_SINGLE[kind] if single else {"color": colour, **_SEVERAL[kind]})
-            over.ax.add_collection(LineCollection(_lines(ds, saddle, kind), zorder=3, **style),
-                                   autolim=not over.over_map)
+            chosen = (ds["manifold_stable"].values == kind) & (ds["manifold_saddle"].values == saddle)
+            lines = [branches[i] for i in np.flatnonzero(chosen)] if len(points) else []
+            over.ax.add_collection(LineCollection(lines, zorder=3, **style), autolim=not over.over_map)
         mark = over.style(_SADDLE if single else {**_SADDLE, "color": colour, "markeredgecolor": "white"})
         over.ax.plot(*(ds[f"saddle_section_{name}"].values[saddle] for name in _PLANE), zorder=6, **mark)
         label = f"saddle{'' if single else f' {saddle}'}, {ds['saddle_period'].values[saddle]}T"
@@ -324,9 +327,10 @@ def manifolds(
     over.frame({name: ds[name] for name in _PLANE},
                [[end * unit_in(ds, name) for end in ends] for name, ends in zip(_PLANE, region, strict=True)])
     if legend:
-        lines = [over.handle(f"{'' if kind else 'un'}stable manifold", {**style, "linewidth": 1.2}, outlined=single)
-                 for kind, style in ((k, _SINGLE[k] if single else {"color": "0.35", **_SEVERAL[k]}) for k in kinds)]
-        side_legend(over.ax, [*lines, *handles])
+        of_kinds = {kind: _SINGLE[kind] if single else {"color": "0.35", **_SEVERAL[kind]} for kind in kinds}
+        entries = [over.handle(f"{'' if kind else 'un'}stable manifold", {**style, "linewidth": 1.2}, outlined=single)
+                   for kind, style in of_kinds.items()]
+        side_legend(over.ax, [*entries, *handles])
     return over.ax
 
 
@@ -341,11 +345,3 @@ def _checked(ds: xr.Dataset, saddles: Any) -> list[int]:
         raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
                          f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
     return list(dict.fromkeys(numbers.tolist()))
-
-
-def _lines(ds: xr.Dataset, saddle: int, stable: bool) -> list[np.ndarray]:
-    """The branches of the stable or the unstable manifolds of a saddle, each (P, 2)."""
-    points = np.column_stack([ds["z"].values, ds["z_dot"].values])
-    ends = np.flatnonzero(np.diff(ds["manifold"].values)) + 1
-    chosen = (ds["manifold_stable"].values == stable) & (ds["manifold_saddle"].values == saddle)
-    return [part for part, kept in zip(np.split(points, ends), chosen, strict=True) if kept] if len(points) else []

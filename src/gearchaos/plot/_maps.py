@@ -80,19 +80,13 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch:
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values), hatch=hatch)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        figure, note = ax.get_figure(root=True), _contact_note(ds, horizontal, vertical)
+        figure, title = ax.get_figure(root=True), None
         assert figure is not None
-        title = None if note is None else wrapped(note, ax.bbox.width / figure.dpi)
+        over_speed = {horizontal, vertical} == {"speed", "torque"} and "contact" in ds
+        if over_speed and np.any((classes == 0) & (ds["contact"].values > 0)):
+            title = wrapped(CONTACT_NOTE, ax.bbox.width / figure.dpi)
         class_legend(ax, classes, hatch=hatch, title=title, title_fontsize="small")
     return ax
-
-
-def _contact_note(ds: xr.Dataset, horizontal: str, vertical: str) -> str | None:
-    """The note that motions of period 1T lose contact somewhere in a map over speed and torque; None otherwise."""
-    if {horizontal, vertical} != {"speed", "torque"} or "contact" not in ds:
-        return None
-    once = motion_class(ds["label"], ds["period"]) == 0
-    return CONTACT_NOTE if np.any(once & (ds["contact"].values > 0)) else None
 
 
 def draw_classes(

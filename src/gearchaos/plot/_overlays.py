@@ -95,7 +95,11 @@ def skeleton(
         own = np.flatnonzero(ds["curve"].values == number)
         if ds["curve_closed"].values[number]:
             own = np.append(own, own[0])
-        _draw_curve(over, ds[x].values[own], ds[y].values[own], str(kinds[number]), int(periods[number]))
+        style, graze = over.style(_style(str(kinds[number]), int(periods[number]))), kinds[number] == "graze"
+        # with an outline, by which it can be seen on every colour
+        outline = withStroke(linewidth=style["linewidth"] + 1.0, foreground=over.colour(BACKGROUND), alpha=0.6)
+        over.ax.plot(ds[x].values[own], ds[y].values[own], zorder=3 if graze else 4,
+                     path_effects=None if graze else [outline], **style)
     markers = _mark_special(ds, over, shown, x, y) if special else []
     over.frame({name: ds[name] for name in (x, y)},
                [[end * unit_in(ds, name) for end in settings[key][1:3]] for name, key in ((x, "x"), (y, "y"))])
@@ -116,13 +120,6 @@ def _as_skeleton(ds: xr.Dataset) -> xr.Dataset:
         curve=("point", zeros["point"]), special_curve=("special", zeros["special"]),
         curve_kind=("number", np.array([kind], dtype=object)), curve_period=("number", np.array([period], int)),
         curve_closed=("number", np.array([closed])))
-
-
-def _draw_curve(over: Overlay, x: np.ndarray, y: np.ndarray, kind: str, period: int) -> None:
-    """Draw one curve with an outline, by which it can be seen on every colour."""
-    style, graze = over.style(_style(kind, period)), kind == "graze"
-    outline = withStroke(linewidth=style["linewidth"] + 1.0, foreground=over.colour(BACKGROUND), alpha=0.6)
-    over.ax.plot(x, y, zorder=3 if graze else 4, path_effects=None if graze else [outline], **style)
 
 
 def _style(kind: str, period: int) -> dict[str, Any]:
