@@ -8,9 +8,8 @@ from typing import Any
 import xarray as xr
 
 from gearchaos.cards.card import Card
-from gearchaos.cards.gears import design_card, pair_card
+from gearchaos.cards.inputs import design_card, model_card, pair_card, study_card
 from gearchaos.cards.motions import edge_card, orbit_card, verdict_card
-from gearchaos.cards.parameters import model_card, study_card
 from gearchaos.cards.results import result_card
 from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit

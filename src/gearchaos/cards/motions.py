@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.cards.card import Card
-from gearchaos.cards.drawing import EMPHASIS, Drawing, around
+from gearchaos.cards.card import EMPHASIS, Card, Drawing, around
 from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import MeshModel
 from gearchaos.plot import MOTION_CLASSES
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
@@ -38,17 +36,13 @@ def verdict_card(verdict: Verdict) -> Card:
         ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
-    rows.append(("operating point", _operating_point(verdict.model)))
-    return Card(f"Verdict: {verdict.label}", rows, _motion(verdict),
-                colours.get(verdict.label, colours["other sub-harmonic"]))
-
-
-def _operating_point(model: MeshModel) -> str:
-    """The kind of a model and its ω, and of given gears their speed and torque."""
+    model = verdict.model
     point = f"{model.kind}, ω = {model.omega:.6g}"
     if isinstance(model, OperatingModel):
         point += f", {model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
-    return point
+    rows.append(("operating point", point))
+    return Card(f"Verdict: {verdict.label}", rows, _motion(verdict),
+                colours.get(verdict.label, colours["other sub-harmonic"]))
 
 
 def _motion(verdict: Verdict) -> str:
@@ -81,17 +75,12 @@ def orbit_card(orbit: Orbit) -> Card:
     rows = [("multipliers", ", ".join(_complex(m) for m in orbit.multipliers[:4])),
             ("first point", ", ".join(f"{name} = {value:.6g}" for name, value in orbit.state.items())),
             ("contact switches", str(len(orbit.switches))), ("residual", f"{orbit.residual:.2g}")]
-    return Card(f"Orbit of period {orbit.period}T, {kind}", rows, _orbit_picture(orbit.model, orbit.period))
-
-
-def _orbit_picture(model: MeshModel, period: int) -> str:
-    """The trajectory of an orbit through the initial values of a model; empty if it is long."""
-    if period > _LONGEST:
-        return ""
-    motion = simulate(model, period, samples=_SAMPLES)
-    points = [motion[f"section_{name}"].values for name in ("z", "z_dot")]
-    closed = [np.append(motion[name].values, motion[name].values[0]) for name in ("z", "z_dot")]
-    return _phase_plane(closed, points)
+    picture = ""
+    if orbit.period <= _LONGEST:
+        motion = simulate(orbit.model, orbit.period, samples=_SAMPLES)
+        points = [motion[f"section_{name}"].values for name in ("z", "z_dot")]
+        picture = _phase_plane([np.append(motion[n].values, motion[n].values[0]) for n in ("z", "z_dot")], points)
+    return Card(f"Orbit of period {orbit.period}T, {kind}", rows, picture)
 
 
 def _complex(value: complex) -> str:

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import xarray as xr
 
-from gearchaos.cards.card import Card
-from gearchaos.cards.drawing import EMPHASIS, MOST_POINTS, Drawing, around, colours
+from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, colours
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot._basins import UNDECIDED, attractor_colours
 from gearchaos.plot._bifurcation import density
+from gearchaos.plot._classes import NO_CLASS
 from gearchaos.plot._motions import first_coordinate
 from gearchaos.plot._theme import EVENT_COLOURS
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
@@ -30,18 +30,8 @@ _POINT_COLOUR = (111, 143, 208)
 """Colour of the points of a diagram, red, green and blue: visible on light and dark pages."""
 
 
-_ATTRACTORS = {"attractor_label": 1, "attractor_period": 1, "attractor_fraction": 1}
-_PARTS: dict[str, dict[str, int]] = {
-    "zones": {"label": 2, "period": 2}, "bifurcation": {"label": 1, "period": 1, "lyapunov": 1},
-    "dynamic_factor": {"label": 1, "period": 1, "dynamic_factor": 1}, "basins": {"attractor": 2, **_ATTRACTORS},
-    "attractors": {**_ATTRACTORS, "attractor_section_z": 2, "attractor_section_z_dot": 2},
-    "branch": {"unstable": 1, "z_peak_to_peak": 1, "event_kind": 1, "event_value": 1, "event_z_peak_to_peak": 1},
-    "skeleton": {"curve": 1, "curve_kind": 1}, "simulate": {"section_z": 1, "section_z_dot": 1},
-}
-"""The variables that the card of a result shows, by kind of study, with their numbers of dimensions."""
-
 _NEVER_EMPTY = ("label", "attractor", "section_z")
-"""Those of them that have values in every result; there may be no attractors, events or curves."""
+"""Variables of cards that have values in every result; there may be no attractors, events or curves."""
 
 
 def result_card(ds: xr.Dataset) -> Card:
@@ -51,15 +41,17 @@ def result_card(ds: xr.Dataset) -> Card:
         raise InputError("value", "must be the result of a study", "a Dataset without attrs['study']",
                          "xarray drops attributes in arithmetic, unless xarray.set_options(keep_attrs=True) is set.")
     title = f"Result: {kind.replace('_', ' ')}"
-    if not _is_whole(ds, kind):
+    parts, draw = _SHOWN.get(kind, ({}, None))
+    whole = all(name in ds and ds[name].ndim == dims and (ds[name].size or name not in _NEVER_EMPTY)
+                for name, dims in parts.items())
+    if not whole:  # its user has taken a part of it
         return Card(title, [*_axes(ds), ("shown", "a part of the result")])
-    return Card(title, [*_axes(ds), *_found(ds, kind)], _picture(ds, kind))
-
-
-def _is_whole(ds: xr.Dataset, kind: str) -> bool:
-    """Whether a result still has what its card shows, with all dimensions; its user may have taken a part of it."""
-    return all(name in ds and ds[name].ndim == dims and (ds[name].size or name not in _NEVER_EMPTY)
-               for name, dims in _PARTS.get(kind, {}).items())
+    shown = gridded_variable(ds)
+    if draw is None and shown is not None and ds[shown].ndim == 1:  # a study without a drawing of its own
+        picture = _line(ds, str(ds[shown].dims[0]), shown).svg
+    else:
+        picture = draw(ds).svg if draw else ""
+    return Card(title, [*_axes(ds), *_found(ds, kind)], picture)
 
 
 def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -92,30 +84,21 @@ def _found(ds: xr.Dataset, kind: str) -> Iterator[tuple[str, str]]:
         yield "curves", ", ".join(f"{n} {name}" for name, n in kinds.items()) or "none"
 
 
-def _picture(ds: xr.Dataset, kind: str) -> str:
-    """The drawing of a result as SVG; empty for kinds without one, and for results without values."""
-    draw, shown = _DRAWINGS.get(kind), gridded_variable(ds)
-    if draw is not None:
-        drawing: Drawing | None = draw(ds)
-    elif shown is not None and ds[shown].ndim == 1:  # a study without a drawing of its own
-        drawing = _line(ds, str(ds[shown].dims[0]), shown)
-    else:
-        drawing = None
-    return drawing.svg if drawing else ""
-
-
 def _zones(ds: xr.Dataset) -> Drawing:
-    index = motion_class(ds["label"], ds["period"])
-    palette = np.vstack([colours([kind.colour for kind in MOTION_CLASSES]), np.zeros((1, 4), np.uint8)])
-    return _map("map of the kinds of motion", palette[index])
+    return _class_map("map of the kinds of motion", motion_class(ds["label"], ds["period"]),
+                      [kind.colour for kind in MOTION_CLASSES])
 
 
 def _basins(ds: xr.Dataset) -> Drawing:
-    index = ds["attractor"].values
-    palette = np.vstack([colours([*attractor_colours(ds), UNDECIDED]), np.zeros((1, 4), np.uint8)])
-    count = len(palette) - 2
-    rows = np.where(index < -1, count + 1, np.where(index < 0, count, index))  # -1 undecided, -2 not computed
-    return _map("map of the basins of attraction", palette[rows])
+    palette, index = [*attractor_colours(ds), UNDECIDED], ds["attractor"].values
+    # -1 is undecided, -2 not computed
+    cells = np.where(index < -1, NO_CLASS, np.where(index < 0, len(palette) - 1, index))
+    return _class_map("map of the basins of attraction", cells, palette)
+
+
+def _class_map(label: str, index: np.ndarray, palette: list[str]) -> Drawing:
+    """A map of classes (rows, columns) in their colours; cells of `NO_CLASS`, the last row, are transparent."""
+    return _map(label, np.vstack([colours(palette), np.zeros((1, 4), np.uint8)])[index])
 
 
 def _map(label: str, pixels: np.ndarray) -> Drawing:
@@ -186,9 +169,17 @@ def _simulate(ds: xr.Dataset) -> Drawing:
     return drawing
 
 
-_DRAWINGS: dict[str, Callable[[xr.Dataset], Drawing]] = {
-    "zones": _zones, "basins": _basins, "bifurcation": _bifurcation, "branch": _branch, "skeleton": _skeleton,
-    "attractors": _attractors, "simulate": _simulate,
-    "dynamic_factor": lambda ds: _line(ds, "speed", "dynamic_factor"),
+_ATTRACTORS = {"attractor_label": 1, "attractor_period": 1, "attractor_fraction": 1}
+_SHOWN: dict[str, tuple[dict[str, int], Callable[[xr.Dataset], Drawing]]] = {
+    "zones": ({"label": 2, "period": 2}, _zones),
+    "bifurcation": ({"label": 1, "period": 1, "lyapunov": 1}, _bifurcation),
+    "dynamic_factor": ({"label": 1, "period": 1, "dynamic_factor": 1},
+                       lambda ds: _line(ds, "speed", "dynamic_factor")),
+    "basins": ({"attractor": 2, **_ATTRACTORS}, _basins),
+    "attractors": ({**_ATTRACTORS, "attractor_section_z": 2, "attractor_section_z_dot": 2}, _attractors),
+    "branch": ({"unstable": 1, "z_peak_to_peak": 1, "event_kind": 1, "event_value": 1, "event_z_peak_to_peak": 1},
+               _branch),
+    "skeleton": ({"curve": 1, "curve_kind": 1}, _skeleton),
+    "simulate": ({"section_z": 1, "section_z_dot": 1}, _simulate),
 }
-"""The drawing of the results of each study that has one."""
+"""What the card of a result shows, by kind of study: variables with their numbers of dimensions, and the drawing."""

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gearchaos import plot
-from gearchaos.cards.gears import digits, inputs_in_words
+from gearchaos.cards.inputs import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
 from gearchaos.datasheet.quantities import Entry
 from gearchaos.errors import InputError

@@ -3,25 +3,20 @@
 `style` sets sizes and fonts for papers and slides, and `save_with_data` saves a picture with the data that it shows.
 """
 
-from gearchaos.plot._agreement import agreement
-from gearchaos.plot._basins import attractor_legend, attractor_names, attractors, basins
+from gearchaos.plot._basins import attractor_legend, attractor_names, attractors, basins, manifolds
 from gearchaos.plot._bifurcation import bifurcation, lyapunov, response
 from gearchaos.plot._branch import backbone, branch
-from gearchaos.plot._characteristics import backlash, stiffness
 from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot._data import save_with_data
+from gearchaos.plot._design_curves import mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._gear_pair import gear_pair
-from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._maps import class_legend, level, ribbon, zones
-from gearchaos.plot._mesh_stiffness import mesh_stiffness
+from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._motions import dossier, history, phase, portrait, spectrum
+from gearchaos.plot._overlays import agreement, separation_line, skeleton
 from gearchaos.plot._result import result
-from gearchaos.plot._schematic import schematic
-from gearchaos.plot._separation_line import separation_line
-from gearchaos.plot._skeleton import skeleton
-from gearchaos.plot._style import style
-from gearchaos.plot._transmission_error import transmission_error
+from gearchaos.plot._theme import style
 
 __all__ = [
     "CONTACT_CLASSES",

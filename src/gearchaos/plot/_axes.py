@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
+from gearchaos.plot._theme import adapt_style, is_dark
 from gearchaos.quantities import Quantity, find
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}
@@ -48,6 +53,42 @@ def new_axes(ax: Axes | None) -> Axes:
     import matplotlib.pyplot as plt
 
     return plt.subplots(layout="constrained")[1]
+
+
+_OUTLINE = 2.0
+"""Width of the outline of a legend handle, on both sides together, in points."""
+
+
+class Overlay:
+    """An Axes for curves in a plane: one of their own, or that of a map, whose limits and labels are kept."""
+
+    def __init__(self, ax: Axes | None) -> None:
+        self.over_map = ax is not None and bool(ax.images)
+        self.ax = new_axes(ax)
+
+    def style(self, style: Mapping[str, Any]) -> dict[str, Any]:
+        """Properties of an artist as they are over a map, whose colours are the same in all styles; else adapted."""
+        return dict(style) if self.over_map else adapt_style(style)
+
+    def colour(self, colour: str) -> str:
+        """A colour, as of `style`."""
+        return str(self.style({"color": colour})["color"])
+
+    def handle(self, label: str, style: Mapping[str, Any], outlined: bool = True) -> Line2D:
+        """The legend handle of a line; one as over a map has a white outline on a dark background."""
+        if not (self.over_map and outlined):
+            style = adapt_style(style)
+        elif is_dark():
+            stroke = withStroke(linewidth=style.get("linewidth", 1.0) + _OUTLINE, foreground="white")
+            style = {**style, "path_effects": [stroke]}
+        return Line2D([], [], label=label, **style)
+
+    def frame(self, parameters: Mapping[str, xr.DataArray], window: Sequence[Sequence[float]]) -> None:
+        """Label the horizontal and the vertical axis, and limit them to a window; not over a map."""
+        if self.over_map:
+            return
+        (x, y), (across, up) = parameters.items(), window
+        self.ax.set(xlabel=axis_label(x[1], x[0]), ylabel=axis_label(y[1], y[0]), xlim=tuple(across), ylim=tuple(up))
 
 
 def symbol(name: str) -> str:

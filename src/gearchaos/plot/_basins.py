@@ -1,25 +1,39 @@
-"""Basins of attraction over a plane of initial conditions, and the attractors of one operating point."""
+"""In the plane of initial states: basins of attraction, attractors, and the manifolds of saddles."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, to_hex, to_rgb
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 
+from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widen_degenerate_axes
+from gearchaos.plot._axes import (
+    Overlay,
+    axis_label,
+    cell_extent,
+    label_and_limit,
+    new_axes,
+    plane,
+    widen_degenerate_axes,
+)
 from gearchaos.plot._checks import Dims, check
-from gearchaos.plot._classes import MOTION_CLASSES, NOT_COMPUTED_STYLE, motion_class
+from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class
 from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import draw_hatches, patches, shade
+from gearchaos.plot._legends import draw_hatches, patches, shade, side_legend
 from gearchaos.plot._legends import legend as draw_legend
+from gearchaos.plot._maps import draw_classes
 from gearchaos.plot._motions import mark_backlash
-from gearchaos.plot._theme import adapt_style
+from gearchaos.plot._theme import EVENT_COLOURS
 
 _SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
@@ -77,17 +91,16 @@ def basins(
     horizontal, vertical = plane(ds, "attractor")
     colours = [shade(i) if hatch else colour for i, colour in enumerate(attractor_colours(ds))]
     index, extent = ds["attractor"].values, cell_extent(ds[horizontal].values, ds[vertical].values)
-    if np.any(index < _UNDECIDED_INDEX):
-        ax.patch.set(**adapt_style(NOT_COMPUTED_STYLE))
-    ax.imshow(
-        np.ma.masked_less(index, _UNDECIDED_INDEX), origin="lower", aspect="auto", interpolation="nearest",
-        interpolation_stage="rgba", cmap=ListedColormap([UNDECIDED, *colours]), vmin=-1.5, vmax=len(colours) - 0.5,
-        extent=extent,
-    )
+    cells = np.where(index < _UNDECIDED_INDEX, NO_CLASS, np.where(index < 0, len(colours), index))
+    draw_classes(cells, ax, extent, [MotionClass("", colour) for colour in (*colours, UNDECIDED)])
     if hatch:
-        draw_hatches(index, ax, extent)
-    if points:
-        _mark_orbits(ds, ax, horizontal, vertical, colours)
+        draw_hatches(index, ax, extent)  # undecided motions are grey without a hatch
+    sections = [f"attractor_section_{n}" for n in (horizontal, vertical)]
+    if points and all(n in ds for n in sections):
+        for x, y, colour, period in zip(
+                *(ds[n].values for n in sections), colours, ds["attractor_period"], strict=True):
+            if period > 0:
+                mark_orbit(ax, x, y, colour)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         attractor_legend(ax, ds, hatch=hatch)
@@ -131,25 +144,10 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
         if kind == _SUBHARMONIC:
             base = _SUBHARMONIC_COLOURS[others.index(int(n)) % len(_SUBHARMONIC_COLOURS)]
         earlier = sum(kinds[j] == kind and periods[j] == n for j in range(i))
-        colours.append(_shade(base, earlier))
+        target = 0.0 if sum(to_rgb(base)) > 1.8 else 1.0  # light colours become darker, dark ones lighter
+        red, green, blue = (c + (target - c) * (1 - 0.55**earlier) for c in to_rgb(base))
+        colours.append(to_hex((red, green, blue)))
     return colours
-
-
-def _shade(colour: str, step: int) -> str:
-    """A shade of a colour: the colour at step 0, then darker for light colours and lighter for dark ones."""
-    target = 0.0 if sum(to_rgb(colour)) > 1.8 else 1.0
-    red, green, blue = (c + (target - c) * (1 - 0.55**step) for c in to_rgb(colour))
-    return to_hex((red, green, blue))
-
-
-def _mark_orbits(ds: xr.Dataset, ax: Axes, horizontal: str, vertical: str, colours: list[str]) -> None:
-    """Mark the points of every periodic attractor."""
-    names = [f"attractor_section_{n}" for n in (horizontal, vertical)]
-    if not all(n in ds for n in names):
-        return
-    for x, y, colour, period in zip(*(ds[n].values for n in names), colours, ds["attractor_period"], strict=True):
-        if period > 0:
-            mark_orbit(ax, x, y, colour)
 
 
 def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
@@ -239,7 +237,10 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # periodic orbits last, on top
     colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
     for i in order:
-        _draw(ax, x[i], y[i], colours[i], bool(ds["attractor_period"][i] > 0))
+        if ds["attractor_period"][i] > 0:
+            mark_orbit(ax, x[i], y[i], colours[i])
+        else:
+            ax.plot(x[i], y[i], "o", color=colours[i], markersize=1.2, markeredgewidth=0, zorder=1)
     horizontal, vertical = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
     ax.set(xlabel=horizontal, ylabel=vertical)
     widen_degenerate_axes(ax, *(unit_in(ds, n) for n in _PLANE))
@@ -249,9 +250,98 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     return ax
 
 
-def _draw(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str, periodic: bool) -> None:
-    """Draw the stroboscopic points ``x``, ``y`` (points,) of one attractor."""
-    if periodic:
-        mark_orbit(ax, x, y, colour)
-    else:
-        ax.plot(x, y, "o", color=colour, markersize=1.2, markeredgewidth=0, zorder=1)
+_SINGLE = {True: {"color": "black", "linewidth": 0.5}, False: {"color": "#c8102e", "linewidth": 0.5}}
+"""How the stable and unstable manifolds of a single saddle are drawn."""
+
+_COLOURS = tuple(EVENT_COLOURS.values())
+"""Colours of saddles where there are several; they are used again after the last one."""
+
+_SEVERAL = {True: {"linewidth": 0.8, "linestyle": "-"}, False: {"linewidth": 0.7, "linestyle": (0, (3, 1.5))}}
+"""How stable and unstable manifolds are drawn where there are several saddles."""
+
+_SADDLE: dict[str, Any] = {
+    "linestyle": "none", "marker": "X", "markersize": 6, "color": "#ffd21f", "markeredgecolor": "black",
+    "markeredgewidth": 0.7,
+}
+
+
+@keeps_data
+def manifolds(
+    ds: xr.Dataset, ax: Axes | None = None, *, stable: bool = True, unstable: bool = True,
+    saddles: Sequence[int] | None = None, legend: bool = True,
+) -> Axes:
+    """Draw the manifolds of saddles in the plane of z and z_dot.
+
+    The stable manifold of a single saddle is black, the unstable one red. Several saddles have a colour each; their
+    stable manifolds are solid, the unstable ones dashed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `gearchaos.manifolds`.
+    ax : Axes, optional
+        Where to draw, e.g. over the `basins` of the same model; a new figure if left out. In an Axes that has a map,
+        the limits are kept.
+    stable, unstable : bool
+        Draw these manifolds.
+    saddles : sequence of int, optional
+        Numbers of the saddles to show, indices of ``saddle_period``; all if left out.
+    legend : bool
+        Add a legend to the right of the Axes.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the Dataset is not one of manifolds, or has no saddle of a number.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    >>> ax = gc.plot.manifolds(gc.manifolds(model, period=1, length=5.0))
+    >>> ax.get_xlabel()
+    'displacement $z$'
+    """
+    check(ds, "manifolds", z=("point",), z_dot=("point",), manifold=("point",), manifold_stable=("number",),
+          manifold_saddle=("number",))
+    shown, over, handles = _checked(ds, saddles), Overlay(ax), []
+    single, kinds = len(shown) == 1, [kind for wanted, kind in ((stable, True), (unstable, False)) if wanted]
+    points = np.column_stack([ds[name].values for name in _PLANE])
+    branches = np.split(points, np.flatnonzero(np.diff(ds["manifold"].values)) + 1)
+    for order, saddle in enumerate(shown):
+        colour = _COLOURS[order % len(_COLOURS)]
+        for kind in kinds:
+            style = over.style(_SINGLE[kind] if single else {"color": colour, **_SEVERAL[kind]})
+            chosen = (ds["manifold_stable"].values == kind) & (ds["manifold_saddle"].values == saddle)
+            lines = [branches[i] for i in np.flatnonzero(chosen)] if len(points) else []
+            over.ax.add_collection(LineCollection(lines, zorder=3, **style), autolim=not over.over_map)
+        mark = over.style(_SADDLE if single else {**_SADDLE, "color": colour, "markeredgecolor": "white"})
+        over.ax.plot(*(ds[f"saddle_section_{name}"].values[saddle] for name in _PLANE), zorder=6, **mark)
+        label = f"saddle{'' if single else f' {saddle}'}, {ds['saddle_period'].values[saddle]}T"
+        handles.append(Line2D([], [], label=label, **mark))
+    region = json.loads(ds.attrs["settings"])["region"]
+    over.frame({name: ds[name] for name in _PLANE},
+               [[end * unit_in(ds, name) for end in ends] for name, ends in zip(_PLANE, region, strict=True)])
+    if legend:
+        of_kinds = {kind: _SINGLE[kind] if single else {"color": "0.35", **_SEVERAL[kind]} for kind in kinds}
+        entries = [over.handle(f"{'' if kind else 'un'}stable manifold", {**style, "linewidth": 1.2}, outlined=single)
+                   for kind, style in of_kinds.items()]
+        side_legend(over.ax, [*entries, *handles])
+    return over.ax
+
+
+def _checked(ds: xr.Dataset, saddles: Any) -> list[int]:
+    """The numbers of the saddles to show; raises `InputError` for one that does not exist."""
+    count = ds.sizes["saddle_number"]
+    if saddles is None:
+        return list(range(count))
+    numbers = np.asarray(saddles)
+    if numbers.ndim != 1 or numbers.size == 0 or numbers.dtype.kind not in "iu" or not np.all(
+            (numbers >= 0) & (numbers < count)):
+        raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
+                         f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
+    return list(dict.fromkeys(numbers.tolist()))

@@ -187,7 +187,9 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     ax, axis = new_axes(ax), axis_of(ds)
     draw_lines(ds, ax, ds[y].values, ds[f"event_{y}"].values)
     found = _mark_events(ds, ax, y)
-    jumps = [_arrow(ax, *jump) for jump in _jumps(ds, y)]
+    jumps = _jumps(ds, y)
+    for value, start, end in jumps:
+        ax.annotate("", (value, end), (value, start), arrowprops=adapt_style(_JUMP), zorder=3)
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
@@ -222,8 +224,3 @@ def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:
             low, high = ds[y].values[ends]
             found.append((value, float(ds[f"event_{y}"][events[0]]), float(low + share * (high - low))))
     return found
-
-
-def _arrow(ax: Axes, value: float, start: float, end: float) -> Any:
-    """Draw the arrow of a jump."""
-    return ax.annotate("", (value, end), (value, start), arrowprops=adapt_style(_JUMP), zorder=3)

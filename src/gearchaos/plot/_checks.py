@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -57,15 +58,26 @@ def check(dataset: Any, study: str, **variables: Dims) -> None:
         Dimensions of each variable, see `Dims`, by the name of the variable.
     """
     check_dataset(dataset)
-    if all(_fits(dataset, name, dims) for name, dims in variables.items()):
-        _check_content(dataset, study, variables)
-        return
+    if not all(_fits(dataset, name, dims) for name, dims in variables.items()):
+        raise _other_study(dataset, study, variables)
+    over_axes = [name for name, dims in variables.items() if isinstance(dims, int)]
+    axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
+    faults = [_fault(dataset[name]) for name in variables]
+    faults += [f"{name} over other dims than {over_axes[0]}" for name in over_axes if dataset[name].dims != axes]
+    faults += [_axis_fault(dataset[axis]) for axis in axes]
+    if found := next(filter(None, faults), ""):
+        raise InputError("dataset", f"must be a result of {study}, as it was computed", found,
+                         "Compute it again, or load the file that was saved.")
+
+
+def _other_study(dataset: xr.Dataset, study: str, variables: Iterable[str]) -> InputError:
+    """The error of a Dataset without these variables: it names the picture that can draw it."""
     own = str(dataset.attrs.get("study", ""))
     advice = f"It is drawn by gearchaos.plot.{_DRAWN_BY[own]}." if own in _DRAWN_BY else ""
     if own == "simulate" and study.startswith(own):
         advice = "Call simulate with samples=64."
     found = f"a result of {own}" if own else f"a Dataset of {', '.join(map(str, dataset.data_vars))}"
-    raise InputError("dataset", f"must be a result of {study}, with {', '.join(variables)}", found, advice)
+    return InputError("dataset", f"must be a result of {study}, with {', '.join(variables)}", found, advice)
 
 
 def check_dataset(dataset: Any) -> None:
@@ -110,18 +122,6 @@ def _fits(dataset: xr.Dataset, name: str, dims: Dims) -> bool:
     if isinstance(dims, tuple):
         return found == dims
     return len(found) == dims and all(d in dataset.coords for d in found)
-
-
-def _check_content(dataset: xr.Dataset, study: str, variables: dict[str, Dims]) -> None:
-    """Raise `InputError` unless variables and axes have the types and values that studies give them."""
-    over_axes = [name for name, dims in variables.items() if isinstance(dims, int)]
-    axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
-    faults = [_fault(dataset[name]) for name in variables]
-    faults += [f"{name} over other dims than {over_axes[0]}" for name in over_axes if dataset[name].dims != axes]
-    faults += [_axis_fault(dataset[axis]) for axis in axes]
-    if found := next(filter(None, faults), ""):
-        raise InputError("dataset", f"must be a result of {study}, as it was computed", found,
-                         "Compute it again, or load the file that was saved.")
 
 
 def _fault(array: xr.DataArray) -> str:

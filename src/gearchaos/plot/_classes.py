@@ -73,6 +73,8 @@ _LAST_NAMED_PERIOD = 4
 _BY_MEANING = {c.name: i for i, c in enumerate(MOTION_CLASSES) if i > _LAST_NAMED_PERIOD}
 """Index of the classes of motion that are not periodic, by the meaning of the code of ``label``."""
 
+_DIVERGED = _BY_MEANING["diverged"]
+
 
 def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     """Index into `MOTION_CLASSES` of every cell; `NO_CLASS` in cells that are not computed yet.
@@ -134,19 +136,16 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
     missing = not_computed(ds, name)
-    index, classes = _contact(ds, name) if name.startswith("contact") else _coded(ds[name], missing)
+    if name.startswith("contact"):
+        classes = (*CONTACT_CLASSES, MOTION_CLASSES[_DIVERGED])
+        index = np.maximum(ds[name].values.astype(int), NO_CLASS)
+        if name == "contact" and "label" in ds:  # diverged motions have the code of no contact
+            index = np.where(motion_class(ds["label"], ds["period"]) == _DIVERGED, len(CONTACT_CLASSES), index)
+    else:
+        index, classes = _coded(ds[name], missing)
     if len(classes) > _MAX_LEGEND_CLASSES:
         return None
     return np.where(missing, NO_CLASS, index), classes
-
-
-def _contact(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Contact states. Diverged motions have the code of no contact, but are shown as a class of their own."""
-    index = ds[name].values.astype(int)
-    if name == "contact" and "label" in ds:
-        diverged = motion_class(ds["label"], ds["period"]) == _BY_MEANING["diverged"]
-        index = np.where(diverged, len(CONTACT_CLASSES), index)
-    return np.maximum(index, NO_CLASS), (*CONTACT_CLASSES, MOTION_CLASSES[_BY_MEANING["diverged"]])
 
 
 def _coded(array: xr.DataArray, missing: np.ndarray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:

@@ -103,7 +103,12 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
     if not datasets:
         raise InputError("shown", "must show a Dataset", "a figure without one",
                          "Pictures of models and designs are made of their parameters; figure.savefig saves them.")
-    files = dict(zip(_names(target, datasets), map(netcdf_bytes, datasets), strict=True))
+    studies = [str(ds.attrs.get("study", "data")) for ds in datasets]
+    several, names = Counter(studies), [target.with_suffix(".nc")]
+    if len(datasets) > 1:  # Datasets of the same study are numbered
+        numbers = [f"-{studies[: i + 1].count(study)}" if several[study] > 1 else "" for i, study in enumerate(studies)]
+        names = [target.with_name(f"{target.stem}-{study}{n}.nc") for study, n in zip(studies, numbers, strict=True)]
+    files = dict(zip(names, map(netcdf_bytes, datasets), strict=True))
     picture = io.BytesIO()
     with rc_context(_SETTINGS[figure]):
         figure.savefig(picture, format=target.suffix[1:].lower())
@@ -113,15 +118,3 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
     for file, content in files.items():
         write_bytes(file, content)
     return list(files)
-
-
-def _names(target: Path, datasets: list[xr.Dataset]) -> list[Path]:
-    """The path of the file of each Dataset; Datasets of the same study are numbered."""
-    if len(datasets) == 1:
-        return [target.with_suffix(".nc")]
-    studies = [str(ds.attrs.get("study", "data")) for ds in datasets]
-    several, names = Counter(studies), []
-    for i, study in enumerate(studies):
-        number = f"-{studies[: i + 1].count(study)}" if several[study] > 1 else ""
-        names.append(target.with_name(f"{target.stem}-{study}{number}.nc"))
-    return names

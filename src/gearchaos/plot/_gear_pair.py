@@ -157,16 +157,13 @@ def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.
     for name in diameters.keys() & styles.keys():
         style = adapt_style(styles[name])
         for wheel, diameter in enumerate(diameters[name]):
-            ax.plot(*_arc(_MM * section.centres[wheel], _MM * diameter / 2, middle, size), zorder=2, **style)
+            centre, radius = _MM * section.centres[wheel], _MM * diameter / 2
+            # the part nearest to the view, longer than the view is wide and high
+            half = min(2 * math.asin(min(1.0, math.hypot(*size) / radius)), math.pi)
+            towards = math.atan2(*(middle - centre)[::-1])
+            angle = np.linspace(towards - half, towards + half, 361)
+            ax.plot(*(centre[:, None] + radius * np.array([np.cos(angle), np.sin(angle)])), zorder=2, **style)
     ax.axvline(0, zorder=1.5, **adapt_style(_CENTRE_LINE))
-
-
-def _arc(centre: np.ndarray, radius: float, middle: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Points (2, points) of the part of a circle nearest to a view, longer than the view is wide and high."""
-    half = min(2 * math.asin(min(1.0, math.hypot(*size) / radius)), math.pi)
-    towards = math.atan2(*(middle - centre)[::-1])
-    angle = np.linspace(towards - half, towards + half, 361)
-    return centre[:, None] + radius * np.array([np.cos(angle), np.sin(angle)])
 
 
 def _line_of_action(ax: Axes, section: TransverseSection, path: np.ndarray) -> None:

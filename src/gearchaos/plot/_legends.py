@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib import rcParams
@@ -25,6 +25,7 @@ _LOOKS: tuple[tuple[str, str], ...] = (
 
 _INK = "black"
 
+
 def shade(index: int) -> str:
     """The shade, without colour, of the class with this index."""
     return _LOOKS[index % len(_LOOKS)][0]
@@ -36,8 +37,9 @@ def draw_hatches(index: np.ndarray, ax: Axes, extent: tuple[float, float, float,
     x, y = np.linspace(*extent[:2], columns + 1), np.linspace(*extent[2:], rows + 1)
     for kind in np.unique(index[index >= 0]).tolist():
         if hatch := _LOOKS[kind % len(_LOOKS)][1]:
-            area = Path.make_compound_path(*(_rectangle(x[a], x[b], y[row], y[row + 1])
-                                             for row, a, b in _runs(index == kind)))
+            area = Path.make_compound_path(*(
+                Path([(x[a], y[r]), (x[b], y[r]), (x[b], y[r + 1]), (x[a], y[r + 1]), (x[a], y[r])], closed=True)
+                for r, a, b in _runs(index == kind)))
             ax.add_patch(PathPatch(area, hatch=hatch, facecolor="none", edgecolor=_INK, linewidth=0))
 
 
@@ -54,10 +56,6 @@ def _runs(mask: np.ndarray) -> Iterator[tuple[int, int, int]]:
     rows, first = np.nonzero(change == 1)
     end = np.nonzero(change == -1)[1]
     return zip(rows.tolist(), first.tolist(), end.tolist(), strict=True)
-
-
-def _rectangle(left: float, right: float, bottom: float, top: float) -> Path:
-    return Path([(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], closed=True)
 
 
 _STYLE: dict[str, Any] = {
@@ -116,24 +114,19 @@ def legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | None =
         columns = options.pop("ncols", min(len(handles), _COLUMNS))
         return host.legend(handles=_by_rows(handles, columns), ncols=columns, **options)
     width = _available_width(fit_to or host)
-    for size, columns in _layouts(len(handles)):
+    sizes = rcParams["legend.fontsize"], "small", "x-small"  # a smaller font is preferred to a single column
+    layouts = [(size, columns) for size in sizes for columns in range(len(handles), 1, -1)]
+    for size, columns in [*layouts, ("small", 1)]:
         made = host.legend(handles=_by_rows(handles, columns), ncols=columns, fontsize=size, **options)
         if made.get_window_extent().width <= width:
             break
-    _make_space_above(fit_to or host, made)
+    _make_space(fit_to or host, made, "top")
     return made
 
 
 def _by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
     """The entries in the order in which matplotlib, which fills columns, shows them row by row."""
     return [handle for column in range(columns) for handle in handles[column::columns]]
-
-
-def _layouts(count: int) -> Iterator[tuple[str, int]]:
-    """Font sizes and numbers of columns in order of preference: a smaller font is preferred to a single column."""
-    for size in (rcParams["legend.fontsize"], "small", "x-small"):
-        yield from ((size, columns) for columns in range(count, 1, -1))
-    yield "small", 1
 
 
 def _available_width(ax: Axes) -> float:
@@ -149,15 +142,16 @@ def _available_width(ax: Axes) -> float:
     return right - left - labels - _PAD * figure.dpi
 
 
-def _make_space_above(ax: Axes, made: Legend) -> None:
-    """Lower the Axes of a figure without layout engine if the legend would be cut off at the top."""
+def _make_space(ax: Axes, made: Legend, side: Literal["top", "right"]) -> None:
+    """Shrink the Axes of a figure without layout engine if a legend would be cut off on a side."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    over = made.get_window_extent().y1 - figure.bbox.y1
+    end, size, opposite = ("y1", "height", "bottom") if side == "top" else ("x1", "width", "left")
+    over = getattr(made.get_window_extent(), end) - getattr(figure.bbox, end)
     if over > 0 and figure.get_layout_engine() is None and ax.get_subplotspec() is not None:
-        height = figure.bbox.height
-        top = figure.subplotpars.top - over / height - _PAD * figure.dpi / height
-        figure.subplots_adjust(top=max(top, figure.subplotpars.bottom + 0.1))
+        length, margins = getattr(figure.bbox, size), figure.subplotpars
+        edge = getattr(margins, side) - over / length - _PAD * figure.dpi / length
+        figure.subplots_adjust(**{side: max(edge, getattr(margins, opposite) + 0.1)})
 
 
 def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
@@ -182,16 +176,5 @@ def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
         made.set(loc="best", bbox_to_anchor=None)
         made.set_frame_on(True)
     else:
-        _make_space_right(ax, made)
+        _make_space(ax, made, "right")
     return made
-
-
-def _make_space_right(ax: Axes, made: Legend) -> None:
-    """Narrow the Axes of a figure without layout engine if the legend would be cut off at the right."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    over = made.get_window_extent().x1 - figure.bbox.x1
-    if over > 0 and figure.get_layout_engine() is None and ax.get_subplotspec() is not None:
-        width = figure.bbox.width
-        right = figure.subplotpars.right - over / width - _PAD * figure.dpi / width
-        figure.subplots_adjust(right=max(right, figure.subplotpars.left + 0.1))

@@ -14,7 +14,6 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
 
 from gearchaos.errors import InputError
@@ -81,19 +80,13 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch:
     draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values), hatch=hatch)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        figure, note = ax.get_figure(root=True), _contact_note(ds, horizontal, vertical)
+        figure, title = ax.get_figure(root=True), None
         assert figure is not None
-        title = None if note is None else wrapped(note, ax.bbox.width / figure.dpi)
+        over_speed = {horizontal, vertical} == {"speed", "torque"} and "contact" in ds
+        if over_speed and np.any((classes == 0) & (ds["contact"].values > 0)):
+            title = wrapped(CONTACT_NOTE, ax.bbox.width / figure.dpi)
         class_legend(ax, classes, hatch=hatch, title=title, title_fontsize="small")
     return ax
-
-
-def _contact_note(ds: xr.Dataset, horizontal: str, vertical: str) -> str | None:
-    """The note that motions of period 1T lose contact somewhere in a map over speed and torque; None otherwise."""
-    if {horizontal, vertical} != {"speed", "torque"} or "contact" not in ds:
-        return None
-    once = motion_class(ds["label"], ds["period"]) == 0
-    return CONTACT_NOTE if np.any(once & (ds["contact"].values > 0)) else None
 
 
 def draw_classes(
@@ -247,7 +240,10 @@ def level(
     """
     check(ds, "zones", label=2, period=2)
     check_name(ds, "name", name, 2)
-    clip, classes = _checked_clip(cmap, clip), named_classes(ds, name)
+    if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
+        raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
+    percent, classes = to_float("clip", clip), named_classes(ds, name)
+    check_rule("clip", percent, Rule(lambda v: 0 <= v <= 100, "must be a percentage, from 0 to 100"), clip)
     if hatch and not classes:
         raise InputError("hatch", "must be left out for a variable without classes", name)
     ax = new_axes(ax)
@@ -259,8 +255,10 @@ def level(
         draw_classes(classes[0], ax, extent, classes[1], hatch=hatch)
     else:
         values = continuous_values(ds, name)
-        limits = colour_limits(name, values[np.isfinite(values)], clip, unit_in(ds, name))
-        image = _draw_continuous(ax, values, extent, cmap, limits)
+        low, high = colour_limits(name, values[np.isfinite(values)], percent, unit_in(ds, name))
+        ax.set_facecolor(adapt(_NO_VALUE))
+        image = ax.imshow(values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low,
+                          vmax=high, extent=extent)
     label_and_limit(ax, ds, horizontal, vertical)
     inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
     if colorbar and classes:
@@ -270,15 +268,6 @@ def level(
         label = wrapped(title, inches.height)
         ax.figure.colorbar(image, ax=ax, extend="max" if clipped else "neither", pad=0.02, label=label)
     return ax
-
-
-def _checked_clip(cmap: Any, clip: Any) -> float:
-    """``clip`` as a float; raises `InputError` unless it is a percentage and the colormap exists."""
-    if not isinstance(cmap, Colormap) and cmap not in list(colormaps):
-        raise InputError("cmap", "must be a colormap of matplotlib", cmap, "E.g. 'viridis' or 'magma'.")
-    percent = to_float("clip", clip)
-    check_rule("clip", percent, Rule(lambda v: 0 <= v <= 100, "must be a percentage, from 0 to 100"), clip)
-    return percent
 
 
 def colour_limits(name: str, known: np.ndarray, clip: float, unit: float) -> tuple[float, float]:
@@ -291,12 +280,3 @@ def colour_limits(name: str, known: np.ndarray, clip: float, unit: float) -> tup
     low, high = widened_limits(float(low), float(high), unit)
     least, most = _BOUNDS.get(name, (-np.inf, np.inf))
     return max(low, least), min(high, most)
-
-
-def _draw_continuous(
-    ax: Axes, values: np.ndarray, extent: tuple[float, float, float, float], cmap: str, limits: tuple[float, float]
-) -> AxesImage:
-    """The image of a continuous variable (rows, columns) on a colour scale between these limits."""
-    ax.set_facecolor(adapt(_NO_VALUE))
-    return ax.imshow(values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=limits[0],
-                     vmax=limits[1], extent=extent)

@@ -148,18 +148,16 @@ def portrait(
         check_name(ds, field, name, ("period",), "section_")
     ax, units = new_axes(ax), [unit_in(ds, n) for n in names]
     horizontal, vertical = (ds[f"section_{n}"] for n in names)
-    default = _size(distinct(horizontal.values / units[0], vertical.values / units[1]))
-    size = default if size is None else check_positive("size", size)
+    if size is None:  # the area of all markers together is constant, within limits
+        count = distinct(horizontal.values / units[0], vertical.values / units[1])
+        size = float(np.clip(_LARGEST * np.sqrt(_FEW / count), _SMALLEST, _LARGEST))
+    else:
+        size = check_positive("size", size)
     ax.plot(horizontal.values, vertical.values, "o", color=adapt(INK), markersize=size, markeredgewidth=0,
             rasterized=True)
     ax.set(xlabel=axis_label(horizontal, names[0]), ylabel=axis_label(vertical, names[1]))
     widen_degenerate_axes(ax, *units)
     return ax
-
-
-def _size(count: int) -> float:
-    """Diameter of markers such that all of them together have a constant area; within limits."""
-    return float(np.clip(_LARGEST * np.sqrt(_FEW / count), _SMALLEST, _LARGEST))
 
 
 def first_coordinate(ds: xr.Dataset) -> str:
@@ -350,31 +348,23 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
     4
     """
     check_samples(ds, {})
-    figure = figure or plt.figure(figsize=_figure_size(), layout="constrained")
-    with matplotlib.rc_context({"font.size": rcParams["font.size"] * _scale(figure)}):
-        _draw(ds, figure, title)
-    return figure
-
-
-def _figure_size() -> tuple[float, float]:
-    """Width and height of a new figure, in inches: that of a style, or else larger than that of a single Axes."""
-    size, default = rcParams["figure.figsize"], rcParamsDefault["figure.figsize"]
-    return (9.6, 7.2) if list(size) == list(default) else (size[0], _HEIGHT * size[0])
-
-
-def _scale(figure: Figure) -> float:
-    """Scale of the font: 1, or less in a small figure."""
+    default = rcParamsDefault["figure.figsize"]
+    if figure is None:
+        wide, high = rcParams["figure.figsize"]
+        # without a style larger than a single Axes
+        size = (9.6, 7.2) if [wide, high] == list(default) else (wide, _HEIGHT * wide)
+        figure = plt.figure(figsize=size, layout="constrained")
     full = _FULL_SIZE * rcParams["font.size"] / rcParamsDefault["font.size"]
-    return float(np.clip(min(figure.get_size_inches() / full), _SMALLEST_SCALE, 1))
-
-
-def _draw(ds: xr.Dataset, figure: Figure, title: str) -> None:
-    axes = figure.subplots(2, 2).ravel()
-    history(ds, "z", axes[0], periods=min(HISTORY_PERIODS, ds.sizes["period"]))
-    phase(ds, "z", ax=axes[1], linewidth=_LINE_WIDTH if ds.sizes["period"] <= _LONG else _THIN_LINE_WIDTH)
-    portrait(ds, "z", ax=axes[2])
-    spectrum(ds, "z_dot", axes[3])
-    views = ("Time history", "Phase trajectory", "Stroboscopic portrait", "Spectrum")
-    for ax, name in zip(axes, views, strict=True):
-        ax.set_title(name, fontsize="medium")
-    figure.suptitle(title)
+    scale = float(np.clip(min(figure.get_size_inches() / full), _SMALLEST_SCALE, 1))
+    count = ds.sizes["period"]
+    with matplotlib.rc_context({"font.size": rcParams["font.size"] * scale}):
+        axes = figure.subplots(2, 2).ravel()
+        history(ds, "z", axes[0], periods=min(HISTORY_PERIODS, count))
+        phase(ds, "z", ax=axes[1], linewidth=_LINE_WIDTH if count <= _LONG else _THIN_LINE_WIDTH)
+        portrait(ds, "z", ax=axes[2])
+        spectrum(ds, "z_dot", axes[3])
+        views = ("Time history", "Phase trajectory", "Stroboscopic portrait", "Spectrum")
+        for ax, name in zip(axes, views, strict=True):
+            ax.set_title(name, fontsize="medium")
+        figure.suptitle(title)
+    return figure

@@ -13,18 +13,16 @@ from matplotlib.figure import Figure
 from gearchaos.catalogue import STUDIES
 from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
-from gearchaos.plot._agreement import agreement
 from gearchaos.plot._axes import axis_label, new_axes
-from gearchaos.plot._basins import attractors, basins
+from gearchaos.plot._basins import attractors, basins, manifolds
 from gearchaos.plot._bifurcation import bifurcation, lyapunov, response
 from gearchaos.plot._branch import backbone
 from gearchaos.plot._checks import check_dataset, check_name
 from gearchaos.plot._classes import named_classes
 from gearchaos.plot._dynamic_factor import dynamic_factor
-from gearchaos.plot._manifolds import manifolds
 from gearchaos.plot._maps import level, zones
 from gearchaos.plot._motions import dossier, portrait
-from gearchaos.plot._skeleton import skeleton
+from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot._theme import INK, STROBE, adapt
 
 MOTION = "motion"
