@@ -9,11 +9,10 @@ from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
-from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.declared import check_plausible
-from gearchaos.gears.mesh_load import mesh_load
+from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness.iso6336 import ISO
 from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
@@ -150,9 +149,9 @@ def _inertia_warnings(design: Drawing) -> list[str]:
     if design.inertia is None:
         subject, unit, most = "mass", "kg", MOST_MASS
     for wheel, inertia in enumerate(design.inertias):
-        diameter, material = masses.disc_diameter(geometry)[wheel], design.material[wheel]
-        mass = masses.disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
-        ratio = inertia / masses.disc_inertia(diameter, 0.0, mass)
+        diameter, material = disc_diameter(geometry)[wheel], design.material[wheel]
+        mass = disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
+        ratio = inertia / disc_inertia(diameter, 0.0, mass)
         if not LEAST_INERTIA < ratio < most:
             found.append(f"{subject}[{wheel}] is {ratio:.3g} times that of a solid disc of the size of wheel "
                          f"{wheel + 1}: is it in {unit}?")

@@ -27,7 +27,7 @@ from gearchaos.gears.units import RPM
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mesh_load import MeshLoad
+    from gearchaos.gears.mechanics import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
     from gearchaos.gears.transmission_error.quality import Tolerances
 

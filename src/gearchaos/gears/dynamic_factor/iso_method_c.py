@@ -12,7 +12,7 @@ from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mesh_load import MeshLoad
+    from gearchaos.gears.mechanics import MeshLoad
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 

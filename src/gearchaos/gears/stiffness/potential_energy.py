@@ -31,7 +31,7 @@ from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.materials import Material
+    from gearchaos.gears.mechanics import Material
 
 _NAME = "potential energy"
 
