@@ -95,17 +95,7 @@ def equivalent_mass(inertias: Pair, base_radii: Pair) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshLoad:
-    """Load and speed of the mesh, referred to the reference circles, in SI.
-
-    Attributes
-    ----------
-    tangential_force : float
-        Nominal tangential force F_t, N.
-    line_load : float
-        Specific load F_t K_A/b, N/m, with the common face width b.
-    velocity : float
-        Pitch line velocity v at the reference circles, m/s.
-    """
+    """Nominal load and speed of the mesh, referred to the reference circles, in SI; b is the common face width."""
 
     tangential_force: float = described("F_t", "2000 T1/d1", _SOURCE, "N")
     line_load: float = described("F_t K_A/b", "F_t K_A/b", _SOURCE, "N/mm", 1e-3)
@@ -113,21 +103,10 @@ class MeshLoad:
 
 
 def mesh_load(geometry: Geometry, speed: float, torque: float, application_factor: float) -> MeshLoad:
-    """The load of a mesh.
+    """The load of a mesh from the angular velocity, rad/s, and the torque, N m, of wheel 1: their magnitudes matter.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    speed, torque : float
-        Angular velocity (rad/s) and torque (N m) of wheel 1; only their magnitudes matter.
-    application_factor : float
-        K_A > 0, the ratio of the largest external load to the nominal one; 1 for a uniform load.
-
-    Raises
-    ------
-    InputError
-        For a value that is not finite, or an application factor that is not positive.
+    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load. Raises
+    `InputError` for a value that is not finite, or an application factor that is not positive.
     """
     for name, value in (("speed", speed), ("torque", torque), ("application_factor", application_factor)):
         if not math.isfinite(value):

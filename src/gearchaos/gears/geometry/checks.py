@@ -32,14 +32,9 @@ _ROUNDING = 1e-9
 
 
 def check_rack(rack: Any, pressure_angle: float) -> None:
-    """Raise `InputError` unless a basic rack has a straight flank and room for its fillet, DIN 867:1986, ISO 53:1998.
+    """Raise `InputError` unless a basic rack, in normal modules, has a straight flank and room for its fillet.
 
-    Parameters
-    ----------
-    rack : Rack
-        In normal modules.
-    pressure_angle : float
-        α_n, rad.
+    DIN 867:1986, ISO 53:1998.
     """
     sine, tangent = math.sin(pressure_angle), math.tan(pressure_angle)
     deepest = math.pi / 4 / tangent
@@ -129,7 +124,7 @@ def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
 
 
 def interference_depth(geometry: Geometry, wheel: int) -> float:
-    """How deep the tip of the mate enters the fillet of one wheel, m, along the circumference; negative if it does not.
+    """How deep the tip of the mate enters the fillet of a wheel, m, along the circumference; negative if not.
 
     Contact that begins on the involute (d_Nf ≥ d_Ff) does not exclude it: after the first contact the corner between
     flank and tip circle moves on towards the root of the mate, along a trochoid, and a large fillet can reach into its
@@ -138,16 +133,9 @@ def interference_depth(geometry: Geometry, wheel: int) -> float:
     In the transverse plane, and whatever the backlash: thinner teeth have their fillets nearer to their axes by the
     same angle as their flanks.
 
-    In polar coordinates fixed to the wheel the corner of the mate's tip is at ψ − t z_mate/z, where t is its angle
-    from the line of centres about the mate's axis, and ψ about the axis of the wheel. It is on the flank, at the start
-    of active profile, at the first contact, and nearest to the fillet between there and the line of centres.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        A pair whose contact begins on the involutes.
-    wheel : int
-        The wheel with the fillet: 0 for wheel 1, 1 for wheel 2.
+    In polar coordinates fixed to the wheel the corner of the mate's tip is at ψ − t z_mate/z, where t is its angle from
+    the line of centres about the mate's axis, and ψ about the axis of the wheel. It is on the flank, at the start of
+    active profile, at the first contact, and nearest to the fillet between there and the line of centres.
     """
     tooth, path = geometry.generated_tooth(wheel), _CornerPath(geometry, wheel)
     first, last = tooth.form_slope, math.pi / 2

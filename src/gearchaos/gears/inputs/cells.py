@@ -34,18 +34,9 @@ _WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")
 
 @dataclass(frozen=True)
 class Cells:
-    """The texts of a table.
+    """The texts of a table: the names with units of its header and their line, and the cells of each row with its line.
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    header : list of str
-        Names with units.
-    line : int
-        Number of the line of the header.
-    rows : list of (int, list of str)
-        Number of the line and cells of each row, as many as ``header`` has.
+    Each row has as many cells as the header.
     """
 
     path: str
@@ -65,25 +56,15 @@ def is_number(cell: str) -> bool:
 
 
 def read_cells(path: Any, field: str, is_unit: Callable[[str], bool]) -> Cells:
-    """The texts of a table.
+    """The texts of a table in a regular file of at most `MOST_BYTES`.
 
     The header is the row above the first row with two numbers or more, and whatever is above it is left out. It may be
     a comment, which begins with ``#``, and may have its units in a row of their own. The cells are separated by what
-    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``.
+    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``. ``is_unit``
+    says whether a text is a unit of one of the columns.
 
-    Parameters
-    ----------
-    path : str or Path
-        A regular file of at most `MOST_BYTES`.
-    field : str
-        Name of the path in error messages.
-    is_unit : callable
-        Whether a text is a unit of one of the columns.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, and with the line for a row that has not as many cells as the header.
+    Raises `InputError` for a file that cannot be read, and with the line for a row that has not as many cells as the
+    header.
     """
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)

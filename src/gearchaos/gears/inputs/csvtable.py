@@ -131,31 +131,16 @@ def read_table(
     """Read a table from a file; see `gearchaos.gears.inputs.cells.read_cells` for the forms of files.
 
     A header is a name, followed by its unit: ``roll angle [deg]``, ``stiffness (N/um)``, ``φ / °``, ``order``. Of each
-    group the column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
+    group the one column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
     unit, or unit alone, it can be meant: that is said in a note. Other columns are left out. Decimal commas are read
     unless all of them could be commas between thousands ("1,250").
 
-    Parameters
-    ----------
-    path : str or Path
-        A regular file of at most `MOST_BYTES`.
-    groups : sequence of sequences of Column
-        The table must have exactly one column of each group.
-    field : str
-        Name of the path in error messages.
-    chosen : mapping of str to str, optional
-        Headers in the file by the names of columns. A header may be without its unit, or with another one, which then
-        holds.
-    increasing : bool
-        Whether the numbers of the first group must increase.
-    jumps : bool
-        Whether two of its rows, but not more, may then be equal: the values before and after a jump.
+    ``chosen`` are headers in the file by the names of columns. They may be without their unit, or with another one,
+    which then holds. With ``increasing`` the numbers of the first group must increase; with ``jumps`` two of its rows,
+    but not more, may be equal: the values before and after a jump.
 
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, and with the number of the line for anything that is missing, ambiguous or not
-        a finite number.
+    Raises `InputError` for a file that cannot be read, and with the number of the line for anything that is missing,
+    ambiguous or not a finite number.
     """
     columns = [column for group in groups for column in group]
     cells = read_cells(path, field, lambda text: any(column.fits(text) for column in columns))

@@ -20,21 +20,9 @@ _SAME_POSITION = 1e-12
 def relative_length(contact_ratio: float, overlap_ratio: float = 0.0) -> PeriodicCurve:
     """Total length of the contact lines over the mesh period, relative to its mean b ε_α/cos β_b.
 
-    Parameters
-    ----------
-    contact_ratio, overlap_ratio : float
-        ε_α and ε_β; ε_β is 0 for spur gears.
-
-    Returns
-    -------
-    PeriodicCurve
-        At position 0 a tooth pair enters contact, of helical gears at one end of the face width. The curve of spur
-        gears has two levels, that of helical gears is continuous; its corners are at 0, ε_α, ε_β and ε_α + ε_β.
-
-    Raises
-    ------
-    InputError
-        For ratios with which contact is lost during a part of the period.
+    At position 0 a tooth pair enters contact, of helical gears at one end of the face width. The curve of spur gears
+    has two levels, that of helical gears is continuous; its corners are at 0, ε_α, ε_β and ε_α + ε_β. Raises
+    `InputError` for ratios with which contact is lost during a part of the period.
     """
     _check(contact_ratio, overlap_ratio)
     corners = np.mod([0.0, contact_ratio, overlap_ratio, contact_ratio + overlap_ratio], 1.0)
@@ -52,22 +40,11 @@ def relative_length(contact_ratio: float, overlap_ratio: float = 0.0) -> Periodi
 
 
 def fourier_coefficients(contact_ratio: float, overlap_ratio: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Amplitudes c_j ≥ 0 and phases α_j of the relative length 1 + Σ c_j cos(2πjt − α_j), in closed form.
+    """Amplitudes c_j ≥ 0 and phases α_j, in (−π, π], of the relative length 1 + Σ c_j cos(2πjt − α_j), in closed form.
 
-    The transform of a rectangle of width ε is sin(πjε)/(πj), that of a convolution the product:
-    c_j = 2 |s(jε_α) s(jε_β)| with s(x) = sin(πx)/(πx). α_j is πj(ε_α + ε_β), and π more where the product is negative.
-
-    Parameters
-    ----------
-    contact_ratio, overlap_ratio : float
-        ε_α and ε_β; ε_β is 0 for spur gears.
-    count : int
-        Number of harmonics.
-
-    Returns
-    -------
-    amplitudes, phases : array (count,)
-        From harmonic 1 on; phases in radians, in (−π, π].
+    The transform of a rectangle of width ε is sin(πjε)/(πj), that of a convolution the product: c_j = 2 |s(jε_α)
+    s(jε_β)| with s(x) = sin(πx)/(πx). α_j is πj(ε_α + ε_β), and π more where the product is negative. Both are arrays
+    (count,), from harmonic 1 on.
     """
     _check(contact_ratio, overlap_ratio)
     j = np.arange(1, count + 1)

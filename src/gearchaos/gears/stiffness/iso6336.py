@@ -112,27 +112,14 @@ def tooth_stiffness(
 ) -> ToothStiffness:
     """Single stiffness c′ and mesh stiffness c_γα, ISO 6336-1:2006, 9.3, method B.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        An external spur or helical pair.
-    line_load : float, optional
-        Specific load F_t K_A/b, N/m. By default the stiffness is that at 100 N/mm and above, where the standard takes
-        it to be independent of the load.
-    youngs_modulus : tuple of float
-        E of the wheels, Pa; by default the standard's steel with 206 GPa.
-    blanks : tuple of Blank or None
-        Rim and web of each wheel; None for a solid disc, the default. The standard allows for one C_R of a pair: the
-        smaller one, of the more flexible wheel, is used.
+    Without a line load F_t K_A/b, N/m, the stiffness is that at 100 N/mm and above, where the standard takes it to be
+    independent of the load. The standard allows for one C_R of a pair: the smaller one, of the more flexible wheel, is
+    used; None is a solid disc.
 
-    Raises
-    ------
-    InputError
-        If the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that must be positive is
-        not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is a warning.
+    Raises `InputError` if the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that
+    must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is
+    a warning.
 
-    Notes
-    -----
     (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes, and
     with KISSsoft's reports on the stages of the NREL 5 MW gearbox, also outside the range of (82). This range, its
     deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
@@ -179,14 +166,9 @@ def tooth_stiffness(
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
-    """Basic rack factor C_B, ISO 6336-1:2006, (86); the mean over both wheels where their racks differ, (87).
+    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad.
 
-    Parameters
-    ----------
-    dedendum : float or tuple of float
-        Dedendum of the basic rack, h_fP/m_n, of both wheels or of each.
-    pressure_angle : float
-        Of the basic rack, α_Pn, rad.
+    The mean over both wheels is taken where their racks differ, (87).
     """
     pair = dedendum if isinstance(dedendum, tuple) else (dedendum, dedendum)
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
@@ -236,28 +218,17 @@ def _warnings(
 
 
 def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
-    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
+    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3; ``mesh_stiffness`` is c_γα, N/m².
 
     The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
     instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
-    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
-    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
-    gears tends to that of spur gears as β tends to 0.
+    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`). The
+    mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b,
+    helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical gears
+    tends to that of spur gears as β tends to 0.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    mesh_stiffness : float
-        c_γα, N/m², see `tooth_stiffness`.
-    tolerance : float
-        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
-
-    Raises
-    ------
-    InputError
-        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
+    Raises `InputError` if no teeth are in contact during a part of the mesh period, or a value is not a positive
+    number.
     """
     check_positive("mesh_stiffness", mesh_stiffness)
     check_positive("tolerance", tolerance)

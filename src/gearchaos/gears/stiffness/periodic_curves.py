@@ -74,10 +74,7 @@ class PeriodicCurve:
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
         """Means over the intervals from each start to the next one; the last ends one period after the first start.
 
-        Parameters
-        ----------
-        starts : array (intervals,)
-            Positions in [0, 1) that increase.
+        The starts, (intervals,), increase in [0, 1).
         """
         ends = np.append(starts[1:], 1 + starts[0])
         in_period = self._integral(np.minimum(ends, 1)) - self._integral(starts)
@@ -102,34 +99,16 @@ class PeriodicCurve:
 
 
 def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
-    """The curve through points from 0 to 1 in order, where two points at the same position are a jump.
-
-    Parameters
-    ----------
-    positions, values : array (points,)
-        Positions that do not decrease, the first 0 and the last 1.
-    """
+    """The curve through points in order from position 0 to 1, where two points at the same one are a jump."""
     rising = np.flatnonzero(np.diff(positions) > 0)
     return PeriodicCurve(np.append(positions[rising], 1.0), values[rising], values[rising + 1])
 
 
 def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
-    """The mean over a number of equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
+    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
 
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Over all parts, the cycles.
-    cycles : int
-        Number of parts.
-    tolerance : float
-        Largest difference of knots, in cycles, that the rounding of positions explains.
-
-    Returns
-    -------
-    (PeriodicCurve, float) or None
-        The mean, and the root mean square of the differences from it at the knots. None for a curve with jumps whose
-        pieces are not the same in all cycles.
+    The difference is the root mean square at the knots. None for a curve with jumps whose pieces are not the same in
+    all cycles. ``tolerance`` is the largest difference of knots, in cycles, that the rounding of positions explains.
     """
     edges, count = curve.knots * cycles, np.arange(cycles)[:, None]
     shape = (cycles, -1) if len(curve.first) % cycles == 0 else (1, -1)
@@ -241,21 +220,9 @@ def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:
 def truncated_series(
     curve: PeriodicCurve, amplitudes: np.ndarray, phases: np.ndarray, tolerance: float,
 ) -> tuple[HarmonicStiffness, float] | None:
-    """The first harmonics of a curve, as many as a tolerance needs or all that are given, and the error.
+    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest.
 
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Of mean 1.
-    amplitudes, phases : array (harmonics,)
-        Of its Fourier series, from harmonic 1 on.
-    tolerance : float
-        Bound of the root mean square of the rest of the series.
-
-    Returns
-    -------
-    (HarmonicStiffness, float) or None
-        The waveform and the root mean square of the rest; None if these harmonics are not positive everywhere.
+    None if these harmonics are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
     """
     variance = PeriodicCurve(curve.knots, curve.first - 1, curve.last - 1).mean_square()
     errors = np.sqrt(np.maximum(variance - np.cumsum(amplitudes**2) / 2, 0.0))

@@ -174,32 +174,13 @@ def _number(grade: Any, letter: str) -> Any:
 
 
 def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolerances]:
-    """The flank tolerances of both wheels.
+    """The flank tolerances of both wheels; raises `InputError` if a size is outside the scope of the standard.
 
-    Parameters
-    ----------
-    quality : Quality
-        Standard and grade.
-    geometry : Geometry
-        Gives the reference diameters d, the normal module m_n and the face widths b.
-
-    Returns
-    -------
-    tuple of Tolerances
-        Of wheel 1 and wheel 2, rounded as the standard says: to 1 µm from 10 µm on, to 0.5 µm from 5 µm on, and to 0.1
-        µm below.
-
-    Raises
-    ------
-    InputError
-        If a size of the pair is outside the scope of the standard.
-
-    Notes
-    -----
-    The standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from
-    values before rounding. All formulae were compared with a public code, the scope of 2013 with the published
-    abstract, but those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be
-    compared with one source only.
+    They are rounded as the standard says: to 1 µm from 10 µm on, to 0.5 µm from 5 µm on, and to 0.1 µm below. The
+    standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from values
+    before rounding. All formulae were compared with a public code, the scope of 2013 with the published abstract, but
+    those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be compared with one
+    source only.
     """
     edition, found = editions()[quality.standard], []
     for wheel, grade in enumerate(quality.grades):

@@ -75,33 +75,16 @@ def from_orders(
     path: str | Path, teeth: tuple[int, ...] = (), *, most: float = math.inf, radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> ErrorHarmonics:
-    """Harmonics from a file of measured orders of the mesh frequency.
+    """Harmonics from a file of measured orders of the mesh frequency; orders that it leaves out have amplitude 0.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit)
-        and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
-        e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
-    teeth : tuple of int, optional
-        z1, z2. Multiples of one of them may be orders of its shaft: they have a warning.
-    most : float, optional
-        Largest plausible amplitude, m.
-    radius : float, optional
-        Base radius of a wheel, m, if the amplitudes are angles of this wheel.
-    columns : mapping of str to str, optional
-        Headers in the file of ``order``, ``peak`` or ``peak_to_peak``, and ``phase``.
+    The columns are ``order``, ``phase`` and either ``peak`` or ``peak to peak``: the amplitude e_j or twice it. The
+    error of order j is e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact. Multiples
+    of one of ``teeth`` may be orders of its shaft: they have a warning. ``most`` is the largest plausible amplitude, m.
+    With ``radius``, a base radius in m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by
+    names.
 
-    Returns
-    -------
-    ErrorHarmonics
-        Orders that the file leaves out have amplitude 0.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
-        negative or implausible amplitude; also for a file that `read_table` refuses.
+    Raises `InputError` with the number of the line, for an order that is no whole number from 1 to 64 or is repeated,
+    and for a negative or implausible amplitude; also for a file that `read_table` refuses.
     """
     scales, advice = _meant(radius)
     kinds = tuple(
@@ -169,36 +152,16 @@ def from_table(
     path: str | Path, teeth1: int, orders: int = 8, *, most: float = math.inf, radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> ErrorHarmonics:
-    """Harmonics from a file with the error over the roll angle of wheel 1.
+    """Harmonics from a file with the error over the roll angle of wheel 1; the mesh period is 2π/``teeth1``.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both
-        with units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase. A table of
-        one mesh period must return to its first error: the error of the gears without load is continuous. One of
-        several periods need not, since it may contain orders of the shafts.
-    teeth1 : int
-        Number of teeth of wheel 1: the mesh period is 2π/z1.
-    orders : int
-        Number of harmonics, 1 to 64; by default 8.
-    most : float, optional
-        Largest plausible difference of an error from the mean of the table, m.
-    radius : float, optional
-        Base radius of a wheel, m, if the errors are angles of this wheel.
-    columns : mapping of str to str, optional
-        Headers in the file of ``angle``, the roll angle, and of ``error``.
+    The columns are ``roll angle`` and ``error``. Roll angle 0 is the instant at which a tooth pair enters contact; the
+    angles increase. A table of one mesh period must return to its first error: the error of the gears without load is
+    continuous. One of several periods need not, since it may contain orders of the shafts. ``most`` is the largest
+    plausible difference of an error from the mean, m. With ``radius``, a base radius in m, the errors are angles of
+    that wheel. ``columns`` are headers in the file by names.
 
-    Returns
-    -------
-    ErrorHarmonics
-        See `fit_harmonics`.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for an error that does not return to its first value, or is implausible; also for
-        a file that `read_table` or samples that `fit_harmonics` refuses.
+    Raises `InputError` with the number of the line, for an error that does not return to its first value, or is
+    implausible; also for a file that `read_table` or samples that `fit_harmonics` refuses.
     """
     scales, advice = _meant(radius)
     error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
@@ -221,17 +184,6 @@ def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth
 
     A record that does not end a mesh period, but for one row, must repeat itself. In one of whole turns the strongest
     order, runout apart, must be one of the mesh. The first harmonic of the mesh must not be missing.
-
-    Parameters
-    ----------
-    table : Table
-        With the column ``error``.
-    periods : array (rows,)
-        Roll angles in mesh periods.
-    found : ErrorHarmonics
-        The orders of the mesh.
-    teeth : int
-        z1.
     """
     span, longest, value = float(periods[-1] - periods[0]), float(np.diff(periods).max()), ""
     count, strongest = round(span), max(found.amplitudes)
@@ -258,13 +210,6 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
     """Raise `InputError` unless an error over one mesh period returns to its first value.
 
     Where the last row lies before the end of the period, the slope from there on decides.
-
-    Parameters
-    ----------
-    table : Table
-        With the column ``error``.
-    periods : array (rows,)
-        Roll angles in mesh periods.
     """
     error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
     if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
@@ -283,31 +228,14 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of a sampled error by least squares, where each sample has the weight of its share of the time.
+    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares.
 
-    Parameters
-    ----------
-    tau : array (samples,)
-        Times in mesh periods; they need not be equidistant.
-    error : array (samples,)
-        The error, m.
-    orders : int
-        Number of harmonics, 1 to 64.
-    source : str
-        What the samples are.
+    The times need not be equidistant: each sample has the weight of its share of the time. The mean is fitted and left
+    out. The residual has all that is no harmonic up to ``orders``: higher ones, and what repeats with the shafts where
+    the samples cover several mesh periods. A warning says if its root mean square exceeds a tenth of that of the error.
 
-    Returns
-    -------
-    ErrorHarmonics
-        The mean is fitted and left out. The residual has all that is no harmonic up to ``orders``: higher ones,
-        and what repeats with the shafts where the samples cover several mesh periods. A warning says if its root mean
-        square exceeds a tenth of that of the error.
-
-    Raises
-    ------
-    InputError
-        If the samples, folded into one period, leave a gap of half the shortest wavelength or more, so that the highest
-        harmonic is not determined.
+    Raises `InputError` if the samples, folded into one period, leave a gap of half the shortest wavelength or more, so
+    that the highest harmonic is not determined.
     """
     count = check_orders(orders)
     _check_gaps(np.asarray(tau, dtype=float), count)
@@ -332,15 +260,11 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
 
 
 def _weights(tau: np.ndarray) -> np.ndarray:
-    """Shares of the samples in the time of the record over their median, an array (samples,), by the trapezoidal rule.
+    """Shares of the samples in the time of the record over their median, (samples,), by the trapezoidal rule.
 
     The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
-    step: its first and last sample then share this rest, and each has half a step if both ends are sampled.
-
-    Parameters
-    ----------
-    tau : array (samples,)
-        Times in mesh periods, in any order. Samples of the same time share its weight.
+    step: its first and last sample then share this rest, and each has half a step if both ends are sampled. Samples of
+    the same time share its weight.
     """
     times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
     steps, span = np.diff(times), float(times[-1] - times[0])
