@@ -266,32 +266,26 @@ def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> 
 
 def _numbers(cells: Cells, taken: list[int]) -> np.ndarray:
     """The numbers of the columns that are taken, (rows, columns)."""
-    comma = _decimal_commas(cells)
+    texts = [(n, cell) for n, row in cells.rows for cell in row]
+    commas = [(n, cell) for n, cell in texts if DECIMAL_COMMA.fullmatch(cell)]
+    if commas:
+        line, first = commas[0]
+        cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
+        if any(NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
+            raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
+                             cure)
+        if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
+            raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate "
+                             "thousands", first, cure)
     out = np.empty((len(cells.rows), len(taken)))
-    for row, (n, texts) in enumerate(cells.rows):
+    for row, (n, own) in enumerate(cells.rows):
         for k, i in enumerate(taken):
-            text = texts[i].replace(",", ".") if comma else texts[i]
+            text = own[i].replace(",", ".") if commas else own[i]
             out[row, k] = float(text) if NUMBER.fullmatch(text) else math.nan
             if not math.isfinite(out[row, k]):
                 advice = "Write e.g. 1234.5: no unit, nothing between thousands." if text else "The cell is empty."
-                raise line_error(cells.path, n, "must have finite numbers", texts[i], advice)
+                raise line_error(cells.path, n, "must have finite numbers", own[i], advice)
     return out
-
-
-def _decimal_commas(cells: Cells) -> bool:
-    """Whether commas are decimal commas; raises `InputError` where that is ambiguous."""
-    texts = [(n, cell) for n, row in cells.rows for cell in row]
-    commas = [(n, cell) for n, cell in texts if DECIMAL_COMMA.fullmatch(cell)]
-    if not commas:
-        return False
-    line, first = commas[0]
-    cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
-    if any(NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
-        raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first, cure)
-    if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
-        raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate thousands",
-                         first, cure)
-    return True
 
 
 def _check_increasing(table: Table, column: str, jumps: bool) -> None:

@@ -150,26 +150,17 @@ def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffnes
     """
     curve = curve.scaled(1 / curve.mean)
     if curve.stepped and max(len(curve.jumps), 1) <= MAX_LEVELS:
-        return _exact_steps(curve), 0.0
+        jumps = curve.jumps if len(curve.jumps) else np.array([0])
+        return SteppedStiffness(tuple(curve.first[jumps].tolist()), tuple(curve.knots[jumps].tolist())), 0.0
     results = (_steps(curve, tolerance), truncated_series(curve, *curve.fourier(MAX_HARMONICS), tolerance))
     found = [result for result in results if result]
     if not found:
         raise InputError("stiffness", f"must have at most {MAX_LEVELS} jumps", len(curve.jumps))
     precise = [result for result in found if result[1] <= tolerance]
-    if precise:
-        return min(precise, key=lambda result: _cost(result[0]))
+    if precise:  # the one for which the flow needs fewer steps per period
+        return min(precise, key=lambda result: len(result[0].jumps) or (
+            _STEPS_PER_HARMONIC * len(result[0].harmonics()[0])))
     return min(found, key=lambda result: result[1])
-
-
-def _cost(waveform: SteppedStiffness | HarmonicStiffness) -> int:
-    """About how many steps per period the flow needs for a waveform."""
-    return len(waveform.jumps) or _STEPS_PER_HARMONIC * len(waveform.harmonics()[0])
-
-
-def _exact_steps(curve: PeriodicCurve) -> SteppedStiffness:
-    """A stepped curve as a waveform."""
-    jumps = curve.jumps if len(curve.jumps) else np.array([0])
-    return SteppedStiffness(tuple(curve.first[jumps].tolist()), tuple(curve.knots[jumps].tolist()))
 
 
 def _steps(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffness, float] | None:

@@ -162,7 +162,19 @@ class ToothPairs:
                     Length(active), "The tip of the mating tooth reaches below the involute: shorten it or raise the "
                     "profile shift.")
         for wheel in (0, 1):
-            _check_body(tooth_profile(geometry, wheel), self.bore[wheel], wheel)
+            profile, bore = tooth_profile(geometry, wheel), self.bore[wheel]
+            least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
+            if not least <= bore <= most:
+                raise InputError(
+                    f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
+                    "potential-energy method", Length(bore, bore),
+                    "The compliance of the wheel body is known for ratios of the root and bore diameters from "
+                    f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
+            if profile.root_half_angle < ROOT_ANGLES[0]:
+                raise InputError(
+                    f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
+                    "potential-energy method", profile.root_half_angle,
+                    "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -216,22 +228,6 @@ class ToothPairs:
                 positions.append(t)
                 values.append(self.stiffness(*self.pressure_angles(progress)).sum(axis=0))
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
-
-
-def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
-    """Raise `InputError` unless the compliance of the wheel body is within the range of Sainsot's coefficients."""
-    least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
-    if not least <= bore <= most:
-        raise InputError(
-            f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
-            "potential-energy method", Length(bore, bore),
-            "The compliance of the wheel body is known for ratios of the root and bore diameters from "
-            f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
-    if profile.root_half_angle < ROOT_ANGLES[0]:
-        raise InputError(
-            f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
-            "potential-energy method", profile.root_half_angle,
-            "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
 
 
 def from_energy(

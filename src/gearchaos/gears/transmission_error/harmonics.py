@@ -128,30 +128,22 @@ def from_quality(
     )
     total = math.hypot(*deviation)
     numbers = range(1, check_orders(orders) + 1)
+    grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
+    source = (f"{quality.standard}, grade {grades}: assumption, upper limit of the grade: the permissible "
+              "tooth-to-tooth deviation f_i′ as a parabola")
+    assumption = ("The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the "
+                  "grade from its permissible deviations")
+    if quality.standard == ISO_1995:
+        assumption += "."
+    else:  # both with the edition of the formula and of its values
+        source += (f"; f_i′ by the formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of "
+                   f"{quality.standard}")
+        assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
+                       "which has no such formula.")
     return QualityError(
         amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
         phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
-        source=_quality_source(quality),
+        source=source,
         tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        assumptions=(_quality_assumption(quality),),
+        assumptions=(assumption,),
     )
-
-
-def _quality_source(quality: Quality) -> str:
-    """What harmonics of an accuracy grade were computed from, with the edition of the formula and of its values."""
-    grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
-    shape = "assumption, upper limit of the grade: the permissible tooth-to-tooth deviation f_i′ as a parabola"
-    if quality.standard == ISO_1995:
-        return f"{ISO_1995}, grade {grades}: {shape}"
-    return (f"{quality.standard}, grade {grades}: {shape}; f_i′ by the formula of {ISO_1995}, annex A, with "
-            f"the grade and the deviations f_pT and F_αT of {quality.standard}")
-
-
-def _quality_assumption(quality: Quality) -> str:
-    """The sentence that a transmission error from the accuracy grade is an assumption."""
-    text = "The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the " \
-           "grade from its permissible deviations"
-    if quality.standard == ISO_1995:
-        return f"{text}."
-    return (f"{text}, by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, which "
-            "has no such formula.")

@@ -184,7 +184,21 @@ def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolera
     """
     edition, found = editions()[quality.standard], []
     for wheel, grade in enumerate(quality.grades):
-        _check_scope(edition, geometry, wheel)
+        checked = {
+            "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
+            "module": 1e3 * geometry.normal_module,
+            "face_width": 1e3 * geometry.face_width[wheel],
+            "teeth": geometry.teeth[wheel],
+            "helix_angle": math.degrees(geometry.helix_angle),
+        }
+        for name, (low, high) in edition.scope.items():
+            unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
+            if not low <= round(checked[name], 9) <= high:
+                field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
+                raise InputError(
+                    field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
+                    f"{checked[name]:.6g}{unit}",
+                    "The standard does not allow extrapolation; give measured deviations.")
         sizes = (geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])
         values = edition.at_grade_5(Size(*(1e3 * v for v in sizes)))
         step = 2 ** ((grade - 5) / 2)
@@ -197,22 +211,3 @@ def rounded(micrometres: float) -> float:
     """A tolerance in µm, rounded by ISO 1328-1:1995, 5.3, or ISO 1328-1:2013, 5.2.3, which are equal."""
     step = 1.0 if micrometres >= 10 else 0.5 if micrometres >= 5 else 0.1
     return round(math.floor(micrometres / step + 0.5) * step, 1)
-
-
-def _check_scope(edition: Edition, geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if a wheel is outside the scope of an edition."""
-    sizes = {
-        "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
-        "module": 1e3 * geometry.normal_module,
-        "face_width": 1e3 * geometry.face_width[wheel],
-        "teeth": geometry.teeth[wheel],
-        "helix_angle": math.degrees(geometry.helix_angle),
-    }
-    for name, (low, high) in edition.scope.items():
-        unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
-        if not low <= round(sizes[name], 9) <= high:
-            field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
-            raise InputError(
-                field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
-                f"{sizes[name]:.6g}{unit}", "The standard does not allow extrapolation; give measured deviations.",
-            )

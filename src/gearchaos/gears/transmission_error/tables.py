@@ -93,7 +93,19 @@ def from_orders(
     table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
                        chosen=columns)
     kind = next(name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns)
-    orders = _orders(table)
+    orders: list[int] = []
+    for row, order in enumerate(table.columns["order"].tolist()):
+        if order != round(order) or order < 1:
+            raise table.error(
+                row, "must have an order that is a positive whole number", order,
+                "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
+                "whose period is the mesh period cannot have. The mean, order 0, does not matter.")
+        if order > MAX_HARMONICS:
+            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
+        if int(order) in orders:
+            raise table.error(row, f"must not repeat the order of line {table.lines[orders.index(int(order))]}", order,
+                              "Remove one of the two rows.")
+        orders.append(int(order))
     values = table.columns[kind] * (1.0 if kind == _PEAK else 0.5)
     if (values < 0).any():
         row = int(np.argmax(values < 0))
@@ -119,25 +131,6 @@ def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> 
     which = f"All orders of {name}" if len(multiples) == len(orders) else (
         f"Orders of {name}, {', '.join(map(str, multiples))},")
     return (f"{which} are multiples of z{wheel + 1} = {teeth[wheel]}: are they those of the shaft? {_SHAFT_ADVICE}",)
-
-
-def _orders(table: Table) -> list[int]:
-    """The orders of a table as ints."""
-    found: list[int] = []
-    for row, order in enumerate(table.columns["order"].tolist()):
-        if order != round(order) or order < 1:
-            raise table.error(
-                row, "must have an order that is a positive whole number", order,
-                "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
-                "whose period is the mesh period cannot have. The mean, order 0, does not matter.",
-            )
-        if order > MAX_HARMONICS:
-            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
-        if int(order) in found:
-            raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order,
-                              "Remove one of the two rows.")
-        found.append(int(order))
-    return found
 
 
 def _check_amplitudes(table: Table, amplitudes: np.ndarray, most: float) -> None:
@@ -237,12 +230,17 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
     Raises `InputError` if the samples, folded into one period, leave a gap of half the shortest wavelength or more, so
     that the highest harmonic is not determined.
     """
-    count = check_orders(orders)
-    _check_gaps(np.asarray(tau, dtype=float), count)
-    j = np.arange(1, count + 1)
-    angle = 2 * np.pi * np.asarray(tau, dtype=float)[:, None] * j
+    count, times = check_orders(orders), np.asarray(tau, dtype=float)
+    in_period = np.sort(np.mod(times, 1.0))
+    gap = float(np.diff(np.append(in_period, in_period[0] + 1)).max())
+    if gap * 2 * count >= 1 - 1e-9:
+        most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
+        raise InputError(
+            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
+            "Give the error over at least one whole mesh period, in smaller steps.")
+    angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    weights = _weights(np.asarray(tau, dtype=float))
+    weights = _weights(times)
     root = np.sqrt(weights)
     solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
@@ -273,15 +271,3 @@ def _weights(tau: np.ndarray) -> np.ndarray:
     shares = (np.append(rest, steps) + np.append(steps, rest)) / 2
     each = (shares / counts)[index]
     return np.round(each / np.median(each), 12)  # exactly 1 for equal steps
-
-
-def _check_gaps(tau: np.ndarray, orders: int) -> None:
-    """Raise `InputError` if the samples, folded into one period, leave a gap of half a wavelength or more."""
-    folded = np.sort(np.mod(tau, 1.0))
-    gap = float(np.diff(np.append(folded, folded[0] + 1)).max())
-    if gap * 2 * orders >= 1 - 1e-9:
-        most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
-        raise InputError(
-            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", orders,
-            "Give the error over at least one whole mesh period, in smaller steps.",
-        )

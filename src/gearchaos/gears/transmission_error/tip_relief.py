@@ -64,7 +64,10 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
     front = (np.mod(tau, 1.0)[..., None] + pairs) * pitch
     low, high = np.maximum(front - overlap * pitch, 0.0), np.minimum(front, path)
     nearest = np.minimum(np.maximum((begin + end) / 2, low), high)
-    depth = _removed(relief, nearest, begin, end, path)
+    power = _EXPONENTS[relief.shape]  # tip 2 is relieved at the start of the path, tip 1 at its end
+    first = np.clip((begin - nearest) / begin, 0.0, 1.0) if begin else np.zeros_like(nearest)
+    last = np.clip((nearest - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(nearest)
+    depth = relief.amount[1] * first**power + relief.amount[0] * last**power
     return np.where(low <= high, depth, np.inf).min(axis=-1)
 
 
@@ -82,14 +85,6 @@ def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio)
     return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch
-
-
-def _removed(relief: TipRelief, place: np.ndarray, begin: float, end: float, path: float) -> np.ndarray:
-    """Material missing at a distance ``place`` from the start of the path of contact: tip 2 first, tip 1 at the end."""
-    power = _EXPONENTS[relief.shape]
-    first = np.clip((begin - place) / begin, 0.0, 1.0) if begin else np.zeros_like(place)
-    last = np.clip((place - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(place)
-    return relief.amount[1] * first**power + relief.amount[0] * last**power
 
 
 def from_tip_relief(geometry: Geometry, relief: TipRelief, orders: int = 8) -> ErrorHarmonics:
