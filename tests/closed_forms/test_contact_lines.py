@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
+from gearchaos.gears.stiffness.iso6336 import fourier_coefficients, relative_length
 
 RATIOS = [(1.5491, 1.08337), (1.6, 0.3), (1.2, 2.5), (0.7, 0.6), (2.3, 0.0), (1.4, 0.0), (3.7, 1.9), (1.05, 1e-3)]
 

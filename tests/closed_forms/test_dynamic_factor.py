@@ -24,8 +24,7 @@ from gearchaos.gears.dynamic_factor.iso_method_b import (
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC, dynamic_factor_c
 from gearchaos.gears.dynamic_factor.resonance import SpeedRange, resonance
 from gearchaos.gears.dynamic_factor.standards import Refused, standards
-from gearchaos.gears.geometry.masses import disc_diameter, disc_inertia, disc_mass, equivalent_mass
-from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.mechanics import MeshLoad, disc_diameter, disc_inertia, disc_mass, equivalent_mass, mesh_load
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.quality import Quality, tolerances

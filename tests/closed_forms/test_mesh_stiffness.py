@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.materials import STEEL
-from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
-from gearchaos.gears.stiffness.iso6336 import from_iso, tooth_stiffness
+from gearchaos.gears.mechanics import STEEL
+from gearchaos.gears.stiffness.iso6336 import fourier_coefficients, from_iso, relative_length, tooth_stiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.stiffness.potential_energy import ToothPairs, from_energy
 from gearchaos.gears.stiffness.table import from_table

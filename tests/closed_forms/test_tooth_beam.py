@@ -8,7 +8,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_profile import Stations, tooth_profile
-from gearchaos.gears.materials import STEEL, Material
+from gearchaos.gears.mechanics import STEEL, Material
 from gearchaos.gears.stiffness.potential_energy import (
     Load,
     ToothPairs,

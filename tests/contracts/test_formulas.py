@@ -10,7 +10,7 @@ from gearchaos.gears.dynamic_factor.iso_method_b import Deviations, DynamicFacto
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
 from gearchaos.gears.dynamic_factor.resonance import Resonance
 from gearchaos.gears.formulas import Formula, formulas
-from gearchaos.gears.mesh_load import MeshLoad
+from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError
 from gearchaos.gears.transmission_error.iso1328_1995 import Tolerances1995

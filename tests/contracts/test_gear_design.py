@@ -18,9 +18,8 @@ from gearchaos.gears.design.values import (
     TableFile,
 )
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
-from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.materials import STEEL, Material
+from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS, Geometry
+from gearchaos.gears.mechanics import STEEL, Material
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.gears.transmission_error.tip_relief import TipRelief
 

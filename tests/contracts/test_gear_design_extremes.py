@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import OF
-from gearchaos.gears.geometry.formulas import GEOMETRY_FORMULAS
+from gearchaos.gears.geometry.dimensions import GEOMETRY_FORMULAS
 
 
 def two(values):

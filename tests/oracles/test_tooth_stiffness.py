@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad, trapezoid
 
 from gearchaos.gears.geometry.tooth_profile import tooth_profile
-from gearchaos.gears.materials import STEEL
+from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.stiffness.potential_energy import (
     ToothPairs,
     foundation_compliance,

@@ -17,8 +17,8 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
 from gearchaos.gears.dynamic_factor.standards import DynamicFactor, Standard, standards
 from gearchaos.gears.formulas import Formula, formulas
-from gearchaos.gears.geometry.formulas import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.mesh_load import MeshLoad
+from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality

@@ -49,12 +49,9 @@ def described(
 
 
 def formulas(result: Any) -> dict[str, Formula]:
-    """The formulas of a result by field name, in the order of its fields.
+    """The formulas of a result, a dataclass or an instance of one, by field name in the order of the fields.
 
-    Parameters
-    ----------
-    result : dataclass or instance of one
-        Its fields without a formula, such as warnings, are left out.
+    Fields without a formula, such as warnings, are left out.
     """
     return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
 

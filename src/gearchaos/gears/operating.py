@@ -130,10 +130,7 @@ class OperatingModel(MeshModel):
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """The values, with those of the supports of the gears where they make a full model of another kind.
 
-        Raises
-        ------
-        InputError
-            If the supports of the gears are rigid, and the values do not say what they are instead.
+        Raises `InputError` if the supports of the gears are rigid, and the values do not say what they are instead.
         """
         if values.get("kind") != "full" or self.kind == "full":
             return values
@@ -143,14 +140,10 @@ class OperatingModel(MeshModel):
         return {**_point(self.gears, None).pair.lateral_parameters(), **values}
 
     def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
-        """The parameters that a speed and a torque set, arrays (P,) by name.
+        """The parameters that a speed, rpm, and a torque, N m, set, arrays (P,) by name.
 
-        A parameter that was given another value than that of the gears, such as ζ, keeps it at every torque.
-
-        Parameters
-        ----------
-        speed, torque : (P,) or float, optional
-            In rpm and N m; those of the gears if left out.
+        A speed or torque that is left out is that of the gears. A parameter that was given another value than that of
+        the gears, such as ζ, keeps it at every torque.
         """
         if speed is None and torque is None:
             return {}
@@ -205,14 +198,7 @@ def pair_of(gears: Gears, torque: float | None = None) -> GearPair:
 
 
 def operating_model(gears: Gears, kind: str | None = None) -> OperatingModel:
-    """The model of gears at their operating point.
-
-    Parameters
-    ----------
-    gears : GearPair or GearDesign
-    kind : {"full", "torsional", "single"}, optional
-        As in `GearPair.to_model`.
-    """
+    """The model of gears at their operating point; ``kind`` as in `GearPair.to_model`."""
     return with_gears(gears.to_model(kind), gears)
 
 

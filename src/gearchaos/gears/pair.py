@@ -133,8 +133,20 @@ class GearPair(HasCard):
         if self.M20 is None:
             balance = units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE)
             object.__setattr__(self, "M20", balance)
-        _check_ratio(self)
-        _check_supports(self)
+        teeth, radii = self.n1 / self.n2, self.R1 / self.R2
+        if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
+            raise InputError(
+                "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
+                f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
+                f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
+        missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(self, name) is None]
+        if missing and not self.rigid:
+            raise InputError(missing[0], "must be given where the supports are elastic", None,
+                             "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.")
+        for name in ("m1", "m2", "k1", "k2"):
+            if self.rigid and (value := getattr(self, name)):
+                raise InputError(name, "must be left out where the supports are rigid", value,
+                                 "It has no effect there. Or give c1, c2, m1 and m2.")
         _check_waveforms(self)
         self._stiffness()  # raises for a stiffness that is not positive
 
@@ -166,7 +178,25 @@ class GearPair(HasCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about values that are possible but unusual; studies warn of them, too."""
-        return _warnings(self)
+        damping, velocity = self.k / (2 * self.mass * self.omega0), self.speed * units.RPM * self.R1
+        errors = max(map(abs, self.error_amplitudes), default=0.0)
+        phases = max((abs(phase) / j for series in (self.error_phases, self.stiffness_phases) for j, phase in enumerate(
+            series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
+        found = {
+            f"The damping ratio k/(2 m ω0) is {damping:.3g}, unusually high: usual are 0.03 to 0.1. Check k, c0 and "
+            "I1.": damping > _MOST_DAMPING,
+            f"The backlash is {self.backlash * 1e3:.4g} mm, unusually large: a plain number is in m.":
+                self.backlash > _MOST_BACKLASH,
+            f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / self.backlash:.4g} times the backlash: a plain "
+            "number is in m.": errors > _MOST_ERROR * self.backlash,
+            f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
+                phases > 2 * math.pi,
+            f"The base circles move at {velocity:.4g} m/s at {self.speed:.6g} rpm, unusually fast. A plain one is in "
+            "rpm.": velocity > _MOST_VELOCITY,
+            f"chi1 is {self.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a "
+            "percentage.": (self.chi1 or 0.0) > 1,
+        }
+        return tuple(text for text, holds in found.items() if holds)
 
     @property
     def scales(self) -> Scales[float]:
@@ -184,17 +214,12 @@ class GearPair(HasCard):
         """
         values: dict[str, Any] = {} if speed is None else {"speed": speed}
         if torque is not None:
-            values |= {"M10": torque, "M20": self._resisting(torque)}
+            balanced = self.M20 == self.M10 * self.R2 / self.R1
+            if not balanced and self.M10 == 0:
+                raise InputError("M20", "must be 0 where M10 is, if the torque is to be varied", self.M20,
+                                 "The resisting torque changes in the ratio of the driving ones.")
+            values |= {"M10": torque, "M20": None if balanced else self.M20 * torque / self.M10}
         return replace(self, **values)
-
-    def _resisting(self, torque: float) -> float | None:
-        """The resisting torque at a driving one, N m; None if they are in balance."""
-        if self.M20 == self.M10 * self.R2 / self.R1:
-            return None
-        if self.M10 == 0:
-            raise InputError("M20", "must be 0 where M10 is, if the torque is to be varied", self.M20,
-                             "The resisting torque changes in the ratio of the driving ones.")
-        return self.M20 * torque / self.M10
 
     def to_pair(self) -> GearPair:
         """The pair itself; a `GearDesign` has the same method."""
@@ -222,7 +247,8 @@ class GearPair(HasCard):
             kind=kind,  # type: ignore[arg-type]
             omega=self.mesh_frequency / self.omega0,
             zeta=self.k / (2 * self.mass * self.omega0),
-            error=self._error(),
+            error=TransmissionError(
+                tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
             stiffness=self._stiffness(),
         ).with_values({**self._wheel(1), **self._wheel(2), **(self.lateral_parameters() if kind == "full" else {})})
 
@@ -249,65 +275,10 @@ class GearPair(HasCard):
             values[f"zeta_support{n}"] = k / (2 * m * self.omega0)
         return values
 
-    def _error(self) -> TransmissionError:
-        """ε_j = e_j/Δ of (2.11)."""
-        return TransmissionError(
-            tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases
-        )
-
     def _stiffness(self) -> Stiffness:
         """χ(τ) = c(t)/c0, (2.16) or (2.7)."""
         given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.values())
         return next((found for found in given if found is not None), TwoLevelStiffness())
-
-
-def _warnings(pair: GearPair) -> tuple[str, ...]:
-    """Sentences about values that are possible but that slips of units may explain."""
-    damping, velocity = pair.k / (2 * pair.mass * pair.omega0), pair.speed * units.RPM * pair.R1
-    errors = max(map(abs, pair.error_amplitudes), default=0.0)
-    phases = max((abs(phase) / j for series in (pair.error_phases, pair.stiffness_phases) for j, phase in enumerate(
-        series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
-    found = {
-        f"The damping ratio k/(2 m ω0) is {damping:.3g}, unusually high: usual are 0.03 to 0.1. Check k, c0 and I1.":
-            damping > _MOST_DAMPING,
-        f"The backlash is {pair.backlash * 1e3:.4g} mm, unusually large: a plain number is in m.":
-            pair.backlash > _MOST_BACKLASH,
-        f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / pair.backlash:.4g} times the backlash: a plain number "
-        "is in m.": errors > _MOST_ERROR * pair.backlash,
-        f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
-            phases > 2 * math.pi,
-        f"The base circles move at {velocity:.4g} m/s at {pair.speed:.6g} rpm, unusually fast. A plain one is in rpm.":
-            velocity > _MOST_VELOCITY,
-        f"chi1 is {pair.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a percentage.":
-            (pair.chi1 or 0.0) > 1,
-    }
-    return tuple(text for text, holds in found.items() if holds)
-
-
-def _check_ratio(pair: GearPair) -> None:
-    """Raise `InputError` unless the base radii have the ratio of the numbers of teeth, within `_RATIO_TOLERANCE`."""
-    teeth, radii = pair.n1 / pair.n2, pair.R1 / pair.R2
-    if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
-        raise InputError(
-            "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-            f"With R1 = {units.Length(pair.R1, pair.R1)} and these teeth R2 would be "
-            f"{units.Length(pair.R1 / teeth, pair.R1)}. "
-            "R1 and R2 are base radii, m n cos(α)/2.",
-        )
-
-
-def _check_supports(pair: GearPair) -> None:
-    """Raise `InputError` unless the supports are elastic with all their values given, or rigid with none given."""
-    missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(pair, name) is None]
-    if missing and not pair.rigid:
-        raise InputError(
-            missing[0], "must be given where the supports are elastic", None,
-            "Give c1, c2, m1 and m2, or leave c1 and c2 out for rigid supports.",
-        )
-    for name in ("m1", "m2", "k1", "k2"):
-        if pair.rigid and (value := getattr(pair, name)):
-            rule = "must be left out where the supports are rigid"
-            raise InputError(name, rule, value, "It has no effect there. Or give c1, c2, m1 and m2.")
 
 
 def _check_waveforms(pair: GearPair) -> None:

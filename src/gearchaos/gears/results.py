@@ -131,7 +131,9 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if carried is None and is_physical(dataset) and json.dumps(asdict(pair_of(pair))) != dataset.attrs["pair"]:
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result is in the units of other gears.")
-    if carried is not None and not _same_gears(carried, pair):
+    # the same at one speed, or where the torque can be varied at one operating point
+    if carried is not None and carried.at(speed=1.0) != pair.at(speed=1.0) and (
+            carried.at(speed=1.0, torque=1.0) != pair.at(speed=1.0, torque=1.0)):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result of a study of gears carries them: physical(dataset) uses them.")
     return pair if carried is None else carried
@@ -140,13 +142,6 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
 def is_physical(dataset: Any) -> bool:
     """Whether `physical` has scaled a Dataset."""
     return "pair" in getattr(dataset, "attrs", {})
-
-
-def _same_gears(first: Gears, second: Gears) -> bool:
-    """Whether gears are the same at the same operating point."""
-    if first.at(speed=1.0) == second.at(speed=1.0):  # also where the torque of the gears cannot be varied
-        return True
-    return first.at(speed=1.0, torque=1.0) == second.at(speed=1.0, torque=1.0)
 
 
 def unit_in(dataset: xr.Dataset, name: str) -> float:

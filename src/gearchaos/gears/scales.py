@@ -64,9 +64,28 @@ def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple
     A variable with values of several quantities, such as ``event_value``, has the name of its own one as the attribute
     ``quantity``.
     """
-    quantities = {str(name): variables[name].attrs.get("quantity", str(name)) for name in variables}
-    units = {name: unit_of(quantity, scales) for name, quantity in quantities.items()}
-    return {name: _scaled(quantities[name], variables[name], *unit) for name, unit in units.items() if unit}
+    out = {}
+    for name, variable in variables.items():
+        quantity = variable.attrs.get("quantity", str(name))
+        if not (unit := unit_of(quantity, scales)):
+            continue
+        factor: Any = unit[0]
+        if variable.dtype.kind not in "biuf":
+            raise InputError("dataset", f"must hold real numbers in {quantity}", f"type {variable.dtype}",
+                             "Compute it again.")
+        attrs = {**variable.attrs, "units": unit[1]}
+        found = find(quantity)
+        if found is not None and found.physical is not None and found.physical.long_name:
+            attrs["long_name"] = found.physical.long_name
+        if isinstance(factor, float):
+            values = variable.values * factor
+        elif set(factor.dims) <= set(variable.dims):
+            values = (variable * factor).transpose(*variable.dims).values.astype(variable.dtype)
+        else:
+            raise InputError("dataset", f"must be over speed instead of {quantity} where the torque changes its unit",
+                             quantity, "The reference stiffness depends on the torque.")
+        out[str(name)] = variable.dims, values, attrs
+    return out
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -91,19 +110,3 @@ def times(factor: float, value: Any) -> Any:
     if isinstance(value, list):
         return [times(factor, item) for item in value]
     return value * factor if isinstance(value, float) else value
-
-
-def _scaled(name: str, variable: Any, factor: Any, symbol: str) -> tuple[Any, Any, dict[str, Any]]:
-    """Dims, values times ``factor``, and attributes of a variable for the unit with this symbol."""
-    if variable.dtype.kind not in "biuf":
-        raise InputError("dataset", f"must hold real numbers in {name}", f"type {variable.dtype}", "Compute it again.")
-    attrs = {**variable.attrs, "units": symbol}
-    found = find(name)
-    if found is not None and found.physical is not None and found.physical.long_name:
-        attrs["long_name"] = found.physical.long_name
-    if isinstance(factor, float):
-        return variable.dims, variable.values * factor, attrs
-    if not set(factor.dims) <= set(variable.dims):
-        raise InputError("dataset", f"must be over speed instead of {name} where the torque changes its unit", name,
-                         "The reference stiffness depends on the torque.")
-    return variable.dims, (variable * factor).transpose(*variable.dims).values.astype(variable.dtype), attrs

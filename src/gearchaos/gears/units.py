@@ -195,8 +195,9 @@ def _magnitude_rule(dimension: Dimension) -> Rule:
 
 
 def _float(field: str, value: Any, dimension: Dimension) -> float:
-    """One real number as a float; raises `InputError` for anything else."""
-    if not _is_real(value):
+    """One real number as a float; raises `InputError` for anything else, also for an array of one element."""
+    real = hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
+    if not real or isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
         raise _not_convertible(field, value, dimension)
     try:
         return float(value)
@@ -205,13 +206,6 @@ def _float(field: str, value: Any, dimension: Dimension) -> float:
         raise InputError(field, rule.text, value, rule.advice) from None
     except (TypeError, ValueError):
         raise _not_convertible(field, value, dimension) from None
-
-
-def _is_real(value: Any) -> bool:
-    """Whether a value is one real number; an array is not, even of one element, nor is a complex number."""
-    if isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
-        return False
-    return hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
 
 
 def _has_unit(value: Any) -> bool:
@@ -250,19 +244,15 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
         raise _not_convertible(field, value, dimension, "Hertz and 1/s leave open whether turns or radians are meant, "
                                "of the shaft or of the mesh: write rpm, or in [operation] beside [design] "
                                "shaft_frequency or mesh_frequency. ")
-    if _angle_power(measured, dimension) not in _ANGLE_POWERS.get(dimension, (0,)):
+    # pint treats units of angles as numbers; radians count here for angles, angular velocities and frequencies only,
+    # elsewhere they are the number 1, as in "N*m/rad"
+    counted = dimension in (ANGLE, SPEED, FREQUENCY)
+    angles = sum(power for name, power in measured.unit_items() if _ANGLE.search(name) and (
+        counted or name != "radian"))
+    if angles not in _ANGLE_POWERS.get(dimension, (0,)):
         speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
         raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
     return Measured(number, unit, size)
-
-
-def _angle_power(measured: Any, dimension: Dimension) -> float:
-    """The power of the units of angles in a quantity, which pint treats as numbers.
-
-    Radians count for angles, angular velocities and frequencies only: elsewhere they are the number 1, as in "N*m/rad".
-    """
-    counted = dimension in (ANGLE, SPEED, FREQUENCY)
-    return sum(power for unit, power in measured.unit_items() if _ANGLE.search(unit) and (counted or unit != "radian"))
 
 
 def _check_decimal_point(field: str, text: str) -> None:

@@ -193,7 +193,16 @@ def _model(table: Any, stiffness: Stiffness) -> MeshModel:
     _check_pairs("model", values)
     series = TransmissionError(tuple(table.error.amplitudes) or (0.0,), tuple(table.error.phases))
     if "stiffness" in table.model_fields_set:
-        stiffness = _stiffness(table.stiffness)
+        given = table.stiffness.model_dump(exclude={"kind"})
+        given = {name: value for name, value in given.items() if value not in (None, [])}
+        chosen = STIFFNESS_KINDS[table.stiffness.kind]
+        for name in (n for n in given if n not in chosen.record_keys()):
+            takes = "; ".join(f"{kind} takes {found.keys}" for kind, found in STIFFNESS_KINDS.items())
+            raise InputError(f"model.stiffness.{name}", f"must be left out for kind {table.stiffness.kind!r}",
+                             given[name], f"{takes}.")
+        _check_pairs("model.stiffness", given)
+        stiffness = chosen.from_record(
+            {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))})
     model = MeshModel(kind=table.kind, error=series, stiffness=stiffness)
     return model.with_values(values)
 
@@ -207,19 +216,6 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
                     f"{table}.{pair}", f"must not be given beside {table}.{single}", values[pair],
                     f"{pair} sets both {' and '.join(singles)}.",
                 )
-
-
-def _stiffness(table: Any) -> Stiffness:
-    """The stiffness of ``[model.stiffness]``; raises `InputError` for a key of another kind of stiffness."""
-    given = {name: value for name, value in table.model_dump(exclude={"kind"}).items() if value not in (None, [])}
-    chosen = STIFFNESS_KINDS[table.kind]
-    for name in (n for n in given if n not in chosen.record_keys()):
-        takes = "; ".join(f"{kind} takes {found.keys}" for kind, found in STIFFNESS_KINDS.items())
-        raise InputError(
-            f"model.stiffness.{name}", f"must be left out for kind {table.kind!r}", given[name], f"{takes}.")
-    _check_pairs("model.stiffness", given)
-    return chosen.from_record(
-        {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))})
 
 
 def _study(table: Any) -> tuple[str | None, dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal
 
@@ -125,8 +125,17 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
     """An error of pydantic as an `InputError`."""
     *table, name = error["loc"]
     if error["type"] == "extra_forbidden":
+        at: Any = schema
+        for part in table:
+            annotation = at.model_fields[part].annotation
+            options = getattr(annotation, "__args__", (annotation,))
+            at = next(a for a in options if isinstance(a, type) and issubclass(a, BaseModel))
         title = ".".join((*where, *table))
-        return _unknown_key(title, str(name), list(_table_at(schema, table).model_fields))
+        field, known = f"key of [{title}]" if title else "table", find(str(name)) if title == "model" else None
+        if known is not None and known.name == name and known.toml_table:
+            return InputError(field, "must be a parameter of the model itself", name,
+                              f"Write it in {known.toml_table}.")
+        return unknown_name(field, str(name), list(at.model_fields))
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
     if error["type"] == "missing":
         return InputError(field[1:], "must be given", None)
@@ -141,21 +150,3 @@ _ADVICE_ON_KINDS = {
     "gear": "gearchaos gear says which speeds to avoid of a design; it needs no [study].",
 }
 """What to write in a study file instead of the name of a command that is not a kind of study."""
-
-
-def _table_at(schema: Any, location: Sequence[Any]) -> Any:
-    """The table of the schema at a location: the names of the tables that lead to it."""
-    for name in location:
-        annotation = schema.model_fields[name].annotation
-        options = getattr(annotation, "__args__", (annotation,))
-        schema = next(a for a in options if isinstance(a, type) and issubclass(a, BaseModel))
-    return schema
-
-
-def _unknown_key(title: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown key of the table with this title, whose keys are ``known``; "" is the file itself."""
-    field = f"key of [{title}]" if title else "table"
-    found = find(name) if title == "model" else None
-    if found is not None and found.name == name and found.toml_table:
-        return InputError(field, "must be a parameter of the model itself", name, f"Write it in {found.toml_table}.")
-    return unknown_name(field, name, known)

@@ -9,11 +9,10 @@ from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
-from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.declared import check_plausible
-from gearchaos.gears.mesh_load import mesh_load
+from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness.iso6336 import ISO
 from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
@@ -115,13 +114,7 @@ def _velocity(design: Drawing, speed: float) -> float:
 
 def design_warnings(design: Drawing) -> tuple[str, ...]:
     """Sentences about values that are possible but unusual."""
-    return (*geometry_warnings(design.geometry), *_operating_warnings(design), *_inertia_warnings(design),
-            *_stiffness_warnings(design), *_error_warnings(design), *_blank_warnings(design))
-
-
-def _operating_warnings(design: Drawing) -> list[str]:
-    """Warnings about an unusual damping ratio, a high speed and a high load."""
-    (low, high), found = USUAL_DAMPING, []
+    (low, high), found = USUAL_DAMPING, [*geometry_warnings(design.geometry)]
     if design.damping_ratio is not None and not low <= design.damping_ratio <= high:
         found.append(f"damping_ratio is {design.damping_ratio:g}; usual are {low:g} to {high:g}.")
     if design.speed is not None and (velocity := _velocity(design, design.speed)) > FAST:
@@ -130,7 +123,14 @@ def _operating_warnings(design: Drawing) -> list[str]:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:
             found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
-    return found
+    found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
+    if any(design.blanks) and design.stiffness != ISO:
+        found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
+                     "the method of the design. It counts in K_v of the standards.")
+    if any(design.blanks) and design.inertia is None:
+        found.append("blank has no effect on masses and moments of inertia, which are those of solid discs: give mass "
+                     "and inertia.")
+    return tuple(found)
 
 
 def _inertia_warnings(design: Drawing) -> list[str]:
@@ -150,9 +150,9 @@ def _inertia_warnings(design: Drawing) -> list[str]:
     if design.inertia is None:
         subject, unit, most = "mass", "kg", MOST_MASS
     for wheel, inertia in enumerate(design.inertias):
-        diameter, material = masses.disc_diameter(geometry)[wheel], design.material[wheel]
-        mass = masses.disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
-        ratio = inertia / masses.disc_inertia(diameter, 0.0, mass)
+        diameter, material = disc_diameter(geometry)[wheel], design.material[wheel]
+        mass = disc_mass(diameter, 0.0, design.face_width[wheel], material.density)
+        ratio = inertia / disc_inertia(diameter, 0.0, mass)
         if not LEAST_INERTIA < ratio < most:
             found.append(f"{subject}[{wheel}] is {ratio:.3g} times that of a solid disc of the size of wheel "
                          f"{wheel + 1}: is it in {unit}?")
@@ -212,17 +212,3 @@ def _relief_warning(design: Drawing) -> str:
                 f"is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there.")
     return ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
             "dynamic factor, and more so the longer it is, where it lowers that of real gears.")
-
-
-def _blank_warnings(design: Drawing) -> list[str]:
-    """Warnings about what rim and web do not change."""
-    if not any(design.blanks):
-        return []
-    found = []
-    if design.stiffness != ISO:
-        found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
-                     "the method of the design. It counts in K_v of the standards.")
-    if design.inertia is None:
-        found.append("blank has no effect on masses and moments of inertia, which are those of solid discs: give mass "
-                     "and inertia.")
-    return found

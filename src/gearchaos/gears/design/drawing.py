@@ -28,13 +28,19 @@ from gearchaos.gears.design.values import (
     tip_alterations,
     tooth_count,
 )
-from gearchaos.gears.geometry import masses
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 from gearchaos.gears.geometry.mating import mating_geometry
 from gearchaos.gears.inputs.declared import number, one, read_by, two, two_of
-from gearchaos.gears.materials import read_material
-from gearchaos.gears.mesh_load import MeshLoad, mesh_load
+from gearchaos.gears.mechanics import (
+    MeshLoad,
+    disc_diameter,
+    disc_inertia,
+    disc_mass,
+    equivalent_mass,
+    mesh_load,
+    read_material,
+)
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.stiffness.mesh_stiffness import methods, other_methods
 from gearchaos.gears.transmission_error.quality import Quality
@@ -126,9 +132,9 @@ class Drawing:
         """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
         if self.mass is not None:
             return self.mass
-        bores, diameters = self.given("bore"), masses.disc_diameter(self.geometry)
+        bores, diameters = self.given("bore"), disc_diameter(self.geometry)
         discs = zip(diameters, bores, self.face_width, self.material, strict=True)
-        first, second = (masses.disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
+        first, second = (disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
         return first, second
 
     @property
@@ -136,16 +142,16 @@ class Drawing:
         """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
         if self.inertia is not None:
             return self.inertia
-        weights, diameters = self.masses, masses.disc_diameter(self.geometry)
+        weights, diameters = self.masses, disc_diameter(self.geometry)
         bores = self.bore or (0.0, 0.0)
-        first, second = (masses.disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
+        first, second = (disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
         return first, second
 
     @property
     def equivalent_mass(self) -> float:
         """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
         base1, base2 = self.geometry.base_diameter
-        return masses.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
+        return equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
 
     @property
     def load(self) -> MeshLoad:

@@ -167,7 +167,14 @@ class GearDesign(Drawing, HasCard):
             if name in design:
                 raise InputError(name, "must be given in one table only", operation[name],
                                  "It is in [design] and in [operation].")
-        return cls(**design, **_with_speed(operation, design["teeth"]))
+        speeds = [name for name in ("speed", *FREQUENCIES) if name in operation]
+        if len(speeds) > 1:
+            raise InputError(speeds[1], f"must be left out beside {speeds[0]}", operation[speeds[1]])
+        out = dict(operation)
+        if speeds and speeds[0] in FREQUENCIES:
+            turns = to_si(speeds[0], out.pop(speeds[0]), FREQUENCY, POSITIVE)
+            out["speed"] = 60 * turns / (TEETH("teeth", design["teeth"])[0] if "mesh" in speeds[0] else 1)
+        return cls(**design, **out)
 
     @property
     def mesh_stiffness(self) -> MeshStiffness:
@@ -223,18 +230,6 @@ class GearDesign(Drawing, HasCard):
         with suppress(InputError):  # reported by what needs the stiffness
             found.extend(self.mesh_stiffness.notes)
         return sentences(found)
-
-
-def _with_speed(operation: Mapping[str, Any], teeth: Any) -> dict[str, Any]:
-    """The table ``[operation]`` with the speed in the place of a frequency of the shaft or of the mesh."""
-    names = [name for name in ("speed", *FREQUENCIES) if name in operation]
-    if len(names) > 1:
-        raise InputError(names[1], f"must be left out beside {names[0]}", operation[names[1]])
-    out = dict(operation)
-    if names and names[0] in FREQUENCIES:
-        turns = to_si(names[0], out.pop(names[0]), FREQUENCY, POSITIVE)
-        out["speed"] = 60 * turns / (TEETH("teeth", teeth)[0] if "mesh" in names[0] else 1)
-    return out
 
 
 def sentences(texts: Iterable[str]) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any
@@ -77,7 +76,19 @@ def error_of(design: Drawing) -> ErrorHarmonics:
     found: list[ErrorHarmonics] = [from_quality(design.geometry, quality, tolerances(quality, design.geometry))]
     if design.path_relief is not None:
         found.append(from_tip_relief(design.geometry, design.path_relief))
-    return _sum(found)
+    if len(found) == 1:
+        return found[0]
+    total = np.zeros(max(len(part.amplitudes) for part in found), complex)
+    for part in found:
+        total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
+    return ErrorHarmonics(
+        amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
+        source="; ".join(part.source for part in found),
+        residual_rms=math.hypot(*(part.residual_rms for part in found)),
+        residual_peak=sum(part.residual_peak for part in found),
+        warnings=tuple(warning for part in found for warning in part.warnings),
+        assumptions=tuple(text for part in found for text in part.assumptions),
+    )
 
 
 @lru_cache(maxsize=64)
@@ -95,23 +106,6 @@ def _file_error(file: ErrorFile, teeth: tuple[int, int], most: float, radius: fl
     return error_from_table(file.table, teeth[0], **options)
 
 
-def _sum(parts: list[ErrorHarmonics]) -> ErrorHarmonics:
-    """The harmonics of the sum of several errors."""
-    if len(parts) == 1:
-        return parts[0]
-    total = np.zeros(max(len(part.amplitudes) for part in parts), complex)
-    for part in parts:
-        total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
-    return ErrorHarmonics(
-        amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
-        source="; ".join(part.source for part in parts),
-        residual_rms=math.hypot(*(part.residual_rms for part in parts)),
-        residual_peak=sum(part.residual_peak for part in parts),
-        warnings=tuple(warning for part in parts for warning in part.warnings),
-        assumptions=tuple(text for part in parts for text in part.assumptions),
-    )
-
-
 def gear_pair(design: Drawing) -> GearPair:
     """The gear pair with the parameters of (2.1) at the operating point of a design.
 
@@ -123,7 +117,11 @@ def gear_pair(design: Drawing) -> GearPair:
     InputError
         If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
     """
-    design.require(dict.fromkeys(_needed(design)))
+    weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
+    needed = [*["quality"] * (design.transmission_error == "from quality"), *["bore"] * (not weighed),
+              *(() if isinstance(design.stiffness, TableFile) else methods()[design.stiffness].needs),
+              "backlash", "damping_ratio", "speed", "torque"]
+    design.require(dict.fromkeys(needed))
     stiffness, error, geometry = stiffness_of(design), error_of(design), design.geometry
     reference, mass = stiffness.reference, design.equivalent_mass
     supports: dict[str, Any] = {}
@@ -138,17 +136,3 @@ def gear_pair(design: Drawing) -> GearPair:
         M10=design.given("torque"), speed=design.given("speed"), error_amplitudes=error.amplitudes,
         error_phases=error.phases, **stiffness.waveform.to_pair(reference), **supports,
     )
-
-
-def _needed(design: Drawing) -> Iterator[str]:
-    """The names of the inputs without which there is no gear pair."""
-    if design.transmission_error == "from quality":
-        yield "quality"
-    weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
-    if not weighed:
-        yield "bore"
-    if not isinstance(design.stiffness, TableFile):
-        yield from methods()[design.stiffness].needs
-    yield from ("backlash", "damping_ratio", "speed", "torque")
-
-

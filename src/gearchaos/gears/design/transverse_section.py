@@ -130,7 +130,9 @@ class TransverseSection:
         """
         excess = self.backlash - self.geometry.theoretical_backlash
         bases = self.geometry.base_diameter
-        room = [max(base * self._tip_half_angle(wheel), 0.0) for wheel, base in enumerate(bases)]
+        half_angles = (self._nominal_half_angle(wheel) - involute(math.atan(2 * tangent / base))  # at the tip circles
+                       for wheel, (base, tangent) in enumerate(zip(bases, self.geometry.tip_tangents, strict=True)))
+        room = [max(base * angle, 0.0) for base, angle in zip(bases, half_angles, strict=True)]
         first = min(max(excess / 2, excess - room[1]), room[0])
         return first / bases[0], min(excess - first, room[1]) / bases[1]
 
@@ -139,11 +141,6 @@ class TransverseSection:
         g = self.geometry
         thickness = math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle)
         return thickness / g.teeth[wheel] + involute(g.transverse_pressure_angle)
-
-    def _tip_half_angle(self, wheel: int) -> float:
-        """Angle between the axis of a nominal tooth and its flank at the tip circle."""
-        roll = 2 * self.geometry.tip_tangents[wheel] / self.geometry.base_diameter[wheel]
-        return self._nominal_half_angle(wheel) - involute(math.atan(roll))
 
     def _base_half_angle(self, wheel: int) -> float:
         """Angle between the axis of a tooth and the beginning of its involute on the base circle."""
@@ -172,7 +169,9 @@ class TransverseSection:
                              max(round(FILLET_POINTS * detail), 2))
         points = self._fillet_points(wheel, slopes)
         tangents = self._fillet_points(wheel, slopes - _STEP) - self._fillet_points(wheel, slopes + _STEP)
-        corners = np.concatenate([points[:1], _intersections(points, tangents)])
+        steps, turn = np.diff(points), np.imag(tangents[:-1].conj() * tangents[1:])
+        meeting = points[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
+        corners = np.concatenate([points[:1], meeting])
         return np.abs(corners), math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
 
     def _fillet_points(self, wheel: int, slopes: np.ndarray) -> np.ndarray:
@@ -180,12 +179,6 @@ class TransverseSection:
         tooth = self.geometry.generated_tooth(wheel)
         radii, positions = np.transpose([tooth.fillet(slope) for slope in slopes.tolist()])
         return radii * np.exp(1j * positions)
-
-
-def _intersections(points: np.ndarray, tangents: np.ndarray) -> np.ndarray:
-    """Where the tangents at successive points of a curve meet, (points - 1,); complex numbers."""
-    steps, turn = np.diff(points), np.imag(tangents[:-1].conj() * tangents[1:])
-    return points[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
 
 
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:

@@ -27,7 +27,7 @@ from gearchaos.gears.units import RPM
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mesh_load import MeshLoad
+    from gearchaos.gears.mechanics import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
     from gearchaos.gears.transmission_error.quality import Tolerances
 
@@ -70,17 +70,7 @@ _RUNNING_IN = {
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:
-    """y_α of one wheel, m; ISO 6336-1:2006, 8.3.5.1. With f_pb it is y_p, with f_fα y_f.
-
-    Parameters
-    ----------
-    deviation : float
-        f_pb or f_fα, m.
-    material : FlankMaterial
-        Of the wheel.
-    velocity : float
-        Pitch line velocity, m/s.
-    """
+    """y_α of one wheel, m; ISO 6336-1:2006, 8.3.5.1. With f_pb it is y_p, with f_fα y_f; the velocity is in m/s."""
     share, limits = _RUNNING_IN[material.group]
     divisor = material.contact_limit / 1e6 if material.group == "through hardened" else 1.0
     limit = limits[0 if velocity <= 5 else 1 if velocity <= 10 else 2]
@@ -118,20 +108,10 @@ def deviations(
 ) -> Deviations:
     """The deviations of a pair for method B, ISO 6336-1:2006, 6.4.3.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        Gives the transverse pressure angle.
-    limits : tuple of Tolerances
-        Of both wheels; the larger f_pt and f_fα count, which are usually those of the larger wheel.
-    grade : int
-        Accuracy grade of the less accurate wheel; from 6 on tip relief does not count.
-    velocity : float
-        Pitch line velocity, m/s, on which the limits of running-in depend.
-    tip_relief : tuple of float, optional
-        C_a of each wheel, m; their mean counts. Left out: C_ay of the flanks, or no relief where these are not given.
-    flanks : tuple of FlankMaterial, optional
-        Materials of the flanks. Left out, running-in removes nothing, y_p = y_f = 0, which raises K_v.
+    Of both wheels the larger f_pt and f_fα count, which are usually those of the larger wheel. The grade is that of the
+    less accurate wheel; from 6 on tip relief does not count. The limits of running-in depend on the velocity, m/s.
+    ``tip_relief`` is C_a of each wheel, m, of which the mean counts. Left out, it is C_ay of the flanks, or none where
+    these are not given. Without flanks running-in removes nothing, y_p = y_f = 0, which raises K_v.
     """
     base_pitch = max(t.single_pitch for t in limits) * math.cos(geometry.transverse_pressure_angle)
     form = max(t.profile_form for t in limits)
@@ -202,30 +182,10 @@ class DynamicFactorB:
 def dynamic_factor_b(
     geometry: Geometry, load: MeshLoad, speed: float, stiffness: ToothStiffness, reduced_mass: float, given: Deviations,
 ) -> DynamicFactorB | Refused:
-    """Dynamic factor by ISO 6336-1:2006, method B.
+    """Dynamic factor by ISO 6336-1:2006, method B, at an angular velocity of wheel 1 in rad/s; m_red is in kg/m.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    load : MeshLoad
-        Its line load F_t K_A/b.
-    speed : float
-        Angular velocity of wheel 1, rad/s.
-    stiffness : ToothStiffness
-        c′ and c_γα at this line load.
-    reduced_mass : float
-        m_red per unit face width, kg/m.
-    given : Deviations
-        See `deviations`.
+    The stiffness is c′ and c_γα at the line load. Refused without load, and for a total contact ratio of 1 or below.
 
-    Returns
-    -------
-    DynamicFactorB or Refused
-        Refused without load, and for a total contact ratio of 1 or below.
-
-    Notes
-    -----
     K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. In the supercritical range (21)
     may be below 1, as printed. All equations were compared with two public codes; the remarks on the ranges and on
     loads below 50 N/mm could be compared with one source only.
@@ -250,14 +210,7 @@ def dynamic_factor_b(
             SUPERCRITICAL_START - MAIN_END),  # (22)
         SpeedRange.SUPERCRITICAL: above,  # (21)
     }[where]
-    return DynamicFactorB(
-        resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
-        profile_parameter=profile, relief_parameter=relief, value=value, warnings=_warnings(geometry, load, where))
-
-
-def _warnings(geometry: Geometry, load: MeshLoad, where: SpeedRange) -> tuple[str, ...]:
-    """What the standard says of a speed range and of a load."""
-    found = {
+    remarks = {
         "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
         "Operation in the main resonance range should be avoided; the true K_v may differ by up to 40 %":
@@ -267,7 +220,10 @@ def _warnings(geometry: Geometry, load: MeshLoad, where: SpeedRange) -> tuple[st
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
             velocity_parameter(geometry, load.velocity) < 3,
     }
-    return tuple(text for text, holds in found.items() if holds)
+    return DynamicFactorB(
+        resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
+        profile_parameter=profile, relief_parameter=relief, value=value,
+        warnings=tuple(text for text, holds in remarks.items() if holds))
 
 
 def of_design(

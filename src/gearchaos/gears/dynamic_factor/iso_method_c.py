@@ -12,7 +12,7 @@ from gearchaos.gears.formulas import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mesh_load import MeshLoad
+    from gearchaos.gears.mechanics import MeshLoad
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 
@@ -53,29 +53,16 @@ def dynamic_factor_c(
 ) -> DynamicFactorC | Refused:
     """Dynamic factor by ISO 6336-1:2006, method C, in the form and with the table of IACS UR M56, 1.6.3.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    load : MeshLoad
-        Its line load and velocity; a line load below 100 N/mm counts as 100 N/mm.
-    grade : int
-        ISO accuracy grade of the less accurate wheel. ISO 6336-1:2006 refers to ISO 1328-1:1995, IACS UR M56 since 2021
-        to ISO 1328-1:2013, with the same numbers.
-    solid_wheels : bool
-        Whether the wheels are solid discs or have heavy steel rims.
+    A line load below 100 N/mm counts as 100 N/mm. The grade is that of the less accurate wheel. ISO 6336-1:2006 refers
+    to ISO 1328-1:1995, IACS UR M56 since 2021 to ISO 1328-1:2013, with the same numbers. Solid discs count as solid
+    wheels, and so do heavy steel rims.
 
-    Returns
-    -------
-    DynamicFactorC or Refused
-        Refused unless 3 ≤ grade ≤ 8 and (v z1/100) √(u²/(1 + u²)) < 10 m/s, the range of the standard, and below 5.8
-        m/s, where K3 is positive: K_v would be below 1 beyond. Above 3 m/s also unless z1 < 50,
-        β ≤ 30° and the wheels are solid.
+    Refused unless 3 ≤ grade ≤ 8 and (v z1/100) √(u²/(1 + u²)) < 10 m/s, the range of the standard, and below 5.8 m/s,
+    where K3 is positive: K_v would be below 1 beyond. Above 3 m/s also unless z1 < 50, β ≤ 30° and the wheels are
+    solid.
 
-    Notes
-    -----
-    Besides its equation, ISO 6336-1:2006 has diagrams and K1 for grades up to 12. The values beyond grade 8 could
-    not be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
+    Besides its equation, ISO 6336-1:2006 has diagrams and K1 for grades up to 12. The values beyond grade 8 could not
+    be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
     """
     parameter = velocity_parameter(geometry, load.velocity)
     if reason := _refusal(geometry, parameter, grade, solid_wheels):

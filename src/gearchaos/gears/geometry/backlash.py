@@ -61,7 +61,13 @@ class Backlash:
         if self.of in _KINDS:
             object.__setattr__(self, "of", f"{self.of}, total")
         if self.of not in OF:
-            raise _unknown_direction(self.of)
+            # "half" is suggested only where the text has it
+            suggested = [name for name in (*_KINDS, *OF) if not name.endswith("half") or "half" in str(self.of)]
+            quoted = ", ".join(map(repr, _KINDS))
+            rule = f"must be one of {quoted}, alone or followed by ', total', which means the same, or by ', half'"
+            said = str(self.of).casefold()
+            meant = next((name for words, name in _OTHER_WORDS.items() if words in said), str(self.of))
+            raise InputError("of", rule, self.of, unknown_name("of", meant, suggested).advice)
         try:
             object.__setattr__(self, "value", units.to_si("value", self.value, self.dimension, POSITIVE))
         except InputError as error:
@@ -79,25 +85,13 @@ class Backlash:
         total = self.value * (2 if part == "half" else 1) * base_tangent_length(geometry, kind)
         excess = geometry.theoretical_backlash - total
         if excess > SHIFT_TOLERANCE * geometry.normal_module:
+            shown = units.Shown if self.dimension is units.ANGLE else units.Length
             raise InputError(
                 "backlash.value", f"must give at least the {geometry.theoretical_backlash * 1e3:.4g} mm along the line "
-                "of action that teeth of nominal thickness have at this centre distance", self._shown(self.value),
+                "of action that teeth of nominal thickness have at this centre distance", shown(self.value, self.value),
                 f"It gives {total * 1e3:.4g} mm. Check the centre distance, the profile shifts, and whether the "
                 "value is the total or half of it.")
         return total
-
-    def _shown(self, value: float) -> units.Shown:
-        """A value as messages show it."""
-        return (units.Shown if self.dimension is units.ANGLE else units.Length)(value, self.value)
-
-
-def _unknown_direction(of: Any) -> InputError:
-    """The error for a text that is not in `OF`; "half" is suggested only where the text has it."""
-    suggested = [name for name in (*_KINDS, *OF) if not name.endswith("half") or "half" in str(of)]
-    quoted = ", ".join(map(repr, _KINDS))
-    rule = f"must be one of {quoted}, alone or followed by ', total', which means the same, or by ', half'"
-    meant = next((name for words, name in _OTHER_WORDS.items() if words in str(of).casefold()), str(of))
-    return InputError("of", rule, of, unknown_name("of", meant, suggested).advice)
 
 
 def _thickness_allowances(name: str, value: Any) -> tuple[Pair, Pair]:

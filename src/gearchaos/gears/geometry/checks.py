@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.interference import enters_fillet, interference_depth, largest_tip_diameter
 from gearchaos.gears.geometry.mating import shift_sum
 from gearchaos.gears.units import Length
 
@@ -24,16 +24,17 @@ LARGE_BACKLASH = 0.1
 SHIFT_TOLERANCE = 0.01
 """Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
 
+_FILLET_POINTS = 32
+"""Points of a fillet that are compared with the path of the mating tip."""
+
+_ROUNDING = 1e-9
+"""Depth, in normal modules, that rounding errors explain."""
+
 
 def check_rack(rack: Any, pressure_angle: float) -> None:
-    """Raise `InputError` unless a basic rack has a straight flank and room for its fillet, DIN 867:1986, ISO 53:1998.
+    """Raise `InputError` unless a basic rack, in normal modules, has a straight flank and room for its fillet.
 
-    Parameters
-    ----------
-    rack : Rack
-        In normal modules.
-    pressure_angle : float
-        α_n, rad.
+    DIN 867:1986, ISO 53:1998.
     """
     sine, tangent = math.sin(pressure_angle), math.tan(pressure_angle)
     deepest = math.pi / 4 / tangent
@@ -58,62 +59,49 @@ def check_geometry(geometry: Geometry) -> None:
             geometry.profile_shift,
             f"Teeth of nominal thickness overlap by {-geometry.theoretical_backlash * 1e6:.4g} µm along the line of "
             "action. Leave out centre_distance to have it computed from the shifts.")
+    shown = partial(Length, like=geometry.normal_module)
     for wheel in (0, 1):
-        _check_tooth(geometry, wheel)
-        _check_root(geometry, wheel)
+        root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
+        if root <= 0 or tip <= max(base, root):
+            raise InputError(
+                f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {shown(base)}, and of the "
+                f"root, {shown(root)}, and these greater than 0", shown(tip),
+                "Check the rack, profile_shift and tip_alteration.")
+        if (thickness := geometry.tip_thickness[wheel]) <= 0:
+            raise InputError(
+                f"tip_thickness[{wheel}]", "must be greater than 0", shown(thickness),
+                "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
+                "tooth by a negative tip_alteration.")
+        if (clearance := geometry.tip_clearance[wheel]) <= 0:
+            raise InputError(
+                f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
+                f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
+                "tip_alteration or 'keep clearance', or give a larger centre_distance.")
+        start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
+        if not start >= form:  # also if start is not a number
+            least = geometry.undercut_shift[wheel]
+            undercut = geometry.profile_shift[wheel] < least
+            raise InputError(
+                f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {shown(form)}",
+                "a contact below the base circle" if math.isnan(start) else shown(start),
+                f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. "
+                f"Give wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by "
+                "tip_alteration."
+                + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
+        if enters_fillet(geometry, wheel):
+            mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
+            raise InputError(
+                f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
+                shown(geometry.tip_diameter[mate]),
+                f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, "
+                f"by {depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a "
+                "smaller root_radius or a larger dedendum.")
     if geometry.contact_ratio < 1:
         raise InputError(
             "contact_ratio", "must be at least 1", geometry.contact_ratio,
             "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller centre_distance "
             "or a smaller sum of profile_shift.",
         )
-
-
-def _check_tooth(geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` for a tooth without tip, without flank or without room between tip and root."""
-    shown = partial(Length, like=geometry.normal_module)
-    root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
-    if root <= 0 or tip <= max(base, root):
-        raise InputError(
-            f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {shown(base)}, and of the "
-            f"root, {shown(root)}, and these greater than 0", shown(tip),
-            "Check the rack, profile_shift and tip_alteration.")
-    if (thickness := geometry.tip_thickness[wheel]) <= 0:
-        raise InputError(
-            f"tip_thickness[{wheel}]", "must be greater than 0", shown(thickness),
-            "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
-            "tooth by a negative tip_alteration.")
-    if (clearance := geometry.tip_clearance[wheel]) <= 0:
-        raise InputError(
-            f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
-            f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
-            "tip_alteration or 'keep clearance', or give a larger centre_distance.")
-
-
-def _check_root(geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if the mate's tip reaches below the root form circle, where the flank is no involute.
-
-    Or if it enters the fillet, although the contact begins on the involute.
-    """
-    shown = partial(Length, like=geometry.normal_module)
-    start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
-    if not start >= form:  # also if start is not a number
-        least = geometry.undercut_shift[wheel]
-        undercut = geometry.profile_shift[wheel] < least
-        raise InputError(
-            f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {shown(form)}",
-            "a contact below the base circle" if math.isnan(start) else shown(start),
-            f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. Give "
-            f"wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by tip_alteration."
-            + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
-    if enters_fillet(geometry, wheel):
-        mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
-        raise InputError(
-            f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
-            shown(geometry.tip_diameter[mate]),
-            f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, by "
-            f"{depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a smaller "
-            "root_radius or a larger dedendum.")
 
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
@@ -133,3 +121,73 @@ def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
             found.append(f"Between the tip of {name} and the root of wheel {2 - wheel} there are "
                          f"{clearance * 1e3:.4g} mm, less than {LEAST_TIP_CLEARANCE} m_n.")
     return tuple(found)
+
+
+def interference_depth(geometry: Geometry, wheel: int) -> float:
+    """How deep the tip of the mate enters the fillet of a wheel, m, along the circumference; negative if not.
+
+    Contact that begins on the involute (d_Nf ≥ d_Ff) does not exclude it: after the first contact the corner between
+    flank and tip circle moves on towards the root of the mate, along a trochoid, and a large fillet can reach into its
+    path.
+
+    In the transverse plane, and whatever the backlash: thinner teeth have their fillets nearer to their axes by the
+    same angle as their flanks.
+
+    In polar coordinates fixed to the wheel the corner of the mate's tip is at ψ − t z_mate/z, where t is its angle from
+    the line of centres about the mate's axis, and ψ about the axis of the wheel. It is on the flank, at the start of
+    active profile, at the first contact, and nearest to the fillet between there and the line of centres.
+    """
+    tooth, path = geometry.generated_tooth(wheel), _CornerPath(geometry, wheel)
+    first, last = tooth.form_slope, math.pi / 2
+    depths = [-math.inf]
+    for i in range(_FILLET_POINTS + 1):
+        radius, position = tooth.fillet(first + (last - first) * i / _FILLET_POINTS)
+        if path.least_radius < radius <= path.start_radius:
+            depths.append((path.position(radius) - position) * radius)
+    return max(depths)
+
+
+class _CornerPath:
+    """Path of the tip corner of the mate in polar coordinates of a wheel, from the first contact to the centre line.
+
+    The polar angle is measured from the middle of the tooth space towards the flank.
+    """
+
+    def __init__(self, geometry: Geometry, wheel: int) -> None:
+        mate = 1 - wheel
+        self._distance, self._tip = geometry.centre_distance, geometry.tip_diameter[mate] / 2
+        self._ratio = geometry.teeth[mate] / geometry.teeth[wheel]
+        self.least_radius = self._distance - self._tip
+        self.start_radius = geometry.start_of_active_profile[wheel] / 2
+        tip_angle = math.atan2(geometry.tip_tangents[mate], geometry.base_diameter[mate] / 2)
+        start = tip_angle - geometry.working_pressure_angle
+        self._side = math.copysign(1.0, start)
+        self._offset = geometry.generated_tooth(wheel).flank_position(self.start_radius) - self._turned(start)
+
+    def _turned(self, angle: float) -> float:
+        """ψ − t z_mate/z for the angle t of the corner from the line of centres."""
+        along = self._distance - self._tip * math.cos(angle)
+        return math.atan2(self._tip * math.sin(angle), along) - self._ratio * angle
+
+    def position(self, radius: float) -> float:
+        """Polar angle of the corner where it is at this radius from the axis of the wheel, rad."""
+        cosine = (self._distance**2 + self._tip**2 - radius**2) / (2 * self._distance * self._tip)
+        return self._offset + self._turned(self._side * math.acos(min(cosine, 1.0)))
+
+
+def enters_fillet(geometry: Geometry, wheel: int) -> bool:
+    """Whether the tip of the mate enters the fillet of one wheel by more than rounding errors."""
+    return interference_depth(geometry, wheel) > _ROUNDING * geometry.normal_module
+
+
+def largest_tip_diameter(geometry: Geometry, wheel: int) -> float:
+    """The largest tip diameter of the mate that does not enter the fillet of one wheel, m, by bisection."""
+    mate, alterations = 1 - wheel, list(geometry.tip_alteration)
+    least, most = alterations[mate] - geometry.normal_module, alterations[mate]
+    for _ in range(40):
+        alterations[mate] = (least + most) / 2
+        if enters_fillet(replace(geometry, tip_alteration=(alterations[0], alterations[1])), wheel):
+            most = alterations[mate]
+        else:
+            least = alterations[mate]
+    return geometry.tip_diameter[mate] + 2 * (least - geometry.tip_alteration[mate])

@@ -2,7 +2,8 @@
 
 Lengths are in m, angles in rad, and values of both wheels are tuples of two; wheel 1 drives. Contact quantities are
 those of the transverse plane along the line of action. Dimensions are nominal: the reduction of the tooth thickness
-that makes backlash changes neither root nor form diameters.
+that makes backlash changes neither root nor form diameters. Symbols, units, formulae and sources of the values stand in
+`GEOMETRY_FORMULAS`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from gearchaos.gears.formulas import Formula
 from gearchaos.gears.geometry.tooth_root import GeneratedTooth, involute
 
 Pair = tuple[float, float]
@@ -58,56 +60,56 @@ class Geometry:
 
     @property
     def gear_ratio(self) -> float:
-        """u = z2/z1, ISO 21771:2007 Eq. (52); below 1 where the driven wheel is the smaller one."""
+        """Gear ratio; below 1 where the driven wheel is the smaller one."""
         return self.teeth[1] / self.teeth[0]
 
     @property
     def transverse_module(self) -> float:
-        """m_t = m_n/cos β, m, ISO 21771:2007 4.2.7, Eq. (2)."""
+        """Transverse module, m."""
         return self.normal_module / math.cos(self.helix_angle)
 
     @property
     def transverse_pressure_angle(self) -> float:
-        """α_t with tan α_t = tan α_n/cos β, rad, ISO 21771:2007 4.3.5, Eq. (14)."""
+        """Transverse pressure angle, rad."""
         return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix_angle))
 
     @property
     def base_helix_angle(self) -> float:
-        """β_b with sin β_b = sin β cos α_n, rad, ISO 21771:2007 Eq. (6)."""
+        """Helix angle at the base cylinder, rad."""
         return math.asin(math.sin(self.helix_angle) * math.cos(self.pressure_angle))
 
     @property
     def reference_diameter(self) -> Pair:
-        """d = z m_t, m, ISO 21771:2007 4.2.4, Eq. (1)."""
+        """Reference diameters, m."""
         return self.teeth[0] * self.transverse_module, self.teeth[1] * self.transverse_module
 
     @cached_property
     def base_diameter(self) -> Pair:
-        """d_b = d cos α_t, m, ISO 21771:2007 4.3.10, Eq. (19)."""
+        """Base diameters, m."""
         factor = self.transverse_module * math.cos(self.transverse_pressure_angle)
         return self.teeth[0] * factor, self.teeth[1] * factor
 
     @cached_property
     def tip_diameter(self) -> Pair:
-        """d_a = d + 2 (x m_n + h_aP + k m_n), m, ISO 21771:2007 4.5.3, Eq. (33)."""
+        """Tip diameters, m."""
         shifts, alterations, diameters = self.profile_shift, self.tip_alteration, self.reference_diameter
         heights = [(x + self.addendum) * self.normal_module + k for x, k in zip(shifts, alterations, strict=True)]
         return diameters[0] + 2 * heights[0], diameters[1] + 2 * heights[1]
 
     @property
     def root_diameter(self) -> Pair:
-        """d_f = d − 2 (h_fP − x m_n), m, ISO 21771:2007 4.5.4, Eq. (34)."""
+        """Root diameters, m."""
         depths = [(self.dedendum - x) * self.normal_module for x in self.profile_shift]
         return self.reference_diameter[0] - 2 * depths[0], self.reference_diameter[1] - 2 * depths[1]
 
     @property
     def working_pressure_angle(self) -> float:
-        """α_wt with cos α_wt = (d_b1 + d_b2)/(2 a), rad, ISO 21771:2007 Eq. (54)."""
+        """Working pressure angle, rad."""
         return math.atan2(self.tangent_length, sum(self.base_diameter) / 2)
 
     @property
     def working_diameter(self) -> Pair:
-        """Pitch diameters d_w = 2 a z/(z1 + z2), m, ISO 21771:2007 Eqs. (56) and (57)."""
+        """Pitch diameters, m."""
         unit = 2 * self.centre_distance / sum(self.teeth)
         return self.teeth[0] * unit, self.teeth[1] * unit
 
@@ -119,7 +121,7 @@ class Geometry:
 
     @property
     def base_pitch(self) -> float:
-        """Transverse base pitch p_bt = p_et = π m_t cos α_t, m, ISO 21771:2007 Eqs. (28) and (30)."""
+        """Transverse base pitch p_bt = p_et, m."""
         return math.pi * self.transverse_module * math.cos(self.transverse_pressure_angle)
 
     @property
@@ -140,27 +142,27 @@ class Geometry:
 
     @property
     def path_of_contact(self) -> float:
-        """g_α = √(r_a1² − r_b1²) + √(r_a2² − r_b2²) − a sin α_wt, m, ISO 21771:2007 Eq. (77)."""
+        """Length of the path of contact, m."""
         return sum(self.tip_tangents) - self.tangent_length
 
     @property
     def contact_ratio(self) -> float:
-        """Transverse contact ratio ε_α = g_α/p_et, ISO 21771:2007 Eq. (90)."""
+        """Transverse contact ratio."""
         return self.path_of_contact / self.base_pitch
 
     @property
     def overlap_ratio(self) -> float:
-        """ε_β = b sin β/(π m_n), ISO 21771:2007 Eq. (93)."""
+        """Overlap ratio."""
         return self.common_face_width * math.sin(self.helix_angle) / (math.pi * self.normal_module)
 
     @property
     def total_contact_ratio(self) -> float:
-        """ε_γ = ε_α + ε_β, ISO 21771:2007 Eq. (97)."""
+        """Total contact ratio."""
         return self.contact_ratio + self.overlap_ratio
 
     @property
     def start_of_active_profile(self) -> Pair:
-        """Diameters d_Nf where the contact begins on each wheel's root side, m, ISO 21771:2007 5.4.1, Eqs. (64), (65).
+        """Diameters where the contact begins on each wheel's root side, m.
 
         NaN for a wheel whose mate reaches below its base circle, where there is no involute.
         """
@@ -171,13 +173,12 @@ class Geometry:
 
     @cached_property
     def root_form_diameter(self) -> Pair:
-        """Diameters d_Ff where the involute begins, m, ISO 21771:2007 7.6, Eq. (128); of the undercut if there is one.
-        """
+        """Diameters where the involute begins, m; of the undercut if there is one."""
         return 2 * self.generated_tooth(0).form_radius, 2 * self.generated_tooth(1).form_radius
 
     @property
     def undercut_shift(self) -> Pair:
-        """Least profile shift coefficients without undercut, ISO 21771:2007 7.7."""
+        """Least profile shift coefficients without undercut."""
         return self.generated_tooth(0).undercut_shift, self.generated_tooth(1).undercut_shift
 
     def generated_tooth(self, wheel: int) -> GeneratedTooth:
@@ -189,17 +190,17 @@ class Geometry:
 
     @property
     def tip_clearance(self) -> Pair:
-        """c = a − d_a/2 − d_f/2 of the mate, m, ISO 21771:2007 Eq. (60); c1 lies between tip 1 and root 2."""
+        """Tip clearances, m; the first lies between tip 1 and root 2."""
         (tip1, tip2), (root1, root2) = self.tip_diameter, self.root_diameter
         return self.centre_distance - (tip1 + root2) / 2, self.centre_distance - (tip2 + root1) / 2
 
     @property
     def tip_thickness(self) -> Pair:
-        """Tooth thickness s_an at the tip circle in the normal section, m, ISO 21771:2007 7.9; negative if pointed."""
+        """Tooth thickness at the tip circle in the normal section, m; negative if pointed."""
         return self._tip_thickness(0), self._tip_thickness(1)
 
     def _tip_thickness(self, wheel: int) -> float:
-        """s_an = d_a (s_t/d + inv α_t − inv α_at) cos β_a of one wheel; wheel 1 is 0."""
+        """That of one wheel; wheel 1 is 0."""
         tip, base, reference = self.tip_diameter[wheel], self.base_diameter[wheel], self.reference_diameter[wheel]
         angle = math.pi / 2 + 2 * self.profile_shift[wheel] * math.tan(self.pressure_angle)  # s_t/m_t, Eq. (39)
         at_tip = involute(math.atan2(2 * self.tip_tangents[wheel], base))
@@ -208,7 +209,7 @@ class Geometry:
 
     @property
     def virtual_teeth(self) -> Pair:
-        """Numbers of teeth of the virtual spur gears, z_n = z/(cos² β_b cos β), ISO 6336-1:2006."""
+        """Numbers of teeth of the virtual spur gears."""
         factor = math.cos(self.base_helix_angle) ** 2 * math.cos(self.helix_angle)
         return self.teeth[0] / factor, self.teeth[1] / factor
 
@@ -216,9 +217,8 @@ class Geometry:
     def theoretical_backlash(self) -> float:
         """Backlash of teeth of nominal thickness, m: total, in the transverse plane along the line of action.
 
-        j_bt = m_t cos α_t ((z1 + z2)(inv α_wt − inv α_t) − 2 (x1 + x2) tan α_n): what the working circles' pitch leaves
-        beside both tooth thicknesses, ISO 21771:2007 Eqs. (39) and (55), times cos α_wt. Negative where nominal teeth
-        overlap, 0 where the profile shifts fit the centre distance.
+        It is what the working circles' pitch leaves beside both tooth thicknesses, times cos α_wt. Negative where
+        nominal teeth overlap, 0 where the profile shifts fit the centre distance.
         """
         opening = involute(self.working_pressure_angle) - involute(self.transverse_pressure_angle)
         filling = 2 * sum(self.profile_shift) * math.tan(self.pressure_angle)
@@ -228,3 +228,62 @@ class Geometry:
 def _tangent(diameter: float, base_diameter: float) -> float:
     """Length of the tangent of a base circle from the circle to a point on a larger circle, m; 0 inside the base."""
     return math.sqrt(max(diameter - base_diameter, 0.0) * (diameter + base_diameter)) / 2
+
+
+_ISO = "ISO 21771:2007"
+_DEGREES = 180 / math.pi
+
+
+def _length(symbol: str, text: str, source: str) -> Formula:
+    """The formula of a length, shown in mm."""
+    return Formula(symbol, "mm", 1e3, text, source)
+
+
+def _angle(symbol: str, text: str, source: str) -> Formula:
+    """The formula of an angle, shown in degrees."""
+    return Formula(symbol, "deg", _DEGREES, text, source)
+
+
+def _ratio(symbol: str, text: str, source: str) -> Formula:
+    """The formula of a pure number."""
+    return Formula(symbol, "", 1.0, text, source)
+
+
+GEOMETRY_FORMULAS: dict[str, Formula] = {
+    "gear_ratio": _ratio("u", "z2/z1", f"{_ISO} (52)"),
+    "centre_distance": _length("a", "(d_b1 + d_b2)/(2 cos α_wt)", f"{_ISO} (54)"),
+    "transverse_module": _length("m_t", "m_n/cos β", f"{_ISO} (2)"),
+    "transverse_pressure_angle": _angle("α_t", "arctan(tan α_n/cos β)", f"{_ISO} (14)"),
+    "working_pressure_angle": _angle("α_wt", "arccos((d_b1 + d_b2)/(2 a))", f"{_ISO} (54)"),
+    "base_helix_angle": _angle("β_b", "arcsin(sin β cos α_n)", f"{_ISO} (6)"),
+    "reference_diameter": _length("d", "z m_t", f"{_ISO} (1)"),
+    "base_diameter": _length("d_b", "d cos α_t", f"{_ISO} (19)"),
+    "tip_diameter": _length("d_a", "d + 2 (x m_n + h_aP + k m_n)", f"{_ISO} (33)"),
+    "root_diameter": _length("d_f", "d − 2 (h_fP − x m_n)", f"{_ISO} (34)"),
+    "working_diameter": _length("d_w", "2 a z/(z1 + z2)", f"{_ISO} (56), (57)"),
+    "start_of_active_profile": _length("d_Nf", "√(d_b² + (2 a sin α_wt − √(d_a² − d_b²))²), √(d_a² − d_b²) of the mate",
+                                       f"{_ISO} (64), (65)"),
+    "root_form_diameter": _length("d_Ff", "√(d_b² + (d sin α_t − 2 (h_FfP − x m_n)/sin α_t)²)", f"{_ISO} (128)"),
+    "tip_clearance": _length("c", "a − d_a/2 − d_f/2 of the mate", f"{_ISO} (60)"),
+    "tip_thickness": _length("s_an", "d_a (s_t/d + inv α_t − inv α_at) cos β_a", f"{_ISO} 7.9"),
+    "base_pitch": _length("p_bt", "π m_t cos α_t", f"{_ISO} (28)"),
+    "path_of_contact": _length("g_α", "(√(d_a1² − d_b1²) + √(d_a2² − d_b2²))/2 − a sin α_wt", f"{_ISO} (77)"),
+    "contact_ratio": _ratio("ε_α", "g_α/p_bt", f"{_ISO} (90)"),
+    "overlap_ratio": _ratio("ε_β", "b sin β/(π m_n)", f"{_ISO} (93)"),
+    "total_contact_ratio": _ratio("ε_γ", "ε_α + ε_β", f"{_ISO} (97)"),
+    "virtual_teeth": _ratio("z_n", "z/(cos² β_b cos β)", "ISO 6336-1:2006"),
+    "undercut_shift": _ratio("x_min", "h_FfP/m_n − z sin² α_t/(2 cos β)", f"{_ISO} 7.7"),
+    "theoretical_backlash": _length(
+        "j_bt", "m_t cos α_t ((z1 + z2)(inv α_wt − inv α_t) − 2 (x1 + x2) tan α_n)", f"{_ISO} (39), (55)"),
+}
+"""Of the values of a `Geometry`, by name. A value of each wheel is a tuple of two; the formula is that of one wheel."""
+
+DESIGN_FORMULAS: dict[str, Formula] = {
+    "backlash_line_of_action": Formula(
+        "j_bt", "mm", 1e3, "j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt; total", _ISO,
+        words="total backlash along the line of action"),
+    "masses": Formula("m", "kg", 1.0, "π ρ b (d_m² − d_i²)/4 with d_m = (d_a + d_f)/2, if not given", "disc"),
+    "inertias": Formula("I", "kg*m^2", 1.0, "m (d_m² + d_i²)/8, if not given", "disc"),
+    "equivalent_mass": Formula("m", "kg", 1.0, "I1 I2/(I1 r_b2² + I2 r_b1²)", "Łuczko 2008, (2.9)"),
+}
+"""Of the properties of `GearDesign`."""

@@ -24,24 +24,12 @@ def mating_geometry(
 ) -> Geometry:
     """The geometry of a pair, with what is left out computed.
 
-    Parameters
-    ----------
-    values : dict
-        The other fields of `Geometry`.
-    centre_distance : float or None
-        m; None for that without backlash, ISO 21771:2007 Eqs. (54) and (55).
-    profile_shift : tuple of float or None
-        None for 0 and 0, which fits only without a centre distance or with one that needs a sum of 0.
-    tip_alteration : tuple of float or str
-        k m_n of each wheel, m, or `KEEP_CLEARANCE`.
-    tip_diameter : tuple of float, optional
-        m; determines the tip alteration instead.
+    ``values`` are the other fields of `Geometry`. A centre distance that is left out is that without backlash, ISO
+    21771:2007 Eqs. (54) and (55). Profile shifts that are left out are 0. A tip diameter determines the tip alteration
+    instead.
 
-    Raises
-    ------
-    InputError
-        If the shifts are left out and the centre distance needs some: how to split their sum is the designer's choice.
-        If no centre distance fits the shifts, or the base circles overlap.
+    Raises `InputError` if the shifts are left out and the centre distance needs some: how to split their sum is the
+    designer's choice. Also if no centre distance fits the shifts, or the base circles overlap.
     """
     shifts = (0.0, 0.0) if profile_shift is None else profile_shift
     distance = math.inf if centre_distance is None else centre_distance
@@ -61,18 +49,14 @@ def mating_geometry(
             "Or leave out centre_distance; without profile shift it is "
             f"{Length(_reference_distance(given), centre_distance)}.",
         )
-    return replace(given, tip_alteration=_alterations(given, tip_alteration, tip_diameter))
-
-
-def _alterations(nominal: Geometry, tip_alteration: Pair | str, tip_diameter: Pair | None) -> Pair:
-    """k m_n of each wheel, m, from a geometry with the nominal tip diameters."""
     if tip_diameter is not None:
-        return (tip_diameter[0] - nominal.tip_diameter[0]) / 2, (tip_diameter[1] - nominal.tip_diameter[1]) / 2
+        first, second = ((own - nominal) / 2 for own, nominal in zip(tip_diameter, given.tip_diameter, strict=True))
+        return replace(given, tip_alteration=(first, second))
     if not isinstance(tip_alteration, str):
-        return tip_alteration
-    approach = nominal.centre_distance - _reference_distance(nominal)
-    shortening = min(approach - sum(nominal.profile_shift) * nominal.normal_module, 0.0)
-    return shortening, shortening
+        return replace(given, tip_alteration=tip_alteration)
+    approach = given.centre_distance - _reference_distance(given)
+    shortening = min(approach - sum(given.profile_shift) * given.normal_module, 0.0)
+    return replace(given, tip_alteration=(shortening, shortening))
 
 
 def shift_sum(geometry: Geometry) -> float:

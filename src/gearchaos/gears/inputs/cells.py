@@ -34,18 +34,9 @@ _WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")
 
 @dataclass(frozen=True)
 class Cells:
-    """The texts of a table.
+    """The texts of a table: the names with units of its header and their line, and the cells of each row with its line.
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    header : list of str
-        Names with units.
-    line : int
-        Number of the line of the header.
-    rows : list of (int, list of str)
-        Number of the line and cells of each row, as many as ``header`` has.
+    Each row has as many cells as the header.
     """
 
     path: str
@@ -65,25 +56,15 @@ def is_number(cell: str) -> bool:
 
 
 def read_cells(path: Any, field: str, is_unit: Callable[[str], bool]) -> Cells:
-    """The texts of a table.
+    """The texts of a table in a regular file of at most `MOST_BYTES`.
 
     The header is the row above the first row with two numbers or more, and whatever is above it is left out. It may be
     a comment, which begins with ``#``, and may have its units in a row of their own. The cells are separated by what
-    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``.
+    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``. ``is_unit``
+    says whether a text is a unit of one of the columns.
 
-    Parameters
-    ----------
-    path : str or Path
-        A regular file of at most `MOST_BYTES`.
-    field : str
-        Name of the path in error messages.
-    is_unit : callable
-        Whether a text is a unit of one of the columns.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, and with the line for a row that has not as many cells as the header.
+    Raises `InputError` for a file that cannot be read, and with the line for a row that has not as many cells as the
+    header.
     """
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)
@@ -101,7 +82,9 @@ def read_cells(path: Any, field: str, is_unit: Callable[[str], bool]) -> Cells:
         separator = next(s for s, rows in grids.items() if rows and (len(rows[0][1]) > 1 or s in (" ", "")))
     rows = grids[separator]
     line, header = rows[first][0], _trimmed(rows[first][1])
-    if first and _are_units(header, is_unit) and len(_trimmed(rows[first - 1][1])) == len(header):
+    known = [cell for cell in header if is_unit(cell.strip("[]()"))]
+    like = [cell for cell in header if cell in known or re.fullmatch(r"\[.*\]|\(.*\)|-?", cell)]
+    if first and known and 2 * len(like) >= len(header) and len(_trimmed(rows[first - 1][1])) == len(header):
         header = [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(rows[first - 1][1], header, strict=False)]
     for n, cells in rows[first + 1:]:
         if not len(_trimmed(cells)) <= len(header) <= len(cells):
@@ -122,7 +105,12 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Grid]:
     lines = re.split(r"\r\n|\r|\n", _text(path, content, field))
     said = re.fullmatch(r"sep=(.)", lines[0].strip(" ;,"), re.IGNORECASE)
     separators = (said[1],) if said and said[1] in _SEPARATORS else (";", "\t", ",", " ")
-    lines = _without_comments(["" if said else lines[0], *lines[1:]])
+    given = ["" if said else lines[0], *lines[1:]]
+    lines = [_COMMENT.sub("", line) for line in given]
+    first = next((i for i, line in enumerate(lines) if line.strip()), 0)
+    comments = [i for i in range(first) if given[i].strip("# \t")]
+    if comments and re.match(r'\s*"?[-+]?[.,]?\d', lines[first]):  # the comment is the header, as NumPy writes it
+        lines[comments[-1]] = given[comments[-1]].lstrip("# \t")
     return {s: _by_spaces(lines) if s == " " else _separated(path, lines, s) for s in separators}
 
 
@@ -166,17 +154,6 @@ def _workbook(path: str, content: bytes, field: str) -> _Grid:
     return grids[filled[0]] if filled else []
 
 
-def _without_comments(lines: list[str]) -> list[str]:
-    """The lines, empty where they are comments; one that stands for the header above numbers, as NumPy writes it, is
-    kept."""
-    out = [_COMMENT.sub("", line) for line in lines]
-    first = next((i for i, line in enumerate(out) if line.strip()), 0)
-    comments = [i for i in range(first) if lines[i].strip("# \t")]
-    if comments and re.match(r'\s*"?[-+]?[.,]?\d', out[first]):
-        out[comments[-1]] = lines[comments[-1]].lstrip("# \t")
-    return out
-
-
 def _separated(path: str, lines: list[str], separator: str) -> _Grid:
     """The rows of lines with a separator."""
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
@@ -206,13 +183,6 @@ def _above_numbers(rows: _Grid) -> int:
         if sum(map(is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header) and not any(map(is_number, header)):
             return i
     return -1
-
-
-def _are_units(cells: list[str], is_unit: Callable[[str], bool]) -> bool:
-    """Whether half of the cells or more are units, and one is of a column."""
-    known = [cell for cell in cells if is_unit(cell.strip("[]()"))]
-    like = [cell for cell in cells if cell in known or re.fullmatch(r"\[.*\]|\(.*\)|-?", cell)]
-    return bool(known) and 2 * len(like) >= len(cells)
 
 
 def _trimmed(cells: list[str]) -> list[str]:

@@ -131,31 +131,16 @@ def read_table(
     """Read a table from a file; see `gearchaos.gears.inputs.cells.read_cells` for the forms of files.
 
     A header is a name, followed by its unit: ``roll angle [deg]``, ``stiffness (N/um)``, ``φ / °``, ``order``. Of each
-    group the column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
+    group the one column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
     unit, or unit alone, it can be meant: that is said in a note. Other columns are left out. Decimal commas are read
     unless all of them could be commas between thousands ("1,250").
 
-    Parameters
-    ----------
-    path : str or Path
-        A regular file of at most `MOST_BYTES`.
-    groups : sequence of sequences of Column
-        The table must have exactly one column of each group.
-    field : str
-        Name of the path in error messages.
-    chosen : mapping of str to str, optional
-        Headers in the file by the names of columns. A header may be without its unit, or with another one, which then
-        holds.
-    increasing : bool
-        Whether the numbers of the first group must increase.
-    jumps : bool
-        Whether two of its rows, but not more, may then be equal: the values before and after a jump.
+    ``chosen`` are headers in the file by the names of columns. They may be without their unit, or with another one,
+    which then holds. With ``increasing`` the numbers of the first group must increase; with ``jumps`` two of its rows,
+    but not more, may be equal: the values before and after a jump.
 
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, and with the number of the line for anything that is missing, ambiguous or not
-        a finite number.
+    Raises `InputError` for a file that cannot be read, and with the number of the line for anything that is missing,
+    ambiguous or not a finite number.
     """
     columns = [column for group in groups for column in group]
     cells = read_cells(path, field, lambda text: any(column.fits(text) for column in columns))
@@ -281,32 +266,26 @@ def _notes(cells: Cells, header: list[tuple[str, str]], found: list[_Found]) -> 
 
 def _numbers(cells: Cells, taken: list[int]) -> np.ndarray:
     """The numbers of the columns that are taken, (rows, columns)."""
-    comma = _decimal_commas(cells)
+    texts = [(n, cell) for n, row in cells.rows for cell in row]
+    commas = [(n, cell) for n, cell in texts if DECIMAL_COMMA.fullmatch(cell)]
+    if commas:
+        line, first = commas[0]
+        cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
+        if any(NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
+            raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
+                             cure)
+        if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
+            raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate "
+                             "thousands", first, cure)
     out = np.empty((len(cells.rows), len(taken)))
-    for row, (n, texts) in enumerate(cells.rows):
+    for row, (n, own) in enumerate(cells.rows):
         for k, i in enumerate(taken):
-            text = texts[i].replace(",", ".") if comma else texts[i]
+            text = own[i].replace(",", ".") if commas else own[i]
             out[row, k] = float(text) if NUMBER.fullmatch(text) else math.nan
             if not math.isfinite(out[row, k]):
                 advice = "Write e.g. 1234.5: no unit, nothing between thousands." if text else "The cell is empty."
-                raise line_error(cells.path, n, "must have finite numbers", texts[i], advice)
+                raise line_error(cells.path, n, "must have finite numbers", own[i], advice)
     return out
-
-
-def _decimal_commas(cells: Cells) -> bool:
-    """Whether commas are decimal commas; raises `InputError` where that is ambiguous."""
-    texts = [(n, cell) for n, row in cells.rows for cell in row]
-    commas = [(n, cell) for n, cell in texts if DECIMAL_COMMA.fullmatch(cell)]
-    if not commas:
-        return False
-    line, first = commas[0]
-    cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
-    if any(NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
-        raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first, cure)
-    if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
-        raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate thousands",
-                         first, cure)
-    return True
 
 
 def _check_increasing(table: Table, column: str, jumps: bool) -> None:

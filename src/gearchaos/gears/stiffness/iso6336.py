@@ -13,9 +13,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gearchaos.errors import InputError
 from gearchaos.gears.formulas import described
-from gearchaos.gears.stiffness.contact_lines import fourier_coefficients, relative_length
 from gearchaos.gears.stiffness.mesh_stiffness import (
     TOLERANCE,
     MeshStiffness,
@@ -53,6 +54,9 @@ _CORRECTION = 0.8
 """C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83)."""
 
 _CLAUSE = "ISO 6336-1:2006, 9.3"
+
+_SAME_POSITION = 1e-12
+"""Positions that are closer to each other than this, in mesh periods, are one."""
 
 
 @dataclass(frozen=True)
@@ -112,27 +116,14 @@ def tooth_stiffness(
 ) -> ToothStiffness:
     """Single stiffness c′ and mesh stiffness c_γα, ISO 6336-1:2006, 9.3, method B.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        An external spur or helical pair.
-    line_load : float, optional
-        Specific load F_t K_A/b, N/m. By default the stiffness is that at 100 N/mm and above, where the standard takes
-        it to be independent of the load.
-    youngs_modulus : tuple of float
-        E of the wheels, Pa; by default the standard's steel with 206 GPa.
-    blanks : tuple of Blank or None
-        Rim and web of each wheel; None for a solid disc, the default. The standard allows for one C_R of a pair: the
-        smaller one, of the more flexible wheel, is used.
+    Without a line load F_t K_A/b, N/m, the stiffness is that at 100 N/mm and above, where the standard takes it to be
+    independent of the load. The standard allows for one C_R of a pair: the smaller one, of the more flexible wheel, is
+    used; None is a solid disc.
 
-    Raises
-    ------
-    InputError
-        If the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that must be positive is
-        not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is a warning.
+    Raises `InputError` if the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that
+    must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is
+    a warning.
 
-    Notes
-    -----
     (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes, and
     with KISSsoft's reports on the stages of the NREL 5 MW gearbox, also outside the range of (82). This range, its
     deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
@@ -179,14 +170,9 @@ def tooth_stiffness(
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
-    """Basic rack factor C_B, ISO 6336-1:2006, (86); the mean over both wheels where their racks differ, (87).
+    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad.
 
-    Parameters
-    ----------
-    dedendum : float or tuple of float
-        Dedendum of the basic rack, h_fP/m_n, of both wheels or of each.
-    pressure_angle : float
-        Of the basic rack, α_Pn, rad.
+    The mean over both wheels is taken where their racks differ, (87).
     """
     pair = dedendum if isinstance(dedendum, tuple) else (dedendum, dedendum)
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
@@ -235,29 +221,68 @@ def _warnings(
     return tuple(text for text, holds in found.items() if holds)
 
 
+def relative_length(contact_ratio: float, overlap_ratio: float = 0.0) -> PeriodicCurve:
+    """Total length of the contact lines over the mesh period, relative to its mean b ε_α/cos β_b.
+
+    In the plane of action, in units of the transverse base pitch p_et, the zone of contact is ε_α long and contact
+    lines enter it at intervals of 1. Across the face width each line is inclined by ε_β. Its length is therefore the
+    convolution of two rectangles, of widths ε_α and ε_β (M. Maatar and P. Velex, *J. Mech. Des.* 118, 1996, 307-311;
+    the quantities are those of ISO 21771:2007).
+
+    At position 0 a tooth pair enters contact, of helical gears at one end of the face width. The curve of spur gears
+    has two levels, that of helical gears is continuous; its corners are at 0, ε_α, ε_β and ε_α + ε_β. Raises
+    `InputError` for ratios with which contact is lost during a part of the period.
+    """
+    _check_ratios(contact_ratio, overlap_ratio)
+    corners = np.mod([0.0, contact_ratio, overlap_ratio, contact_ratio + overlap_ratio], 1.0)
+    knots = np.sort(corners[corners < 1 - _SAME_POSITION])
+    knots = np.append(knots[np.diff(knots, prepend=-1.0) > _SAME_POSITION], 1.0)
+    if overlap_ratio < _SAME_POSITION:
+        pairs = np.ceil(contact_ratio - (knots[:-1] + np.diff(knots) / 2))
+        levels = pairs / contact_ratio
+        return PeriodicCurve(knots, levels, levels)
+    # a line whose leading end is u behind the entry of the zone of contact is in it from max(0, u − ε_β) to min(u, ε_α)
+    u = knots[:, None] + np.arange(np.ceil(contact_ratio + overlap_ratio) + 1)
+    lengths = np.maximum(np.minimum(u, contact_ratio) - np.maximum(u - overlap_ratio, 0.0), 0.0)
+    values = lengths.sum(axis=1) / (contact_ratio * overlap_ratio)
+    return PeriodicCurve(knots, values[:-1], np.append(values[1:-1], values[0]))
+
+
+def fourier_coefficients(contact_ratio: float, overlap_ratio: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitudes c_j ≥ 0 and phases α_j, in (−π, π], of the relative length 1 + Σ c_j cos(2πjt − α_j), in closed form.
+
+    The transform of a rectangle of width ε is sin(πjε)/(πj), that of a convolution the product: c_j = 2 |s(jε_α)
+    s(jε_β)| with s(x) = sin(πx)/(πx). α_j is πj(ε_α + ε_β), and π more where the product is negative. Both are arrays
+    (count,), from harmonic 1 on.
+    """
+    _check_ratios(contact_ratio, overlap_ratio)
+    j = np.arange(1, count + 1)
+    factor = 2 * np.sinc(j * contact_ratio) * np.sinc(j * overlap_ratio)
+    phase = np.pi * np.mod(j * (contact_ratio + overlap_ratio) + (factor < 0), 2.0)
+    return np.abs(factor), np.where(phase > np.pi, phase - 2 * np.pi, phase)
+
+
+def _check_ratios(contact_ratio: float, overlap_ratio: float) -> None:
+    """Raise `InputError` unless contact is never lost and no ratio is negative."""
+    if not 0 <= overlap_ratio < np.inf:
+        raise InputError("overlap_ratio", "must be a finite number, at least 0", overlap_ratio)
+    if not 0 < contact_ratio < np.inf or contact_ratio + overlap_ratio < 1:
+        raise InputError("contact_ratio", "must be at least 1 together with the overlap ratio", contact_ratio,
+                         "Otherwise no teeth are in contact during a part of the mesh period.")
+
+
 def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TOLERANCE) -> MeshStiffness:
-    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3.
+    """Mesh stiffness with the mean c_γα b of ISO 6336-1:2006, 9.3; ``mesh_stiffness`` is c_γα, N/m².
 
     The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
     instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`gearchaos.gears.stiffness.contact_lines`).
-    The mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and
-    1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical
-    gears tends to that of spur gears as β tends to 0.
+    the contact lines over that of one pair across the whole face width (`relative_length`). The
+    mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b,
+    helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical gears
+    tends to that of spur gears as β tends to 0.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    mesh_stiffness : float
-        c_γα, N/m², see `tooth_stiffness`.
-    tolerance : float
-        Bound of ``truncation`` for helical gears, unless `MAX_HARMONICS` harmonics are too few.
-
-    Raises
-    ------
-    InputError
-        If no teeth are in contact during a part of the mesh period, or a value is not a positive number.
+    Raises `InputError` if no teeth are in contact during a part of the mesh period, or a value is not a positive
+    number.
     """
     check_positive("mesh_stiffness", mesh_stiffness)
     check_positive("tolerance", tolerance)

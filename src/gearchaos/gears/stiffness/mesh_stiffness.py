@@ -26,7 +26,7 @@ from gearchaos.model import Stiffness
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.materials import Material
+    from gearchaos.gears.mechanics import Material
 
 TOLERANCE = 2e-3
 """Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by

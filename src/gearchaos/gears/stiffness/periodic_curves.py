@@ -74,10 +74,7 @@ class PeriodicCurve:
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
         """Means over the intervals from each start to the next one; the last ends one period after the first start.
 
-        Parameters
-        ----------
-        starts : array (intervals,)
-            Positions in [0, 1) that increase.
+        The starts, (intervals,), increase in [0, 1).
         """
         ends = np.append(starts[1:], 1 + starts[0])
         in_period = self._integral(np.minimum(ends, 1)) - self._integral(starts)
@@ -102,34 +99,16 @@ class PeriodicCurve:
 
 
 def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
-    """The curve through points from 0 to 1 in order, where two points at the same position are a jump.
-
-    Parameters
-    ----------
-    positions, values : array (points,)
-        Positions that do not decrease, the first 0 and the last 1.
-    """
+    """The curve through points in order from position 0 to 1, where two points at the same one are a jump."""
     rising = np.flatnonzero(np.diff(positions) > 0)
     return PeriodicCurve(np.append(positions[rising], 1.0), values[rising], values[rising + 1])
 
 
 def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
-    """The mean over a number of equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
+    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
 
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Over all parts, the cycles.
-    cycles : int
-        Number of parts.
-    tolerance : float
-        Largest difference of knots, in cycles, that the rounding of positions explains.
-
-    Returns
-    -------
-    (PeriodicCurve, float) or None
-        The mean, and the root mean square of the differences from it at the knots. None for a curve with jumps whose
-        pieces are not the same in all cycles.
+    The difference is the root mean square at the knots. None for a curve with jumps whose pieces are not the same in
+    all cycles. ``tolerance`` is the largest difference of knots, in cycles, that the rounding of positions explains.
     """
     edges, count = curve.knots * cycles, np.arange(cycles)[:, None]
     shape = (cycles, -1) if len(curve.first) % cycles == 0 else (1, -1)
@@ -171,26 +150,17 @@ def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffnes
     """
     curve = curve.scaled(1 / curve.mean)
     if curve.stepped and max(len(curve.jumps), 1) <= MAX_LEVELS:
-        return _exact_steps(curve), 0.0
+        jumps = curve.jumps if len(curve.jumps) else np.array([0])
+        return SteppedStiffness(tuple(curve.first[jumps].tolist()), tuple(curve.knots[jumps].tolist())), 0.0
     results = (_steps(curve, tolerance), truncated_series(curve, *curve.fourier(MAX_HARMONICS), tolerance))
     found = [result for result in results if result]
     if not found:
         raise InputError("stiffness", f"must have at most {MAX_LEVELS} jumps", len(curve.jumps))
     precise = [result for result in found if result[1] <= tolerance]
-    if precise:
-        return min(precise, key=lambda result: _cost(result[0]))
+    if precise:  # the one for which the flow needs fewer steps per period
+        return min(precise, key=lambda result: len(result[0].jumps) or (
+            _STEPS_PER_HARMONIC * len(result[0].harmonics()[0])))
     return min(found, key=lambda result: result[1])
-
-
-def _cost(waveform: SteppedStiffness | HarmonicStiffness) -> int:
-    """About how many steps per period the flow needs for a waveform."""
-    return len(waveform.jumps) or _STEPS_PER_HARMONIC * len(waveform.harmonics()[0])
-
-
-def _exact_steps(curve: PeriodicCurve) -> SteppedStiffness:
-    """A stepped curve as a waveform."""
-    jumps = curve.jumps if len(curve.jumps) else np.array([0])
-    return SteppedStiffness(tuple(curve.first[jumps].tolist()), tuple(curve.knots[jumps].tolist()))
 
 
 def _steps(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffness, float] | None:
@@ -241,21 +211,9 @@ def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:
 def truncated_series(
     curve: PeriodicCurve, amplitudes: np.ndarray, phases: np.ndarray, tolerance: float,
 ) -> tuple[HarmonicStiffness, float] | None:
-    """The first harmonics of a curve, as many as a tolerance needs or all that are given, and the error.
+    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest.
 
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Of mean 1.
-    amplitudes, phases : array (harmonics,)
-        Of its Fourier series, from harmonic 1 on.
-    tolerance : float
-        Bound of the root mean square of the rest of the series.
-
-    Returns
-    -------
-    (HarmonicStiffness, float) or None
-        The waveform and the root mean square of the rest; None if these harmonics are not positive everywhere.
+    None if these harmonics are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
     """
     variance = PeriodicCurve(curve.knots, curve.first - 1, curve.last - 1).mean_square()
     errors = np.sqrt(np.maximum(variance - np.cumsum(amplitudes**2) / 2, 0.0))

@@ -31,7 +31,7 @@ from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.materials import Material
+    from gearchaos.gears.mechanics import Material
 
 _NAME = "potential energy"
 
@@ -80,21 +80,11 @@ class Compliance(NamedTuple):
 
 
 def beam_compliance(stations: Stations, load: Load, material: Material, width: float) -> Compliance:
-    """Compliance of the part of a tooth that the stations cover, along the direction of the load.
+    """Compliance, along the direction of the load, of the part of a tooth of width b that the stations cover.
 
     1/k_b = ∫ (cos β (y_K − y) − x_K sin β)²/(E I) dy, 1/k_s = ∫ 1.2 cos² β/(G A) dy, 1/k_a = ∫ sin² β/(E A) dy with the
-    rectangular sections A = 2 x b, I = 2 x³ b/3 (Ma et al., 2014, (10)-(16)).
-
-    Parameters
-    ----------
-    stations : Stations
-        Arrays (nodes,) or (..., nodes).
-    load : Load
-        Arrays (...).
-    material : Material
-        E and ν; G = E/(2 (1 + ν)).
-    width : float
-        b, m.
+    rectangular sections A = 2 x b, I = 2 x³ b/3 and G = E/(2 (1 + ν)) (Ma et al., 2014, (10)-(16)). Stations are arrays
+    (nodes,) or (..., nodes), the load arrays (...).
     """
     cosine, sine = np.cos(load.slope)[..., None], np.sin(load.slope)[..., None]
     arm = cosine * (load.height[..., None] - stations.height) - load.half_thickness[..., None] * sine
@@ -110,18 +100,9 @@ def foundation_compliance(
     """Compliance of the wheel body under a tooth times E b, along the direction of the load: Sainsot et al. (2004).
 
     E b/k_f = cos² β (L* (u/S)² + M* u/S + P* (1 + Q* tan² β)) with S = 2 r_f θ_f. L*, M*, P* and Q* are polynomials of
-    h = r_f/r_bore and θ_f.
-
-    Parameters
-    ----------
-    root_radius, root_half_angle : float
-        r_f, m, and θ_f, rad.
-    bore : float
-        Diameter of the bore, at which the body is fixed, m.
-    lever : array
-        u, m: distance along the axis of the tooth from the root circle to the line of action.
-    slope : array
-        β, rad: the angle between the force and the perpendicular to the axis of the tooth.
+    h = r_f/r_bore and θ_f. The body is fixed at the bore. ``lever`` is u, m: the distance along the axis of the tooth
+    from the root circle to the line of action. ``slope`` is β: the angle between the force and the perpendicular to
+    that axis.
     """
     h, theta = 2 * root_radius / bore, root_half_angle
     deep, linear, constant, tangent = _SAINSOT @ np.array([1 / theta**2, h**2, h / theta, 1 / theta, h, 1.0])
@@ -133,25 +114,9 @@ def foundation_compliance(
 def tooth_compliance(
     profile: ToothProfile, bore: float, material: Material, width: float, pressure_angle: np.ndarray,
 ) -> Compliance:
-    """Compliance of a tooth loaded at points of its flank.
+    """Compliance of a tooth, (...) in m/N, loaded at points of its flank.
 
-    Parameters
-    ----------
-    profile : ToothProfile
-        The tooth.
-    bore : float
-        Diameter of the bore of the wheel, m.
-    material : Material
-        E and ν.
-    width : float
-        Face width of the contact, m.
-    pressure_angle : array (...)
-        Of the involute at the points, rad.
-
-    Returns
-    -------
-    Compliance
-        Arrays (...), m/N.
+    The pressure angles (...), in rad, are those of the involute at the points. The width is that of the contact.
     """
     slope = profile.slope(pressure_angle)
     half_thickness, height = profile.flank(slope)
@@ -174,21 +139,10 @@ def hertz_stiffness(materials: tuple[Material, Material], width: float) -> float
 
 @dataclass(frozen=True)
 class ToothPairs:
-    """The tooth pairs of a spur gear pair: their stiffness and their positions on the path of contact.
+    """The tooth pairs of a spur gear pair: their stiffness and their positions on the path of contact; lengths in m.
 
-    Attributes
-    ----------
-    geometry : Geometry
-        The gear pair.
-    materials : tuple of Material
-        Of wheel 1 and wheel 2.
-    bore : tuple of float
-        Diameters of the bores, m.
-
-    Raises
-    ------
-    InputError
-        For helical gears, contact below the involute or with gaps, or a body outside the range of the method.
+    Raises `InputError` for helical gears, contact below the involute or with gaps, or a body outside the range of the
+    method.
     """
 
     geometry: Geometry
@@ -208,7 +162,19 @@ class ToothPairs:
                     Length(active), "The tip of the mating tooth reaches below the involute: shorten it or raise the "
                     "profile shift.")
         for wheel in (0, 1):
-            _check_body(tooth_profile(geometry, wheel), self.bore[wheel], wheel)
+            profile, bore = tooth_profile(geometry, wheel), self.bore[wheel]
+            least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
+            if not least <= bore <= most:
+                raise InputError(
+                    f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
+                    "potential-energy method", Length(bore, bore),
+                    "The compliance of the wheel body is known for ratios of the root and bore diameters from "
+                    f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
+            if profile.root_half_angle < ROOT_ANGLES[0]:
+                raise InputError(
+                    f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
+                    "potential-energy method", profile.root_half_angle,
+                    "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -264,43 +230,15 @@ class ToothPairs:
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
 
 
-def _check_body(profile: ToothProfile, bore: float, wheel: int) -> None:
-    """Raise `InputError` unless the compliance of the wheel body is within the range of Sainsot's coefficients."""
-    least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
-    if not least <= bore <= most:
-        raise InputError(
-            f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
-            "potential-energy method", Length(bore, bore),
-            "The compliance of the wheel body is known for ratios of the root and bore diameters from "
-            f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
-    if profile.root_half_angle < ROOT_ANGLES[0]:
-        raise InputError(
-            f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
-            "potential-energy method", profile.root_half_angle,
-            "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
-
-
 def from_energy(
     geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
     tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
-    """Mesh stiffness by the potential-energy method.
+    """Mesh stiffness of spur gears by the potential-energy method, with wheel bodies fixed at bores of these diameters,
+    m.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        Spur gears.
-    materials : tuple of Material
-        Of wheel 1 and wheel 2.
-    bore : tuple of float
-        Diameters of the bores, at which the wheel bodies are fixed, m.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small.
-
-    Raises
-    ------
-    InputError
-        For helical gears, contact with gaps or below the involute, or a body outside the range of the method.
+    Raises `InputError` for helical gears, contact with gaps or below the involute, or a body outside the range of the
+    method.
     """
     pairs = ToothPairs(geometry, materials, bore)
     return from_curve(pairs.curve(), _NAME, pairs.notes, tolerance=tolerance)

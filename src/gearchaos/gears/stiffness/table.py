@@ -61,42 +61,23 @@ def from_table(
     """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
 
     The abscissa is the ``fraction`` of the mesh period, from 0 to 1, the ``roll angle`` of wheel 1, from 0 to 2π/z1, or
-    the ``time``, from 0 to the mesh period at the given speed. At 0 a tooth pair enters contact. The other column is
+    the ``time``, from 0 to the mesh period at ``speed``, rpm, given only for a table over time. At 0 a tooth pair
+    enters contact. The other column is
 
     - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
       The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
       spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
       equal steps may lack the one that closes the period.
     - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
-      period.
+      period. Up to 64 steps are taken over exactly.
 
-    A table over several mesh periods, such as a turn of wheel 1, becomes the mean of them. The notes of the result say
-    so, and which columns were taken, unless they have the names above.
+    A stiffness in N/(mm µm) is multiplied by ``face_width``, m. A table over several mesh periods, such as a turn of
+    wheel 1, becomes the mean of them. The notes of the result say so, and which columns were taken, unless they have
+    the names above. ``columns`` are headers in the file by names.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, see `gearchaos.gears.inputs.csvtable.read_table`.
-    teeth : int
-        z1.
-    speed : float, optional
-        Of wheel 1, rpm, at which the times hold; for a table over time, and only for one.
-    face_width : float, optional
-        Common face width, m, by which a stiffness in N/(mm µm) is multiplied.
-    columns : mapping of str to str, optional
-        Headers in the file of ``fraction``, ``angle`` or ``time`` and of ``stiffness`` (or ``value``) or ``level``.
-    tolerance : float
-        Bound of ``truncation``, unless the largest number of levels or harmonics is too small. Up to 64 steps are taken
-        over exactly.
-    field : str
-        Name of the path in error messages.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for a table that is not as described or has a value that is not positive. The last
-        abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01 %, for
-        rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
+    Raises `InputError` with the number of the line, for a table that is not as described or has a value that is not
+    positive. The last abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01
+    %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
     """
     curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
     return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)

@@ -112,31 +112,13 @@ def from_quality(
     is a parabola, as crowned profiles or small profile slopes of both signs leave it (Litvin and Fuentes, *Gear
     Geometry and Applied Theory*, 2004, chapter 9): 0 where a tooth pair is in the middle of its path of contact,
     greatest where the next pair takes over. Its harmonics are e_j = 4 Δ/(π² j²), 0.405 Δ for the first, with θ_j = π j
-    (ε_α − 1).
+    (ε_α − 1). Three of them leave 10 % of the peak-to-peak value out.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        Gives the contact ratios.
-    quality : Quality
-        Of both wheels.
-    tolerances : tuple of Tolerances
-        f_pt and F_α of both wheels for this quality.
-    orders : int
-        Number of harmonics, 1 to 64; by default 3, which leave 10 % of the peak-to-peak value out.
-
-    Returns
-    -------
-    QualityError
-        Wheels of the grade have less from pitch and profile, and other phases.
-
-    Notes
-    -----
     Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh: a pair of
-    typical wheels has less. Tip relief and misalignment, which the grade does not limit, come on top. The formula of
-    annex A agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one source only. The
-    edition of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of 1995 is used all
-    the same.
+    typical wheels has less, and other phases. Tip relief and misalignment, which the grade does not limit, come on top.
+    The formula of annex A agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one
+    source only. The edition of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of
+    1995 is used all the same.
     """
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
@@ -146,30 +128,22 @@ def from_quality(
     )
     total = math.hypot(*deviation)
     numbers = range(1, check_orders(orders) + 1)
+    grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
+    source = (f"{quality.standard}, grade {grades}: assumption, upper limit of the grade: the permissible "
+              "tooth-to-tooth deviation f_i′ as a parabola")
+    assumption = ("The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the "
+                  "grade from its permissible deviations")
+    if quality.standard == ISO_1995:
+        assumption += "."
+    else:  # both with the edition of the formula and of its values
+        source += (f"; f_i′ by the formula of {ISO_1995}, annex A, with the grade and the deviations f_pT and F_αT of "
+                   f"{quality.standard}")
+        assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
+                       "which has no such formula.")
     return QualityError(
         amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
         phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
-        source=_quality_source(quality),
+        source=source,
         tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        assumptions=(_quality_assumption(quality),),
+        assumptions=(assumption,),
     )
-
-
-def _quality_source(quality: Quality) -> str:
-    """What harmonics of an accuracy grade were computed from, with the edition of the formula and of its values."""
-    grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
-    shape = "assumption, upper limit of the grade: the permissible tooth-to-tooth deviation f_i′ as a parabola"
-    if quality.standard == ISO_1995:
-        return f"{ISO_1995}, grade {grades}: {shape}"
-    return (f"{quality.standard}, grade {grades}: {shape}; f_i′ by the formula of {ISO_1995}, annex A, with "
-            f"the grade and the deviations f_pT and F_αT of {quality.standard}")
-
-
-def _quality_assumption(quality: Quality) -> str:
-    """The sentence that a transmission error from the accuracy grade is an assumption."""
-    text = "The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the " \
-           "grade from its permissible deviations"
-    if quality.standard == ISO_1995:
-        return f"{text}."
-    return (f"{text}, by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, which "
-            "has no such formula.")

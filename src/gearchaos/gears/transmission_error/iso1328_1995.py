@@ -37,7 +37,9 @@ _FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
 
 def _at_grade_5(size: Size) -> tuple[float, ...]:
     """The tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`."""
-    d, m, b = (_mean(v, edges) for v, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True))
+    ranges = ((edges, max(bisect_left(edges, value), 1))
+              for value, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True))
+    d, m, b = (math.sqrt(edges[upper - 1] * edges[upper]) for edges, upper in ranges)
     root_d, root_m = math.sqrt(d), math.sqrt(m)
     return (
         0.3 * (m + 0.4 * root_d) + 4,
@@ -48,12 +50,6 @@ def _at_grade_5(size: Size) -> tuple[float, ...]:
         0.1 * root_d + 0.63 * math.sqrt(b) + 4.2,
         0.24 * m + root_d + 5.6,
     )
-
-
-def _mean(value: float, edges: tuple[float, ...]) -> float:
-    """The geometric mean of the limits of the range in which a value lies."""
-    upper = max(bisect_left(edges, value), 1)
-    return math.sqrt(edges[upper - 1] * edges[upper])
 
 
 EDITION = Edition(

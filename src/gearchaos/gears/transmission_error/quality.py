@@ -174,36 +174,31 @@ def _number(grade: Any, letter: str) -> Any:
 
 
 def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolerances]:
-    """The flank tolerances of both wheels.
+    """The flank tolerances of both wheels; raises `InputError` if a size is outside the scope of the standard.
 
-    Parameters
-    ----------
-    quality : Quality
-        Standard and grade.
-    geometry : Geometry
-        Gives the reference diameters d, the normal module m_n and the face widths b.
-
-    Returns
-    -------
-    tuple of Tolerances
-        Of wheel 1 and wheel 2, rounded as the standard says: to 1 µm from 10 µm on, to 0.5 µm from 5 µm on, and to 0.1
-        µm below.
-
-    Raises
-    ------
-    InputError
-        If a size of the pair is outside the scope of the standard.
-
-    Notes
-    -----
-    The standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from
-    values before rounding. All formulae were compared with a public code, the scope of 2013 with the published
-    abstract, but those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be
-    compared with one source only.
+    They are rounded as the standard says: to 1 µm from 10 µm on, to 0.5 µm from 5 µm on, and to 0.1 µm below. The
+    standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from values
+    before rounding. All formulae were compared with a public code, the scope of 2013 with the published abstract, but
+    those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be compared with one
+    source only.
     """
     edition, found = editions()[quality.standard], []
     for wheel, grade in enumerate(quality.grades):
-        _check_scope(edition, geometry, wheel)
+        checked = {
+            "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
+            "module": 1e3 * geometry.normal_module,
+            "face_width": 1e3 * geometry.face_width[wheel],
+            "teeth": geometry.teeth[wheel],
+            "helix_angle": math.degrees(geometry.helix_angle),
+        }
+        for name, (low, high) in edition.scope.items():
+            unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
+            if not low <= round(checked[name], 9) <= high:
+                field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
+                raise InputError(
+                    field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
+                    f"{checked[name]:.6g}{unit}",
+                    "The standard does not allow extrapolation; give measured deviations.")
         sizes = (geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])
         values = edition.at_grade_5(Size(*(1e3 * v for v in sizes)))
         step = 2 ** ((grade - 5) / 2)
@@ -216,22 +211,3 @@ def rounded(micrometres: float) -> float:
     """A tolerance in µm, rounded by ISO 1328-1:1995, 5.3, or ISO 1328-1:2013, 5.2.3, which are equal."""
     step = 1.0 if micrometres >= 10 else 0.5 if micrometres >= 5 else 0.1
     return round(math.floor(micrometres / step + 0.5) * step, 1)
-
-
-def _check_scope(edition: Edition, geometry: Geometry, wheel: int) -> None:
-    """Raise `InputError` if a wheel is outside the scope of an edition."""
-    sizes = {
-        "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
-        "module": 1e3 * geometry.normal_module,
-        "face_width": 1e3 * geometry.face_width[wheel],
-        "teeth": geometry.teeth[wheel],
-        "helix_angle": math.degrees(geometry.helix_angle),
-    }
-    for name, (low, high) in edition.scope.items():
-        unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
-        if not low <= round(sizes[name], 9) <= high:
-            field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
-            raise InputError(
-                field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
-                f"{sizes[name]:.6g}{unit}", "The standard does not allow extrapolation; give measured deviations.",
-            )

@@ -75,33 +75,16 @@ def from_orders(
     path: str | Path, teeth: tuple[int, ...] = (), *, most: float = math.inf, radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> ErrorHarmonics:
-    """Harmonics from a file of measured orders of the mesh frequency.
+    """Harmonics from a file of measured orders of the mesh frequency; orders that it leaves out have amplitude 0.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``order``, ``phase`` (with a unit)
-        and either ``peak`` or ``peak to peak`` (with a unit): the amplitude e_j or twice it. The error of order j is
-        e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact.
-    teeth : tuple of int, optional
-        z1, z2. Multiples of one of them may be orders of its shaft: they have a warning.
-    most : float, optional
-        Largest plausible amplitude, m.
-    radius : float, optional
-        Base radius of a wheel, m, if the amplitudes are angles of this wheel.
-    columns : mapping of str to str, optional
-        Headers in the file of ``order``, ``peak`` or ``peak_to_peak``, and ``phase``.
+    The columns are ``order``, ``phase`` and either ``peak`` or ``peak to peak``: the amplitude e_j or twice it. The
+    error of order j is e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact. Multiples
+    of one of ``teeth`` may be orders of its shaft: they have a warning. ``most`` is the largest plausible amplitude, m.
+    With ``radius``, a base radius in m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by
+    names.
 
-    Returns
-    -------
-    ErrorHarmonics
-        Orders that the file leaves out have amplitude 0.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for an order that is no whole number from 1 to 64 or is repeated, and for a
-        negative or implausible amplitude; also for a file that `read_table` refuses.
+    Raises `InputError` with the number of the line, for an order that is no whole number from 1 to 64 or is repeated,
+    and for a negative or implausible amplitude; also for a file that `read_table` refuses.
     """
     scales, advice = _meant(radius)
     kinds = tuple(
@@ -110,7 +93,19 @@ def from_orders(
     table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
                        chosen=columns)
     kind = next(name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns)
-    orders = _orders(table)
+    orders: list[int] = []
+    for row, order in enumerate(table.columns["order"].tolist()):
+        if order != round(order) or order < 1:
+            raise table.error(
+                row, "must have an order that is a positive whole number", order,
+                "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
+                "whose period is the mesh period cannot have. The mean, order 0, does not matter.")
+        if order > MAX_HARMONICS:
+            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
+        if int(order) in orders:
+            raise table.error(row, f"must not repeat the order of line {table.lines[orders.index(int(order))]}", order,
+                              "Remove one of the two rows.")
+        orders.append(int(order))
     values = table.columns[kind] * (1.0 if kind == _PEAK else 0.5)
     if (values < 0).any():
         row = int(np.argmax(values < 0))
@@ -138,25 +133,6 @@ def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> 
     return (f"{which} are multiples of z{wheel + 1} = {teeth[wheel]}: are they those of the shaft? {_SHAFT_ADVICE}",)
 
 
-def _orders(table: Table) -> list[int]:
-    """The orders of a table as ints."""
-    found: list[int] = []
-    for row, order in enumerate(table.columns["order"].tolist()):
-        if order != round(order) or order < 1:
-            raise table.error(
-                row, "must have an order that is a positive whole number", order,
-                "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
-                "whose period is the mesh period cannot have. The mean, order 0, does not matter.",
-            )
-        if order > MAX_HARMONICS:
-            raise table.error(row, f"must have an order of at most {MAX_HARMONICS}", order, _SHAFT_ADVICE)
-        if int(order) in found:
-            raise table.error(row, f"must not repeat the order of line {table.lines[found.index(int(order))]}", order,
-                              "Remove one of the two rows.")
-        found.append(int(order))
-    return found
-
-
 def _check_amplitudes(table: Table, amplitudes: np.ndarray, most: float) -> None:
     """Raise `InputError` for an amplitude, in m, that only a wrong unit explains."""
     if (amplitudes > most).any():
@@ -169,36 +145,16 @@ def from_table(
     path: str | Path, teeth1: int, orders: int = 8, *, most: float = math.inf, radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> ErrorHarmonics:
-    """Harmonics from a file with the error over the roll angle of wheel 1.
+    """Harmonics from a file with the error over the roll angle of wheel 1; the mesh period is 2π/``teeth1``.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table, see `gearchaos.gears.inputs.csvtable.read_table`, with the columns ``roll angle`` and ``error``, both
-        with units. Roll angle 0 is the instant at which a tooth pair enters contact; the angles increase. A table of
-        one mesh period must return to its first error: the error of the gears without load is continuous. One of
-        several periods need not, since it may contain orders of the shafts.
-    teeth1 : int
-        Number of teeth of wheel 1: the mesh period is 2π/z1.
-    orders : int
-        Number of harmonics, 1 to 64; by default 8.
-    most : float, optional
-        Largest plausible difference of an error from the mean of the table, m.
-    radius : float, optional
-        Base radius of a wheel, m, if the errors are angles of this wheel.
-    columns : mapping of str to str, optional
-        Headers in the file of ``angle``, the roll angle, and of ``error``.
+    The columns are ``roll angle`` and ``error``. Roll angle 0 is the instant at which a tooth pair enters contact; the
+    angles increase. A table of one mesh period must return to its first error: the error of the gears without load is
+    continuous. One of several periods need not, since it may contain orders of the shafts. ``most`` is the largest
+    plausible difference of an error from the mean, m. With ``radius``, a base radius in m, the errors are angles of
+    that wheel. ``columns`` are headers in the file by names.
 
-    Returns
-    -------
-    ErrorHarmonics
-        See `fit_harmonics`.
-
-    Raises
-    ------
-    InputError
-        With the number of the line, for an error that does not return to its first value, or is implausible; also for
-        a file that `read_table` or samples that `fit_harmonics` refuses.
+    Raises `InputError` with the number of the line, for an error that does not return to its first value, or is
+    implausible; also for a file that `read_table` or samples that `fit_harmonics` refuses.
     """
     scales, advice = _meant(radius)
     error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
@@ -221,17 +177,6 @@ def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth
 
     A record that does not end a mesh period, but for one row, must repeat itself. In one of whole turns the strongest
     order, runout apart, must be one of the mesh. The first harmonic of the mesh must not be missing.
-
-    Parameters
-    ----------
-    table : Table
-        With the column ``error``.
-    periods : array (rows,)
-        Roll angles in mesh periods.
-    found : ErrorHarmonics
-        The orders of the mesh.
-    teeth : int
-        z1.
     """
     span, longest, value = float(periods[-1] - periods[0]), float(np.diff(periods).max()), ""
     count, strongest = round(span), max(found.amplitudes)
@@ -258,13 +203,6 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
     """Raise `InputError` unless an error over one mesh period returns to its first value.
 
     Where the last row lies before the end of the period, the slope from there on decides.
-
-    Parameters
-    ----------
-    table : Table
-        With the column ``error``.
-    periods : array (rows,)
-        Roll angles in mesh periods.
     """
     error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
     if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
@@ -283,38 +221,26 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of a sampled error by least squares, where each sample has the weight of its share of the time.
+    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares.
 
-    Parameters
-    ----------
-    tau : array (samples,)
-        Times in mesh periods; they need not be equidistant.
-    error : array (samples,)
-        The error, m.
-    orders : int
-        Number of harmonics, 1 to 64.
-    source : str
-        What the samples are.
+    The times need not be equidistant: each sample has the weight of its share of the time. The mean is fitted and left
+    out. The residual has all that is no harmonic up to ``orders``: higher ones, and what repeats with the shafts where
+    the samples cover several mesh periods. A warning says if its root mean square exceeds a tenth of that of the error.
 
-    Returns
-    -------
-    ErrorHarmonics
-        The mean is fitted and left out. The residual has all that is no harmonic up to ``orders``: higher ones,
-        and what repeats with the shafts where the samples cover several mesh periods. A warning says if its root mean
-        square exceeds a tenth of that of the error.
-
-    Raises
-    ------
-    InputError
-        If the samples, folded into one period, leave a gap of half the shortest wavelength or more, so that the highest
-        harmonic is not determined.
+    Raises `InputError` if the samples, folded into one period, leave a gap of half the shortest wavelength or more, so
+    that the highest harmonic is not determined.
     """
-    count = check_orders(orders)
-    _check_gaps(np.asarray(tau, dtype=float), count)
-    j = np.arange(1, count + 1)
-    angle = 2 * np.pi * np.asarray(tau, dtype=float)[:, None] * j
+    count, times = check_orders(orders), np.asarray(tau, dtype=float)
+    in_period = np.sort(np.mod(times, 1.0))
+    gap = float(np.diff(np.append(in_period, in_period[0] + 1)).max())
+    if gap * 2 * count >= 1 - 1e-9:
+        most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
+        raise InputError(
+            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
+            "Give the error over at least one whole mesh period, in smaller steps.")
+    angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    weights = _weights(np.asarray(tau, dtype=float))
+    weights = _weights(times)
     root = np.sqrt(weights)
     solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
@@ -332,15 +258,11 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
 
 
 def _weights(tau: np.ndarray) -> np.ndarray:
-    """Shares of the samples in the time of the record over their median, an array (samples,), by the trapezoidal rule.
+    """Shares of the samples in the time of the record over their median, (samples,), by the trapezoidal rule.
 
     The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
-    step: its first and last sample then share this rest, and each has half a step if both ends are sampled.
-
-    Parameters
-    ----------
-    tau : array (samples,)
-        Times in mesh periods, in any order. Samples of the same time share its weight.
+    step: its first and last sample then share this rest, and each has half a step if both ends are sampled. Samples of
+    the same time share its weight.
     """
     times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
     steps, span = np.diff(times), float(times[-1] - times[0])
@@ -349,15 +271,3 @@ def _weights(tau: np.ndarray) -> np.ndarray:
     shares = (np.append(rest, steps) + np.append(steps, rest)) / 2
     each = (shares / counts)[index]
     return np.round(each / np.median(each), 12)  # exactly 1 for equal steps
-
-
-def _check_gaps(tau: np.ndarray, orders: int) -> None:
-    """Raise `InputError` if the samples, folded into one period, leave a gap of half a wavelength or more."""
-    folded = np.sort(np.mod(tau, 1.0))
-    gap = float(np.diff(np.append(folded, folded[0] + 1)).max())
-    if gap * 2 * orders >= 1 - 1e-9:
-        most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
-        raise InputError(
-            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", orders,
-            "Give the error over at least one whole mesh period, in smaller steps.",
-        )

@@ -49,25 +49,12 @@ class TipRelief:
 
 
 def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.ndarray:
-    """Transmission error of rigid, unloaded gears with tip relief, exact.
+    """Error of rigid, unloaded gears with tip relief, m, exact, at times ``tau`` in mesh periods.
 
-    At each instant the flanks touch where the least material is missing among all points of the contact lines: e is the
-    minimum of the removed depth over all tooth pairs on the path of contact and, of helical gears, over the face width.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Gives the base pitch, the transverse contact ratio and the overlap ratio.
-    relief : TipRelief
-        The relieved lengths must not overlap on the path of contact.
-    tau : array
-        Times in mesh periods; 0 is the instant at which a tooth pair enters contact.
-
-    Returns
-    -------
-    array of the shape of ``tau``
-        e ≥ 0, m, positive where the driven wheel lags. It is 0 throughout where `unrelieved_length` is at least one
-        base pitch.
+    At each instant the flanks touch where the least material is missing among all points of the contact lines: e ≥ 0 is
+    the minimum of the removed depth over all tooth pairs on the path of contact and, of helical gears, over the face
+    width. It is 0 throughout where `unrelieved_length` is at least one base pitch. A tooth pair enters contact at τ =
+    0.
     """
     pitch, path = geometry.base_pitch, geometry.contact_ratio * geometry.base_pitch
     unrelieved_length(geometry, relief)
@@ -77,17 +64,17 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
     front = (np.mod(tau, 1.0)[..., None] + pairs) * pitch
     low, high = np.maximum(front - overlap * pitch, 0.0), np.minimum(front, path)
     nearest = np.minimum(np.maximum((begin + end) / 2, low), high)
-    depth = _removed(relief, nearest, begin, end, path)
+    power = _EXPONENTS[relief.shape]  # tip 2 is relieved at the start of the path, tip 1 at its end
+    first = np.clip((begin - nearest) / begin, 0.0, 1.0) if begin else np.zeros_like(nearest)
+    last = np.clip((nearest - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(nearest)
+    depth = relief.amount[1] * first**power + relief.amount[0] * last**power
     return np.where(low <= high, depth, np.inf).min(axis=-1)
 
 
 def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     """The part of the path of contact without relief, m, prolonged by the overlap ε_β p_et of helical teeth.
 
-    Raises
-    ------
-    InputError
-        If the relieved lengths overlap, or contact could be lost between two pairs.
+    Raises `InputError` if the relieved lengths overlap, or contact could be lost between two pairs.
     """
     path = geometry.contact_ratio * geometry.base_pitch
     if sum(relief.length) > path:
@@ -100,33 +87,12 @@ def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch
 
 
-def _removed(relief: TipRelief, place: np.ndarray, begin: float, end: float, path: float) -> np.ndarray:
-    """Material missing at a distance ``place`` from the start of the path of contact: tip 2 first, tip 1 at the end."""
-    power = _EXPONENTS[relief.shape]
-    first = np.clip((begin - place) / begin, 0.0, 1.0) if begin else np.zeros_like(place)
-    last = np.clip((place - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(place)
-    return relief.amount[1] * first**power + relief.amount[0] * last**power
-
-
 def from_tip_relief(geometry: Geometry, relief: TipRelief, orders: int = 8) -> ErrorHarmonics:
     """Mesh harmonics of the error of rigid, unloaded gears with tip relief; see `relief_error`.
 
     Relief that leaves one base pitch of the profile untouched, as "short" relief does, makes no error without load;
-    what it does under load is part of the mesh stiffness, which this function does not change.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        The gear pair.
-    relief : TipRelief
-        Amounts, lengths and shape.
-    orders : int
-        Number of harmonics, 1 to 64; by default 8.
-
-    Returns
-    -------
-    ErrorHarmonics
-        With what the series leaves out of the curve as its residual.
+    what it does under load is part of the mesh stiffness, which this function does not change. The residual is what the
+    series leaves out of the curve.
     """
     count = check_orders(orders)
     tau = np.arange(_SAMPLES) / _SAMPLES

@@ -1,0 +1,123 @@
+"""Mechanics of a gear pair: materials, masses and moments of inertia of the wheels, and the load of the mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.formulas import described
+from gearchaos.gears.inputs.declared import DENSITY, PRESSURE, convert_fields, number, one, read_by, record_values
+from gearchaos.quantities import Rule
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry.dimensions import Geometry, Pair
+
+_SOURCE = "ISO 6336-1:2006, 4.2"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """An isotropic elastic material.
+
+    Parameters
+    ----------
+    E : pressure
+        Modulus of elasticity: a number in Pa, a text such as ``"206 GPa"`` or a pint quantity.
+    poisson : float
+        Poisson's ratio ν.
+    density : mass/volume
+        ρ, e.g. ``"7830 kg/m^3"``.
+
+    Raises
+    ------
+    InputError
+        For a value that is not of its dimension, or that no solid has.
+    """
+
+    E: Any = field(metadata=read_by(one(PRESSURE, between=(1e7, 1.2e12))))
+    poisson: float = field(metadata=read_by(number(
+        Rule(lambda v: (v >= 0) & (v < 0.5), "must be at least 0 and less than 0.5"))))
+    density: Any = field(metadata=read_by(one(DENSITY, between=(100.0, 25e3))))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+
+
+STEEL = Material(E=206e9, poisson=0.3, density=7830.0)
+"""Steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006."""
+
+_NAMED = {"steel": STEEL}
+
+
+def read_material(field: str, value: Any) -> Material:
+    """The material of a wheel: a name, a `Material`, or a mapping with its values.
+
+    The field of an error is that of the value within it, e.g. ``material[0].E``.
+    """
+    if isinstance(value, Material):
+        return value
+    if isinstance(value, str):
+        if value not in _NAMED:
+            raise unknown_name("material", value, _NAMED)
+        return _NAMED[value]
+    if not isinstance(value, Mapping):
+        raise InputError(field, "must be a name or a table with E, poisson and density", value, "E.g. 'steel'.")
+    return record_values(Material, field, value)
+
+
+def disc_diameter(geometry: Geometry) -> Pair:
+    """d_m = (d_a + d_f)/2, m: outer diameter of the disc that replaces each toothed wheel, ISO 6336-1:2006 (30)."""
+    (tip1, tip2), (root1, root2) = geometry.tip_diameter, geometry.root_diameter
+    return (tip1 + root1) / 2, (tip2 + root2) / 2
+
+
+def disc_mass(diameter: float, bore: float, width: float, density: float) -> float:
+    """Mass of a disc with a bore, kg."""
+    return math.pi / 4 * density * width * (diameter**2 - bore**2)
+
+
+def disc_inertia(diameter: float, bore: float, mass: float) -> float:
+    """Moment of inertia of a disc with a bore about its axis, kg m²: J = m (d² + d_i²)/8."""
+    return mass * (diameter**2 + bore**2) / 8
+
+
+def equivalent_mass(inertias: Pair, base_radii: Pair) -> float:
+    """I1 I2/(I1 R2² + I2 R1²), kg: the mass of the pair along the line of action, (2.9).
+
+    Over the face width it is the reduced mass m_red per face width of ISO 6336-1:2006 (30).
+    """
+    (inertia1, inertia2), (radius1, radius2) = inertias, base_radii
+    return inertia1 * inertia2 / (inertia1 * radius2**2 + inertia2 * radius1**2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshLoad:
+    """Nominal load and speed of the mesh, referred to the reference circles, in SI; b is the common face width."""
+
+    tangential_force: float = described("F_t", "2000 T1/d1", _SOURCE, "N")
+    line_load: float = described("F_t K_A/b", "F_t K_A/b", _SOURCE, "N/mm", 1e-3)
+    velocity: float = described("v", "d1 ω1/2000", _SOURCE, "m/s")
+
+
+def mesh_load(geometry: Geometry, speed: float, torque: float, application_factor: float) -> MeshLoad:
+    """The load of a mesh from the angular velocity, rad/s, and the torque, N m, of wheel 1: their magnitudes matter.
+
+    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load. Raises
+    `InputError` for a value that is not finite, or an application factor that is not positive.
+    """
+    for name, value in (("speed", speed), ("torque", torque), ("application_factor", application_factor)):
+        if not math.isfinite(value):
+            raise InputError(name, "must be a finite number", value)
+    if application_factor <= 0:
+        advice = "Use 1 for a uniform load."
+        raise InputError("application_factor", "must be greater than 0", application_factor, advice)
+    diameter = geometry.reference_diameter[0]
+    force = 2 * abs(torque) / diameter
+    return MeshLoad(
+        tangential_force=force,
+        line_load=force * application_factor / geometry.common_face_width,
+        velocity=abs(speed) * diameter / 2,
+    )
