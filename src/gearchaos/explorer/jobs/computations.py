@@ -9,12 +9,10 @@ from typing import Any, Protocol
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import export, point_studies
-from gearchaos.explorer.jobs.branch import PeriodicMotion, branch, periodic_motion
-from gearchaos.explorer.jobs.map import COARSE, successive_maps
-from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, point_motion
-from gearchaos.explorer.jobs.skeleton import Skeleton, skeleton
+from gearchaos.explorer.jobs import export, point
+from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
+from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
+from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
@@ -146,7 +144,7 @@ class Computations:
         self._basins_wait = self._awaits_map or self._awaits_update
         if not self._basins_wait:
             view = self._view
-            self._ask(self._slow, "basins", partial(point_studies.basins, view), partial(self._show_basins, view))
+            self._ask(self._slow, "basins", partial(point.basins, view), partial(self._show_basins, view))
 
     def ask_branch(self) -> None:
         """Follow the motion at the point along the line of the diagram; there is a message if it is not periodic."""
@@ -214,7 +212,7 @@ class Computations:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""
         self._fine_diagram_waits = not strides and "map" in self._pending
         strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
-        function = partial(point_studies.bifurcation, self._view, *strides)
+        function = partial(point.bifurcation, self._view, *strides)
         self._ask(self._slow, "diagram", function, self._show_diagram, 2 * _DELAY)
 
     def _ask_attractors(self) -> None:
@@ -222,7 +220,7 @@ class Computations:
         self._slow.cancel(self._owner, "basins")
         self._ended("basins", None)
         self._display.clear_point_studies()
-        function = partial(point_studies.attractors, self._view)
+        function = partial(point.attractors, self._view)
         self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
 
     def _follow(self, motion: PeriodicMotion) -> None:

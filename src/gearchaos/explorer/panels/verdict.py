@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.datasets import variable
-from gearchaos.explorer.jobs.branch import obstacle
-from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.labels import hint, symbol, unit
+from gearchaos.explorer.jobs.orbits import obstacle
+from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.panels.labels import Units, hint, symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
-from gearchaos.explorer.panels.units import Units
-from gearchaos.explorer.view.gears import gear_values
+from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
 from gearchaos.gears.units import RPM

@@ -8,9 +8,15 @@ from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
-from gearchaos.explorer.view.gears import GEAR_VALUES, changes, gear_values, own_model, with_gear_value
-from gearchaos.explorer.view.models import AnyModel
-from gearchaos.explorer.view.planes import value_on
+from gearchaos.explorer.view.models import (
+    GEAR_VALUES,
+    AnyModel,
+    changes,
+    gear_values,
+    own_model,
+    value_on,
+    with_gear_value,
+)
 from gearchaos.explorer.view.state import View, check_known, stiffness_name, view_of
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import (

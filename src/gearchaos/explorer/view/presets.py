@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from gearchaos.explorer.view.bounds import MAP_CELLS
-from gearchaos.explorer.view.gears import gears_of
 from gearchaos.explorer.view.state import View, view_of
+from gearchaos.gears.operating import gears_of
 from gearchaos.model import MeshModel, state_names
 from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
 from gearchaos.quantities import quantity

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gearchaos.explorer.panels.labels import hint, symbol, title
-from gearchaos.explorer.panels.units import Units
-from gearchaos.explorer.view.gears import gear_values, slider_range
-from gearchaos.explorer.view.planes import axis_names, initial_values
+from gearchaos.explorer.panels.labels import Units, hint, symbol, title
+from gearchaos.explorer.view.models import axis_names, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.gears.operating import Gears, OperatingModel

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from gearchaos.explorer.web.hosts import LOCAL
+from gearchaos.explorer.web import LOCAL
 from gearchaos.explorer.web.server import address, check_installed, check_port, server
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
-from gearchaos.explorer.web.hosts import LOCAL
+from gearchaos.explorer.web import LOCAL
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
@@ -73,8 +73,11 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
     _warm_up(view, workers)
     try:
-        from gearchaos.explorer.web.application import application  # here, while the processes start
-        from gearchaos.explorer.web.guard import LARGEST_MESSAGE, GuardedTornado
+        from gearchaos.explorer.web.application import (  # here, while the processes start
+            LARGEST_MESSAGE,
+            GuardedTornado,
+            application,
+        )
 
         tornado = GuardedTornado(
             {"/": application(view, workers)}, host,
@@ -103,7 +106,7 @@ def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
 def _warm_up(view: View, workers: Workers) -> None:
     """Load or compile the kernels that a page needs, before the first page is opened."""
     from gearchaos.explorer.jobs.map import warm_up
-    from gearchaos.explorer.jobs.point_motion import point_motion
+    from gearchaos.explorer.jobs.point import point_motion
 
     points, maps = partial(point_motion, view.point), partial(warm_up, view)
     for worker, function in ((workers.quick, points), (workers.slow, maps)):
