@@ -14,12 +14,11 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from gearchaos.dynamics import Classification, Label, Verdicts
+from gearchaos.dynamics import Classification, Label
 from gearchaos.execute import tiles
 from gearchaos.execute.machine import cores
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
 from gearchaos.explorer.view.state import COLOURS, View
-from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import Gears, gears_of
 from gearchaos.gears.results import physical
 from gearchaos.quantities import quantity
@@ -220,10 +219,12 @@ def _motion_map(view: View) -> Generator[Map]:
         grid.show(cells, stride)
         yield grid.map(quick, stride)
     grid.reopen(grid.unresolved())
-    classifier = BatchClassifier(quick.initial_states, _collect, FULL)
+    classifier = BatchClassifier(
+        quick.initial_states, lambda _cells, _flow, _states, found: found.variables(), FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:
-        unresolved = Unresolved(_by_column(grid.request(stride), view.x.count))
+        cells = grid.request(stride)  # by column: if x is the frequency, neighbours then share their step grids
+        unresolved = Unresolved(cells[np.argsort(cells % view.x.count, kind="stable")])
         for stage in ("transients", "exponents"):
             unresolved = yield from stages.run(stage, unresolved, stride)
         grid.put_chaotic_so_far(unresolved.number, stride)
@@ -232,16 +233,6 @@ def _motion_map(view: View) -> Generator[Map]:
     by_column = np.argsort(unresolved.number % view.x.count, kind="stable")
     yield from stages.run("chaos", unresolved.take(by_column), 1)
     yield grid.map(quick, 1)
-
-
-def _collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-    """The variables of the map, from the verdicts found."""
-    return found.variables()
-
-
-def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
-    """Cells (N,) sorted by column: if x is the frequency, neighbours then share their step grids."""
-    return cells[np.argsort(cells % columns, kind="stable")]
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import Branch, follow_branch
+from gearchaos.continuation.branch import follow_branch
 from gearchaos.continuation.curve_data import CurveData, on_curve, same_curve
 from gearchaos.continuation.lines import Line, line_seeds
 from gearchaos.continuation.orbit import find_cycle
@@ -89,18 +89,15 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
     found = follow_branch(family, cycle, (axis.start, axis.stop), _BRANCH_SETTINGS)
     attributes = provenance("branch", family.model, axis=[axis.name, axis.start, axis.stop], period=found.period)
     dataset = branch_dataset(found, [], [], [], axis, {**attributes, "period": found.period})
-    yield in_units(dataset.assign(_displacements(found)), view)
-
-
-def _displacements(found: Branch) -> dict[str, xr.Variable]:
-    """The displacement z, the first dynamic coordinate, at the stroboscopic points of all orbits."""
-    orbits = {"point": [p.data for p in found.points], "event": [e.cycle for e in found.events]}
-    values = {dim: np.array([c.points[:, 0] for c in cycles]).reshape(-1, found.period)
-              for dim, cycles in orbits.items()}
-    return {
-        "section_z": variable("section_z", ("point", "cycle"), values["point"]),
-        "event_section_z": variable("event_section_z", ("event", "cycle"), values["event"]),
+    points, events = (
+        np.array([cycle.points[:, 0] for cycle in cycles]).reshape(-1, found.period)
+        for cycles in ([p.data for p in found.points], [e.cycle for e in found.events])
+    )
+    displacements = {
+        "section_z": variable("section_z", ("point", "cycle"), points),
+        "event_section_z": variable("event_section_z", ("event", "cycle"), events),
     }
+    yield in_units(dataset.assign(displacements), view)
 
 
 _PLACES = (32, 20)

@@ -153,7 +153,9 @@ class RemoteGenerator:
         if self._over:
             raise StopIteration
         try:
-            found = self._ask_next()
+            action, function = ("next", None) if self._started else ("start", self._function)
+            self._started = True
+            found = self._process.ask(action, self._number, function, self._compiling)
         except BaseException:
             self._over = True
             raise
@@ -161,11 +163,6 @@ class RemoteGenerator:
             self._over = True
             raise StopIteration
         return found[0]
-
-    def _ask_next(self) -> Any:
-        action, function = ("next", None) if self._started else ("start", self._function)
-        self._started = True
-        return self._process.ask(action, self._number, function, self._compiling)
 
     def cancel(self) -> None:
         """From any thread: have a step under way end soon, in a `StoppedError`."""

@@ -136,24 +136,16 @@ def branch_text(found: xr.Dataset, units: Units) -> BranchText:
               for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
     low, high = json.loads(found.attrs["range"])
     unit = units.after(axis)
-    first = f"Branch of {found.attrs['period']}T orbits along {symbol(axis)} from {_interval(low, high)}{unit}"
-    return BranchText(lines, BRANCH_COLOUR, events, [f"{first}; {_ends(found, unit)}.", _stable(found, unit)])
-
-
-def _ends(found: xr.Dataset, unit: str) -> str:
-    """Where a branch ends, and why; that it is closed."""
     if json.loads(found.attrs["closed"]):
-        return "closed: it returns to its start (an isola)"
-    ends = json.loads(found.attrs["ends"])
-    return "it ends at " + " and at ".join(f"{end['value']:.6g}{unit} ({end['why']})" for end in ends)
-
-
-def _stable(found: xr.Dataset, unit: str) -> str:
-    """The intervals in which a branch is stable."""
+        ends = "closed: it returns to its start (an isola)"
+    else:
+        ends = "it ends at " + " and at ".join(
+            f"{end['value']:.6g}{unit} ({end['why']})" for end in json.loads(found.attrs["ends"]))
     intervals = json.loads(found.attrs["stable"])
-    if not intervals:
-        return "Stable nowhere."
-    return "Stable from " + ", ".join(_interval(*ends) for ends in intervals) + f"{unit}."
+    ranges = ", ".join(_interval(*each) for each in intervals)
+    stable = f"Stable from {ranges}{unit}." if intervals else "Stable nowhere."
+    first = f"Branch of {found.attrs['period']}T orbits along {symbol(axis)} from {_interval(low, high)}{unit}"
+    return BranchText(lines, BRANCH_COLOUR, events, [f"{first}; {ends}.", stable])
 
 
 def _interval(low: float, high: float) -> str:

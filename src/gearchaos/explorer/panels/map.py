@@ -169,19 +169,12 @@ class MapFigure:
             color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
         self.legend = Legend()
-        self._add_image()
-        self.skeleton = SkeletonCurves(self.figure, set_attributes)
-        self._add_crosshair()
-
-    def _add_image(self) -> None:
-        """Add the image, and the tooltip with the value under the pointer."""
         drawn = self.figure.add_glyph(
             self.image, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
         text = CustomJSHover(args={"mapper": self.mapper}, code=_HOVER)
         self.hover = HoverTool(renderers=[drawn], formatters={"@image": text}, visible=False)
         self.figure.add_tools(self.hover)
-
-    def _add_crosshair(self) -> None:
+        self.skeleton = SkeletonCurves(self.figure, set_attributes)
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
         cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
         ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}
@@ -233,7 +226,13 @@ class MapFigure:
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
         tags = [[], symbols or (mark and f"[{mark}]")]
-        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(name, known))
+        if whole:  # one colour per number
+            least, most = (int(known.min()), int(known.max())) if known.size else (0, 1)
+            shades = np.linspace(0, len(Viridis256) - 1, most - least + 1).round().astype(int)
+            palette, low, high = [Viridis256[i] for i in shades], least - 0.5, most + 0.5
+        else:
+            palette, (low, high) = list(Viridis256), colour_limits(name, known, _SATURATED, 1.0)
+        self._set(self.mapper, tags=tags, palette=palette, low=low, high=high, high_color=None)
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)
         self._draw(found, values, words, units)
@@ -248,17 +247,3 @@ class MapFigure:
             for way, name in (("x", horizontal), ("y", vertical))
         )
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
-
-
-def _continuous_scale(name: str, known: np.ndarray) -> dict[str, Any]:
-    """Attributes of the colour mapper for the known values (N,) of a response measure."""
-    low, high = colour_limits(name, known, _SATURATED, 1.0)
-    return {"palette": list(Viridis256), "low": low, "high": high, "high_color": None}
-
-
-def _discrete_scale(known: np.ndarray) -> dict[str, Any]:
-    """Attributes of the colour mapper for whole numbers (N,): one colour per number."""
-    low, high = (int(known.min()), int(known.max())) if known.size else (0, 1)
-    shades = np.linspace(0, len(Viridis256) - 1, high - low + 1).round().astype(int)
-    palette = [Viridis256[i] for i in shades]
-    return {"palette": palette, "low": low - 0.5, "high": high + 0.5, "high_color": None}

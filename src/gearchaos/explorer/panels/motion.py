@@ -167,8 +167,12 @@ class PortraitFigure:
         self.figure.add_glyph(self.source, self.glyph)
 
     def show(self, found: PointMotion, units: Units) -> None:
-        """Draw the points of a motion in these units."""
-        x, y = _section(found, units)
+        """Draw the points of a motion in these units; those of its portrait if there is one."""
+        names = ("section_z", "section_z_dot")
+        section = found.verdict.section if found.portrait is None else {
+            n: found.portrait[f"section_{n}"].values for n in ("z", "z_dot")}
+        points = {n: variable(n, ("period",), np.asarray(section[n.removeprefix("section_")])) for n in names}
+        x, y = (units.variables(points)[n] for n in names)
         self._set(self.glyph, size=6 if len(x) <= _FEW else 2)
         self._set(self.source, data={"x": x.values, "y": y.values})
         self._set(self.figure.xaxis[0], axis_label=units.label(x, "z"))
@@ -180,29 +184,12 @@ class PortraitFigure:
         self._set(self.source, data=FIRST_DATA)
 
 
-def _section(found: PointMotion, units: Units) -> tuple[xr.Variable, xr.Variable]:
-    """Displacement and velocity (N,) of the stroboscopic points; those of the portrait if there is one."""
-    names = ("section_z", "section_z_dot")
-    section = found.verdict.section if found.portrait is None else {
-        n: found.portrait[f"section_{n}"].values for n in ("z", "z_dot")}
-    points = {n: variable(n, ("period",), np.asarray(section[n.removeprefix("section_")])) for n in names}
-    scaled = units.variables(points)
-    return scaled[names[0]], scaled[names[1]]
-
-
 _ORDERS = 6
 """Highest order of the mesh frequency shown."""
 
 _ORDER = "order of the mesh frequency"
 
 _AMPLITUDE = "amplitude"
-
-
-def _order(units: Units) -> str:
-    """Label of the axis of orders; for gears with the frequency of the first, short enough for a small figure."""
-    if units.gears is not None:
-        return f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
-    return f"{_ORDER} [{NONE}]" if units.marked else _ORDER
 
 
 class SpectrumFigure:
@@ -225,7 +212,10 @@ class SpectrumFigure:
         self._set(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
         _, bracket, unit = units.label(velocity, "z_dot").partition(" [")
         self._set(self.figure.yaxis[0], axis_label=_AMPLITUDE + bracket + unit)
-        self._set(self.figure.xaxis[0], axis_label=_order(units))
+        words = f"{_ORDER} [{NONE}]" if units.marked else _ORDER
+        if units.gears is not None:  # with the frequency of order 1, short enough for a small figure
+            words = f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
+        self._set(self.figure.xaxis[0], axis_label=words)
 
     def clear(self) -> None:
         """Draw nothing."""

@@ -112,7 +112,10 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     rows = []
     if v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
-    rows += _measures(v, units)
+    titles = _MEASURES | (_FORCES if units.gears is not None else {})
+    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
+    measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
+    rows += [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
         rows.append((_MULTIPLIER, units.number(f"{largest:.6f}", "")))
@@ -124,11 +127,3 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
         rows.append((quantity("lyapunov").long_name, units.number(text, mark)))
     rows.append((quantity("periods_spent").title, units.number(f"{v.periods_spent:,}", "")))
     return rows
-
-
-def _measures(v: Verdict, units: Units) -> list[tuple[str, str]]:
-    """Names of the response measures that this motion has, and their values with units."""
-    titles = _MEASURES | (_FORCES if units.gears is not None else {})
-    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
-    measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
-    return [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]

@@ -106,7 +106,8 @@ def from_query(text: str, default: View) -> View:
     if len(text) > QUERY_LENGTH:
         raise InputError("address", f"must have at most {QUERY_LENGTH} characters", len(text))
     given = dict(parse_qsl(text, keep_blank_values=True))
-    model = _model_of_gears(given, default) if _names_gears(given) else _model(given)
+    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
+    model = _model_of_gears(given, default) if _OF_GEARS & (given.keys() | axes) else _model(given)
     usual = view_of(model)
     counts = dict(zip("xy", MAP_CELLS, strict=True))
     x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
@@ -117,12 +118,6 @@ def from_query(text: str, default: View) -> View:
         model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), _initial(given.get("start", "")),
         units == "physical",
     )
-
-
-def _names_gears(given: Mapping[str, str]) -> bool:
-    """Whether a query names a value that only gears have, or an axis of one."""
-    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
-    return bool(_OF_GEARS & (given.keys() | axes))
 
 
 def _model_of_gears(given: Mapping[str, str], default: View) -> OperatingModel:
@@ -179,18 +174,15 @@ def _axis(field: str, text: str, count: int) -> Axis:
 
 
 def _two_numbers(field: str, text: str) -> tuple[float, float]:
-    parts = text.split(",")
+    rule, parts, found = "must be two numbers with a comma between", text.split(","), []
     if len(parts) != 2:
-        raise InputError(field, "must be two numbers with a comma between", text[:60])
-    first, second = (_parsed(field, part) for part in parts)
-    return first, second
-
-
-def _parsed(field: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(field, "must be two numbers with a comma between", text[:40]) from None
+        raise InputError(field, rule, text[:60])
+    for part in parts:
+        try:
+            found.append(float(part))
+        except ValueError:
+            raise InputError(field, rule, part[:40]) from None
+    return found[0], found[1]
 
 
 def _initial(text: str) -> tuple[tuple[str, float], ...]:

@@ -91,7 +91,12 @@ def gear_values(model: OperatingModel) -> dict[str, float]:
     values = {"speed": _digits(speed), "torque": _digits(torque), "backlash": _digits(pair.backlash / _UM)}
     if (quality := _quality(gears)) is not None:
         values["grade"] = float(quality.coarsest)
-    return {**values, "zeta": _damping(gears) if model.zeta == own.zeta else model.zeta}
+    if model.zeta != own.zeta:
+        zeta = model.zeta
+    else:
+        zeta = gears.given("damping_ratio") if isinstance(gears, GearDesign) else _digits(
+            pair.k / (2 * pair.mass * pair.omega0))
+    return {**values, "zeta": zeta}
 
 
 def _digits(value: float) -> float:
@@ -102,14 +107,6 @@ def _digits(value: float) -> float:
 def _quality(gears: Gears) -> Quality | None:
     """The accuracy grade, if the transmission error of the gears follows from it."""
     return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == _FROM_QUALITY else None
-
-
-def _damping(gears: Gears) -> float:
-    """The mesh damping ratio ζ."""
-    if isinstance(gears, GearDesign):
-        return gears.given("damping_ratio")
-    pair = pair_of(gears)
-    return _digits(pair.k / (2 * pair.mass * pair.omega0))
 
 
 def with_gear_value(gears: Gears, name: str, value: float) -> Gears:

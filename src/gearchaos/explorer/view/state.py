@@ -151,16 +151,11 @@ class View:
         if name == other.name:
             x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
             return self.with_axes(x, y)
-        new = replace(self._default_axis(name), count=old.count)
+        axes = models.operating_axes(gears) if (gears := gears_of(self.model)) is not None else ()
+        slider = value_range(name)
+        new = next((a for a in axes if a.name == name), Axis(name, slider.low, slider.high, 2))
+        new = replace(new, count=old.count)
         return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
-
-    def _default_axis(self, name: str) -> Axis:
-        """The axis of a parameter over the range of its slider."""
-        if (gears := gears_of(self.model)) is not None:
-            for axis in models.operating_axes(gears):
-                if axis.name == name:
-                    return axis
-        return Axis(name, value_range(name).low, value_range(name).high, 2)
 
     def moved(self, x: float, y: float) -> View:
         """The view with another point, and the initial values of the model."""

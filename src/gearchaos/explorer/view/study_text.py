@@ -97,14 +97,10 @@ def _tables(model: MeshModel) -> list[tuple[str, dict[str, Any]]]:
         operation = {n: values.pop(n) for n in ("speed", "torque")}
         return [(comment, {"design": values, "operation": operation})]
     if (pair := pair_at(gears.to_pair(), model)) is not None:
-        return [(comment, {"gearpair": {"kind": model.kind, **_fields(pair)}})]
+        values = {f.name: getattr(pair, f.name) for f in fields(pair)}
+        given = {n: list(v) if isinstance(v, tuple) else v for n, v in values.items() if v not in (None, ())}
+        return [(comment, {"gearpair": {"kind": model.kind, **given}})]
     return [("No pair of the same mass and kind of supports has these values.", {"model": _model_table(model)})]
-
-
-def _fields(pair: GearPair) -> dict[str, Any]:
-    """The fields of a pair that are set."""
-    values = {f.name: getattr(pair, f.name) for f in fields(pair)}
-    return {n: list(v) if isinstance(v, tuple) else v for n, v in values.items() if v not in (None, ())}
 
 
 def _model_table(model: MeshModel) -> dict[str, Any]:
@@ -166,19 +162,22 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
         pair = replace(pair, b1=0.0, b2=0.0)
     own = pair.to_model(model.kind)
     old, new = own.parameters(), model.parameters()
-    values = {**_mesh_values(pair, model), **_wheel_values(pair, model, 1), **_wheel_values(pair, model, 2)}
-    changed: dict[str, Any] = {
-        field: value for field, (names, value) in values.items() if any(old[n] != new[n] for n in names)}
-    found = replace(pair, **changed, **_transmission_error(pair, own, model), **_stiffness_fields(pair, own, model))
-    return found if _same(found.to_model(model.kind), model) else None
-
-
-def _mesh_values(pair: GearPair, model: MeshModel) -> _Values:
-    """Speed and mesh damping by (2.11)."""
-    return {
+    values: _Values = {
         "speed": (("omega",), model.omega * pair.omega0 / pair.n1 / RPM),
         "k": (("zeta",), model.zeta * 2 * pair.mass * pair.omega0),
+        **_wheel_values(pair, model, 1), **_wheel_values(pair, model, 2),
     }
+    changed: dict[str, Any] = {
+        field: value for field, (names, value) in values.items() if any(old[n] != new[n] for n in names)}
+    if model.error != own.error:
+        amplitudes = tuple(a * pair.half_backlash for a in model.error.amplitudes)
+        changed |= {"error_amplitudes": amplitudes, "error_phases": model.error.phases}
+    if model.stiffness != own.stiffness:
+        of_stiffness = {field for kind in STIFFNESS_KINDS.values() for field in kind.pair_fields.values()}
+        changed |= {field: GearPair.__dataclass_fields__[field].default for field in of_stiffness}
+        changed |= model.stiffness.to_pair(pair.c0)
+    found = replace(pair, **changed)
+    return found if _same(found.to_model(model.kind), model) else None
 
 
 def _wheel_values(pair: GearPair, model: MeshModel, n: int) -> _Values:
@@ -198,23 +197,6 @@ def _wheel_values(pair: GearPair, model: MeshModel, n: int) -> _Values:
         f"c{n}": ((f"kappa{n}",), at["kappa"] * pair.c0),
         f"k{n}": ((f"zeta_support{n}", f"mu{n}"), at["zeta_support"] * at["mu"] * damping),
     }
-
-
-def _transmission_error(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, Any]:
-    """The fields of the transmission error, if it differs from the pair's own."""
-    if model.error == own.error:
-        return {}
-    amplitudes = tuple(a * pair.half_backlash for a in model.error.amplitudes)
-    return {"error_amplitudes": amplitudes, "error_phases": model.error.phases}
-
-
-def _stiffness_fields(pair: GearPair, own: MeshModel, model: MeshModel) -> dict[str, Any]:
-    """The fields of the mesh stiffness, if it differs from the pair's own."""
-    if model.stiffness == own.stiffness:
-        return {}
-    fields = {field for kind in STIFFNESS_KINDS.values() for field in kind.pair_fields.values()}
-    unset = {field: GearPair.__dataclass_fields__[field].default for field in fields}
-    return {**unset, **model.stiffness.to_pair(pair.c0)}
 
 
 def _same(one: MeshModel, other: MeshModel) -> bool:

@@ -192,24 +192,6 @@ def application(view: View, workers: Workers) -> Application:
     workers : Workers
         They are stopped when the server ends.
     """
-    return Application(_Handler(_page_maker(view, workers), workers))
-
-
-class _Handler(FunctionHandler):
-    """Fills the document of every visitor, and stops the workers when the server ends."""
-
-    def __init__(self, fill: Callable[[Any], None], workers: Workers) -> None:
-        super().__init__(fill)
-        self._workers = workers
-
-    def on_server_unloaded(self, server_context: Any) -> None:
-        """Stop the workers; called by Bokeh."""
-        for worker in self._workers:
-            worker.stop()
-
-
-def _page_maker(view: View, workers: Workers) -> Callable[[Any], None]:
-    """A function that fills the document of a new visitor."""
     template, css = get_env().from_string(template_text("page.html.j2")), static_text("page.css")
 
     def fill(document: Any) -> None:
@@ -232,4 +214,17 @@ def _page_maker(view: View, workers: Workers) -> Callable[[Any], None]:
                 model.name = name
                 document.add_root(model)
 
-    return fill
+    return Application(_Handler(fill, workers))
+
+
+class _Handler(FunctionHandler):
+    """Fills the document of every visitor, and stops the workers when the server ends."""
+
+    def __init__(self, fill: Callable[[Any], None], workers: Workers) -> None:
+        super().__init__(fill)
+        self._workers = workers
+
+    def on_server_unloaded(self, server_context: Any) -> None:
+        """Stop the workers; called by Bokeh."""
+        for worker in self._workers:
+            worker.stop()

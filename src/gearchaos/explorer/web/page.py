@@ -133,7 +133,10 @@ class Page:
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
         view, units = self.view, self.units(self.view)
-        self._show_portrait(found, units)
+        key = found.model, found.verdict.periods_spent, found.portrait is None, units
+        if found.verdict.section and key != self._portrait_key:
+            self._portrait_key = key
+            self.portrait.show(found, units)
         if found.trajectory is not None:
             self._show_trajectory(found.trajectory, units, view)
         elif not found.verdict.section:  # it diverged
@@ -142,13 +145,6 @@ class Page:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
         self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units), hints=HINTS))
-
-    def _show_portrait(self, found: PointMotion, units: Units) -> None:
-        """Draw the stroboscopic points, unless they are drawn already."""
-        key = found.model, found.verdict.periods_spent, found.portrait is None, units
-        if found.verdict.section and key != self._portrait_key:
-            self._portrait_key = key
-            self.portrait.show(found, units)
 
     def _show_trajectory(self, trajectory: xr.Dataset, units: Units, view: View) -> None:
         """Draw the motion in time, unless it is drawn already."""

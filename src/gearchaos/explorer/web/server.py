@@ -71,7 +71,12 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
-    _warm_up(view, workers)
+    from gearchaos.explorer.jobs.map import warm_up  # here, while the processes start
+    from gearchaos.explorer.jobs.point import point_motion
+
+    points, maps = partial(point_motion, view.point), partial(warm_up, view)
+    for worker, function in ((workers.quick, points), (workers.slow, maps)):
+        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
     try:
         from gearchaos.explorer.web.application import (  # here, while the processes start
             LARGEST_MESSAGE,
@@ -101,13 +106,3 @@ def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
     http = HTTPServer(tornado, max_body_size=largest_body)
     http.add_sockets(sockets)
     return BaseServer(IOLoop.current(), tornado, http)
-
-
-def _warm_up(view: View, workers: Workers) -> None:
-    """Load or compile the kernels that a page needs, before the first page is opened."""
-    from gearchaos.explorer.jobs.map import warm_up
-    from gearchaos.explorer.jobs.point import point_motion
-
-    points, maps = partial(point_motion, view.point), partial(warm_up, view)
-    for worker, function in ((workers.quick, points), (workers.slow, maps)):
-        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
