@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,8 +165,18 @@ def skeleton(view: View, period: int) -> Generator[Skeleton]:
     """
     bounds = (view.x.start, view.x.stop), (view.y.start, view.y.stop)
     spans = np.array([high - low for low, high in bounds])
-    follow = CurveWork(view.operating_point, (view.x.name, view.y.name), bounds, _CURVE_SETTINGS)
-    lines = list(_lines(view, period))
+    axes = view.x, view.y
+    for axis in axes:
+        if axis.name in state_names(view.model.kind):
+            raise InputError("axis", "must be a parameter for bifurcation curves", axis.name,
+                             "Orbits do not depend on initial values: choose another axis.")
+    names, lines = (view.x.name, view.y.name), []
+    for share in SKELETON_LINES:  # in turn along y and along x, from the middle of the map outwards
+        for along in (1, 0):
+            across = axes[1 - along]
+            value = across.start + share * (across.stop - across.start)
+            lines.append(Line(view.operating_point, names, bounds, along, value, _PLACES[along], _STARTS, period))
+    follow = CurveWork(view.operating_point, names, bounds, _CURVE_SETTINGS)
     curves, shown, failed = list[CurveData](), list[EventCurve](), 0
     yield Skeleton(period, (), 0, 0, len(lines))
     for searched, line in enumerate(lines):
@@ -181,18 +191,3 @@ def skeleton(view: View, period: int) -> Generator[Skeleton]:
                 shown.append(EventCurve(found.kind, found.period, *found.values.T))
                 yield Skeleton(period, tuple(shown), failed, searched, len(lines))
         yield Skeleton(period, tuple(shown), failed, searched + 1, len(lines))
-
-
-def _lines(view: View, period: int) -> Iterator[Line]:
-    """The lines that are searched for events, in turn along y and along x, from the middle of the map outwards."""
-    axes = view.x, view.y
-    for axis in axes:
-        if axis.name in state_names(view.model.kind):
-            raise InputError("axis", "must be a parameter for bifurcation curves", axis.name,
-                             "Orbits do not depend on initial values: choose another axis.")
-    names, bounds = (view.x.name, view.y.name), ((view.x.start, view.x.stop), (view.y.start, view.y.stop))
-    for share in SKELETON_LINES:
-        for along in (1, 0):
-            across = axes[1 - along]
-            value = across.start + share * (across.stop - across.start)
-            yield Line(view.operating_point, names, bounds, along, value, _PLACES[along], _STARTS, period)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, DataRange1d, FixedTicker, Line, LinearAxis, Range1d, Scatter, Span
@@ -17,18 +19,28 @@ from gearchaos.plot._motions import FLOOR, HISTORY_PERIODS, amplitudes
 _HISTORY_SAMPLES = 3000
 """Largest number of samples drawn."""
 
-
 _PERIODS = "time τ/T (mesh periods)"
 
 
-class HistoryFigure:
+class _LineFigure:
+    """A figure with one line, which is a single point until a motion is drawn."""
+
+    def __init__(self, set_attributes: SetAttributes, title: str, width: float, **options: Any) -> None:
+        self._set = set_attributes
+        self.figure = empty_figure(title, **options)
+        self.source = ColumnDataSource(FIRST_DATA)
+        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=width))
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        self._set(self.source, data=FIRST_DATA)
+
+
+class HistoryFigure(_LineFigure):
     """The displacement z over the first mesh periods of the steady motion."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure("Time history", x_axis_label=_PERIODS)
-        self.source = ColumnDataSource(FIRST_DATA)
-        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1.2))
+        super().__init__(set_attributes, "Time history", 1.2, x_axis_label=_PERIODS)
 
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units) -> None:
         """Draw a motion.
@@ -48,20 +60,13 @@ class HistoryFigure:
         self._set(self.figure.xaxis[0], axis_label=words)
         self._set(self.figure.yaxis[0], axis_label=units.label(motion["z"], "z"))
 
-    def clear(self) -> None:
-        """Draw nothing."""
-        self._set(self.source, data=FIRST_DATA)
 
-
-class ForceFigure:
+class ForceFigure(_LineFigure):
     """The mesh force over the first mesh periods of the steady motion, with the roll angle of wheel 1 above."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure("Mesh force (dashed: static)", ticks=6, x_axis_label=_PERIODS,
-                                   x_range=Range1d(0, 1), extra_x_ranges={"roll": Range1d(0, 1)})
-        self.source = ColumnDataSource(FIRST_DATA)
-        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1.2))
+        super().__init__(set_attributes, "Mesh force (dashed: static)", 1.2, ticks=6, x_axis_label=_PERIODS,
+                         x_range=Range1d(0, 1), extra_x_ranges={"roll": Range1d(0, 1)})
         self.static = Span(dimension="width", location=0.0, line_color=BOUNDARY, line_dash="dashed")
         self.figure.add_layout(self.static)
         self.roll = LinearAxis(x_range_name="roll", axis_label="roll angle of wheel 1 [°]")
@@ -81,10 +86,6 @@ class ForceFigure:
         self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods / pair.n1)
         self._set(self.figure.xaxis[-1], axis_label=words)
         self._set(self.figure.yaxis[0], axis_label=units.label(motion["mesh_force"], "mesh_force"))
-
-    def clear(self) -> None:
-        """Draw nothing."""
-        self._set(self.source, data=FIRST_DATA)
 
 
 def _times_shown(tau: np.ndarray, period: float, units: Units) -> tuple[np.ndarray, np.ndarray, str]:
@@ -192,16 +193,13 @@ _ORDER = "order of the mesh frequency"
 _AMPLITUDE = "amplitude"
 
 
-class SpectrumFigure:
+class SpectrumFigure(_LineFigure):
     """Amplitudes on a logarithmic scale; those of periodic motions are free of leakage."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure("Spectrum of the velocity z′", y_axis_type="log", x_range=Range1d(0, _ORDERS),
-                           x_axis_label=_ORDER, y_axis_label=_AMPLITUDE)
+        super().__init__(set_attributes, "Spectrum of the velocity z′", 1.0, y_axis_type="log",
+                         x_range=Range1d(0, _ORDERS), x_axis_label=_ORDER, y_axis_label=_AMPLITUDE)
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
-        self.source = ColumnDataSource(FIRST_DATA)
-        self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=1))
 
     def show(self, motion: xr.Dataset, velocity: xr.DataArray, units: Units) -> None:
         """Draw the spectrum of a velocity in these units; ``motion``, dimensionless, has the times of the samples."""
@@ -216,7 +214,3 @@ class SpectrumFigure:
         if units.gears is not None:  # with the frequency of order 1, short enough for a small figure
             words = f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
         self._set(self.figure.xaxis[0], axis_label=words)
-
-    def clear(self) -> None:
-        """Draw nothing."""
-        self._set(self.source, data=FIRST_DATA)

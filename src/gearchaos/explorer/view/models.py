@@ -109,7 +109,7 @@ def _quality(gears: Gears) -> Quality | None:
     return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == _FROM_QUALITY else None
 
 
-def with_gear_value(gears: Gears, name: str, value: float) -> Gears:
+def with_gear_value(gears: Any, name: str, value: float) -> Gears:
     """The gears with one of `GEAR_VALUES` replaced; the same gears if they have that value already.
 
     Raises
@@ -122,11 +122,8 @@ def with_gear_value(gears: Gears, name: str, value: float) -> Gears:
         raise InputError(name, "must be a value of the gears loaded", value, f"They have {', '.join(own)}.")
     if value == own[name]:
         return gears
-    return gears.at(**{name: value}) if name in _DIMENSIONLESS else _replaced(gears, name, value)
-
-
-def _replaced(gears: Any, name: str, value: float) -> Gears:
-    """The gears with another backlash in µm, grade or damping ratio."""
+    if name in _DIMENSIONLESS:
+        return gears.at(**{name: value})
     if isinstance(gears, GearPair):
         if name == "backlash":
             return replace(gears, backlash=value * _UM)

@@ -78,6 +78,11 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     for worker, function in ((workers.quick, points), (workers.slow, maps)):
         worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
     try:
+        from bokeh.server.server import BaseServer
+        from bokeh.server.util import bind_sockets
+        from tornado.httpserver import HTTPServer
+        from tornado.ioloop import IOLoop
+
         from gearchaos.explorer.web.application import (  # here, while the processes start
             LARGEST_MESSAGE,
             GuardedTornado,
@@ -88,21 +93,11 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
             {"/": application(view, workers)}, host,
             check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_UNUSED_LIFETIME,
         )
-        return _listening(tornado, host, port, LARGEST_MESSAGE)
+        sockets, _ = bind_sockets(host, port)
+        http = HTTPServer(tornado, max_body_size=LARGEST_MESSAGE)
+        http.add_sockets(sockets)
+        return BaseServer(IOLoop.current(), tornado, http)
     except BaseException:
         for worker in workers:
             worker.stop()
         raise
-
-
-def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
-    """A server of an application; the body of a request has at most ``largest_body`` bytes."""
-    from bokeh.server.server import BaseServer
-    from bokeh.server.util import bind_sockets
-    from tornado.httpserver import HTTPServer
-    from tornado.ioloop import IOLoop
-
-    sockets, _ = bind_sockets(host, port)
-    http = HTTPServer(tornado, max_body_size=largest_body)
-    http.add_sockets(sockets)
-    return BaseServer(IOLoop.current(), tornado, http)
