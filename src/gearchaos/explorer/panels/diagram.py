@@ -68,30 +68,25 @@ class BranchLines:
             lines = [(x[first:end].tolist(), column.tolist()) for first, end, is_stable in parts if is_stable == wanted
                      for column in y[first:end].T]
             self._set(source, data={"xs": [a for a, _ in lines], "ys": [b for _, b in lines]})
-        self._set(self.events, data=_event_columns(found, units))
+        axis = axis_of(found)
+        columns: dict[str, list[Any]] = {n: [] for n in _FIELDS}
+        multipliers = found["event_multipliers_real"].values + 1j * found["event_multipliers_imag"].values
+        kinds, values = found["event_kind"].values, found["event_value"].values
+        for kind, value, own, points in zip(kinds, values, multipliers, z_event, strict=True):
+            marker, colour, _ = _EVENTS[str(kind)]
+            texts = (f"{event_words(str(kind))} of {len(points)}T",
+                     f"{symbol(axis)} = {value:.6g}{units.after(axis)}", _multipliers(own))
+            for point in points:  # a row for each point of the orbit
+                row = (float(value), float(point), marker, colour, *texts)
+                for name, item in zip(_FIELDS, row, strict=True):
+                    columns[name].append(item)
+        self._set(self.events, data=columns)
 
     def clear(self) -> None:
         """Draw nothing."""
         for source in (self.stable, self.unstable):
             self._set(source, data={"xs": [], "ys": []})
         self._set(self.events, data={n: [] for n in _FIELDS})
-
-
-def _event_columns(found: xr.Dataset, units: Units) -> dict[str, list[Any]]:
-    """The columns of `_FIELDS`: every event has a row for each point of its orbit."""
-    axis, z = axis_of(found), found["event_section_z"].values
-    kinds, values = found["event_kind"].values, found["event_value"].values
-    multipliers = found["event_multipliers_real"].values + 1j * found["event_multipliers_imag"].values
-    columns: dict[str, list[Any]] = {n: [] for n in _FIELDS}
-    for kind, value, own, points in zip(kinds, values, multipliers, z, strict=True):
-        marker, colour, _ = _EVENTS[str(kind)]
-        texts = (f"{event_words(str(kind))} of {len(points)}T",
-                 f"{symbol(axis)} = {value:.6g}{units.after(axis)}", _multipliers(own))
-        for point in points:
-            row = (float(value), float(point), marker, colour, *texts)
-            for name, item in zip(_FIELDS, row, strict=True):
-                columns[name].append(item)
-    return columns
 
 
 def _multipliers(values: np.ndarray) -> str:

@@ -50,7 +50,12 @@ def to_query(view: View) -> str:
     Of gears it has `GEAR_VALUES` at the point, and what was set apart from the gears; all else stays with the server.
     """
     point = view.operating_point
-    out = _query_of_gears(point) if isinstance(point, OperatingModel) else _query_of_model(view.model)
+    if isinstance(point, OperatingModel):
+        out = _query_of_gears(point)
+    else:
+        out = {"kind": view.model.kind, **_query_of_stiffness(view.model.stiffness)}
+        usual = MeshModel(kind=view.model.kind, stiffness=_stiffness(stiffness_name(view.model), out)).parameters()
+        out |= {n: repr(v) for n, v in view.model.parameters().items() if v != usual.get(n, 0.0)}
     out |= {n: repr(v) for n, v in view.model.initial.items()}
     out |= {n: f"{a.name}={a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
@@ -59,13 +64,6 @@ def to_query(view: View) -> str:
     if view.physical or isinstance(point, OperatingModel):
         out["units"] = _UNITS[view.physical]
     return urlencode(out, safe=":,=")
-
-
-def _query_of_model(model: MeshModel) -> dict[str, str]:
-    """Kind, stiffness and parameters of a dimensionless model."""
-    out: dict[str, str] = {"kind": model.kind, **_query_of_stiffness(model.stiffness)}
-    default = replace(MeshModel(kind=model.kind), stiffness=_stiffness(stiffness_name(model), out)).parameters()
-    return out | {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
 
 
 def _query_of_gears(model: OperatingModel) -> dict[str, str]:
@@ -114,10 +112,11 @@ def from_query(text: str, default: View) -> View:
     at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
     units = given.get("units", _UNITS[usual.physical])
     check_known("units", units, _UNITS)
-    return View(
-        model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), _initial(given.get("start", "")),
-        units == "physical",
-    )
+    initial = [part.partition("=") for part in given.get("start", "").split(",") if part]
+    for name, _, _ in initial:
+        check_known("start", name, {n for names in COORDINATES.values() for n in names})
+    start = tuple((name, bounded(name, value)) for name, _, value in initial)
+    return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical")
 
 
 def _model_of_gears(given: Mapping[str, str], default: View) -> OperatingModel:
@@ -183,11 +182,3 @@ def _two_numbers(field: str, text: str) -> tuple[float, float]:
         except ValueError:
             raise InputError(field, rule, part[:40]) from None
     return found[0], found[1]
-
-
-def _initial(text: str) -> tuple[tuple[str, float], ...]:
-    """Initial values from ``x1=1.0,x1_dot=0.0``."""
-    parts = [part.partition("=") for part in text.split(",") if part]
-    for name, _, _ in parts:
-        check_known("start", name, {n for names in COORDINATES.values() for n in names})
-    return tuple((name, bounded(name, value)) for name, _, value in parts)

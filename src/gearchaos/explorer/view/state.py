@@ -188,7 +188,14 @@ class View:
         """The view with a parameter or initial value set; setting a parameter of the map moves the point."""
         accepted = bounded(name, value)
         if isinstance(self.model, OperatingModel) and name in models.GEAR_VALUES:
-            return self._with_gear_value(self.model, name, accepted)
+            at = list(self.at)  # moved by a value that an axis has, or that one stands for
+            for i, axis in enumerate((self.x, self.y)):
+                moved = accepted if axis.name == name else models.at_on_axis(self.model, axis.name, name, accepted)
+                if moved is not None:
+                    at[i] = moved
+                    return replace(self, at=(at[0], at[1]), initial=())
+            gears = models.with_gear_value(self.model.gears, name, accepted)
+            return replace(self, model=models.with_new_gears(self.model, gears), initial=())
         for i, axis in enumerate((self.x, self.y)):
             own, of_axis = set(self.model.set_by(name)), set(self.model.set_by(axis.name))
             if name == axis.name:
@@ -198,17 +205,6 @@ class View:
         model = self.model.with_values({name: accepted})
         model = models.settled(model) if isinstance(model, OperatingModel) else model
         return replace(self, model=model, initial=())
-
-    def _with_gear_value(self, model: OperatingModel, name: str, value: float) -> View:
-        """The view with another value of its gears; one that an axis has, or that one stands for, moves the point."""
-        at = list(self.at)
-        for i, axis in enumerate((self.x, self.y)):
-            moved = value if axis.name == name else models.at_on_axis(model, axis.name, name, value)
-            if moved is not None:
-                at[i] = moved
-                return replace(self, at=(at[0], at[1]), initial=())
-        changed = models.with_new_gears(model, models.with_gear_value(model.gears, name, value))
-        return replace(self, model=changed, initial=())
 
     def with_alike_wheels(self) -> View:
         """The view with the values of wheel 1 for both wheels."""

@@ -177,7 +177,12 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
         changed |= {field: GearPair.__dataclass_fields__[field].default for field in of_stiffness}
         changed |= model.stiffness.to_pair(pair.c0)
     found = replace(pair, **changed)
-    return found if _same(found.to_model(model.kind), model) else None
+    ignored = () if model.kind == "full" else [n for family in SUPPORTS for n in PARAMETER_PAIRS[family]]
+    made = found.to_model(model.kind)  # has to be the model up to rounding
+    a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (made, model))
+    same = made.stiffness.kind == model.stiffness.kind and a.keys() == b.keys() and np.allclose(
+        [*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15)
+    return found if same else None
 
 
 def _wheel_values(pair: GearPair, model: MeshModel, n: int) -> _Values:
@@ -197,11 +202,3 @@ def _wheel_values(pair: GearPair, model: MeshModel, n: int) -> _Values:
         f"c{n}": ((f"kappa{n}",), at["kappa"] * pair.c0),
         f"k{n}": ((f"zeta_support{n}", f"mu{n}"), at["zeta_support"] * at["mu"] * damping),
     }
-
-
-def _same(one: MeshModel, other: MeshModel) -> bool:
-    """Whether two models are equal up to rounding; the supports of a model that is not "full" are ignored."""
-    ignored = () if one.kind == "full" else [n for pair in SUPPORTS for n in PARAMETER_PAIRS[pair]]
-    a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (one, other))
-    return one.stiffness.kind == other.stiffness.kind and a.keys() == b.keys() and bool(
-        np.allclose([*a.values()], [b[n] for n in a], rtol=_TOLERANCE, atol=1e-15))

@@ -1,4 +1,9 @@
-"""The Bokeh application: the page of every visitor, and the checks on every request and message."""
+"""The Bokeh application: the page of every visitor, and the checks on every request and message before the answer.
+
+Pages of other sites must not reach the server. A browser says in ``Origin`` which site a request comes from. That is
+not enough: an attacker can let his own domain name resolve to this machine (DNS rebinding), so that ``Origin`` and
+``Host`` agree. Therefore the name in ``Host`` is checked as well.
+"""
 
 from __future__ import annotations
 

@@ -75,18 +75,12 @@ def explore(
     >>> page.stop()
     """
     check_installed()
+    import asyncio
+
     from gearchaos.explorer.view.state import view_of
 
     view = view_of(as_model(MeshModel() if model is None else model), x, y)
     port = check_port(LOCAL[0], port)
-    running = _started(view, port)
-    return Explorer(address(LOCAL[0], port), running)
-
-
-def _started(view: Any, port: int) -> Any:
-    """A server that runs in a new thread."""
-    import asyncio
-
     ready: Future[Any] = Future()
 
     def serve() -> None:
@@ -103,4 +97,4 @@ def _started(view: Any, port: int) -> Any:
         running.io_loop.start()
 
     threading.Thread(target=serve, name="explorer", daemon=True).start()
-    return ready.result()
+    return Explorer(address(LOCAL[0], port), ready.result())
