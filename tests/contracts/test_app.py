@@ -16,14 +16,14 @@ from gearchaos.cli import explore
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs import point_studies
-from gearchaos.explorer.jobs.map_grid import MapGrid
-from gearchaos.explorer.jobs.point_motion import final_verdict, point_motion
-from gearchaos.explorer.panels.attractors import choices
+from gearchaos.explorer.jobs import point as point_studies
+from gearchaos.explorer.jobs.map import MapGrid
+from gearchaos.explorer.jobs.point import final_verdict, point_motion
+from gearchaos.explorer.panels.basins import choices
 from gearchaos.explorer.panels.labels import plain
 from gearchaos.explorer.view import bounds, state
 from gearchaos.explorer.view.address import from_query, to_query
-from gearchaos.explorer.view.planes import axis_names
+from gearchaos.explorer.view.models import axis_names
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View, stiffness_name, view_of
 from gearchaos.explorer.web.server import address, check_port
@@ -281,7 +281,7 @@ def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
 
 
 def test_only_names_of_the_server_itself_are_answered():
-    from gearchaos.explorer.web.hosts import own_host
+    from gearchaos.explorer.web.application import own_host
 
     assert all(own_host(name, "127.0.0.1") for name in ("127.0.0.1:5006", "localhost", "LocalHost:80", "[::1]:5006"))
     foreign = ("10.0.0.1", "evil.example", "", "[::1", "localhost.", "a b")

@@ -12,15 +12,13 @@ import pytest
 import gearchaos as gc
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import point_studies
-from gearchaos.explorer.jobs.branch import PeriodicMotion, branch, obstacle, periodic_motion
-from gearchaos.explorer.jobs.point_motion import point_motion
-from gearchaos.explorer.jobs.skeleton import skeleton
-from gearchaos.explorer.panels.branch import branch_text
-from gearchaos.explorer.panels.diagram import BifurcationFigure
-from gearchaos.explorer.panels.skeleton import SkeletonCurves, skeleton_text
+from gearchaos.explorer.jobs import point as point_studies
+from gearchaos.explorer.jobs.orbits import PeriodicMotion, branch, obstacle, periodic_motion, skeleton
+from gearchaos.explorer.jobs.point import point_motion
+from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
+from gearchaos.explorer.panels.labels import Units
+from gearchaos.explorer.panels.map import SkeletonCurves, skeleton_text
 from gearchaos.explorer.panels.style import empty_figure
-from gearchaos.explorer.panels.units import Units
 from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event

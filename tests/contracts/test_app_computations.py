@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.jobs.point_motion import PointMotion
+from gearchaos.explorer.jobs.map import Map
+from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.presets import presets
 

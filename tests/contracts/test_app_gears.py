@@ -9,15 +9,14 @@ import pytest
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import point_studies
-from gearchaos.explorer.jobs.map_grid import MapGrid, physical_measures
-from gearchaos.explorer.jobs.point_motion import point_motion
-from gearchaos.explorer.panels.history import ForceFigure, times
-from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.jobs import point as point_studies
+from gearchaos.explorer.jobs.map import MapGrid, physical_measures
+from gearchaos.explorer.jobs.point import point_motion
+from gearchaos.explorer.panels.labels import Units
+from gearchaos.explorer.panels.motion import ForceFigure, times
 from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.address import from_query, to_query
-from gearchaos.explorer.view.gears import gear_values, operating_axes
-from gearchaos.explorer.view.planes import axis_names
+from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.study_text import as_python, as_toml

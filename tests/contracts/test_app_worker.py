@@ -12,11 +12,11 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs.point_motion import point_motion
+from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.web.html import render
+from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
 
 START = presets()["2"].view

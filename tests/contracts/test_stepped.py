@@ -13,12 +13,11 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.errors import InputError
-from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.panels.labels import Units
 from gearchaos.explorer.view.address import from_query, to_query
-from gearchaos.explorer.view.pair import pair_at
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import stiffness_name, view_of
-from gearchaos.explorer.view.study_text import as_python, as_toml
+from gearchaos.explorer.view.study_text import as_python, as_toml, pair_at
 from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary

@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.jobs.skeleton import skeleton
-from gearchaos.explorer.panels.branch import _COLOUR as BRANCH
-from gearchaos.explorer.panels.skeleton import _COLOURS as CURVES
+from gearchaos.explorer.jobs.orbits import skeleton
+from gearchaos.explorer.panels.diagram import BRANCH_COLOUR as BRANCH
+from gearchaos.explorer.panels.map import CURVE_COLOURS as CURVES
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
 from tests.slow.browser import NEEDED, Visit, served

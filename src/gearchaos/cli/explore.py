@@ -33,7 +33,7 @@ def explore(
 ) -> None:
     """Open a page in the browser with a map of motions, and the motion at the point that is clicked."""
     say("starting the explorer …")  # loading its packages takes seconds
-    from gearchaos.explorer.web.hosts import LOCAL
+    from gearchaos.explorer.web import LOCAL
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 
     check_installed()
@@ -54,9 +54,10 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
 
     For gears the ranges of ω and q0 in a study file are those of the speed and torque.
     """
-    from gearchaos.explorer.view.gears import as_operating_axis, gears_of
+    from gearchaos.explorer.view.models import as_operating_axis
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
+    from gearchaos.gears.operating import gears_of
 
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],

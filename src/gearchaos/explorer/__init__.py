@@ -3,7 +3,7 @@
 ======== ==========================================================================================
 view     the state of a page: model, map, point; its address; presets; bounds
 jobs     what is computed for a page, in which order; threads, worker processes, cancelling
-panels   one figure per file, and the texts beside the figures
-web      templates, style and script of the page; messages, controls, events; the server and its checks
+panels   the figures, and the texts beside them
+web      templates, style and script of the page; messages, the session of a page; the server and its checks
 ======== ==========================================================================================
 """

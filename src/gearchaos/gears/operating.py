@@ -236,6 +236,11 @@ def gears_from_json(text: str) -> Gears:
                          f"Compute it again, or load the file that was saved. ({error})") from error
 
 
+def gears_of(model: MeshModel) -> Gears | None:
+    """The gears of a model; None if it is dimensionless."""
+    return model.gears if isinstance(model, OperatingModel) else None
+
+
 def as_model(model: Any) -> MeshModel:
     """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
     if is_design(model) or isinstance(model, GearPair):

@@ -59,7 +59,7 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
     while running:
         positions, ends = np.concatenate(requested), np.cumsum([len(r) for r in requested])
         new = compute(cells[positions])
-        _put(found, new, positions, len(cells))
+        put(found, new, positions, len(cells))
         codes = np.split(_motion_codes(new), ends[:-1])
         following = [_next_request(part, received) for part, received in zip(running, codes, strict=True)]
         running = [part for part, request in zip(running, following, strict=True) if request is not None]
@@ -86,11 +86,11 @@ def _motion_codes(found: dict[str, np.ndarray]) -> np.ndarray:
     return found["label"].astype(np.int64) * 2**32 + found["period"]
 
 
-def _put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.ndarray, count: int) -> None:
-    """Put new results (L,) at their positions (L,) in arrays (count,), which are made if they do not exist yet."""
+def put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.ndarray, count: int) -> None:
+    """Put new results (L, ...) at their positions (L,) in arrays (count, ...), which are made if they do not exist."""
     for name, values in new.items():
         if name not in found:
-            found[name] = np.full(count, fill_value(name, values.dtype), values.dtype)
+            found[name] = np.full((count, *values.shape[1:]), fill_value(name, values.dtype), values.dtype)
         found[name][positions] = values
 
 

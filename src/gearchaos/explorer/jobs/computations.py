@@ -9,12 +9,10 @@ from typing import Any, Protocol
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import export, point_studies
-from gearchaos.explorer.jobs.branch import PeriodicMotion, branch, periodic_motion
-from gearchaos.explorer.jobs.map import COARSE, successive_maps
-from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.jobs.point_motion import PointMotion, final_verdict, point_motion
-from gearchaos.explorer.jobs.skeleton import Skeleton, skeleton
+from gearchaos.explorer.jobs import export, point
+from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
+from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
+from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import GeneratorFunction
 from gearchaos.explorer.view.state import View
@@ -126,7 +124,10 @@ class Computations:
         self._awaits_update = False
         if before.line_key != self._view.line_key:
             self._ask_diagram()
-            self._update_branch(before)
+            if self._followed is not None and before.branch_key == self._view.branch_key:
+                self._follow(self._followed)  # in other units
+            elif self._followed is not None:
+                self.clear_branch()
         if before.operating_point != self._view.operating_point:
             self._ask_attractors()
         if self._basins_wait:
@@ -146,7 +147,7 @@ class Computations:
         self._basins_wait = self._awaits_map or self._awaits_update
         if not self._basins_wait:
             view = self._view
-            self._ask(self._slow, "basins", partial(point_studies.basins, view), partial(self._show_basins, view))
+            self._ask(self._slow, "basins", partial(point.basins, view), partial(self._display.show_basins, view))
 
     def ask_branch(self) -> None:
         """Follow the motion at the point along the line of the diagram; there is a message if it is not periodic."""
@@ -214,28 +215,21 @@ class Computations:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""
         self._fine_diagram_waits = not strides and "map" in self._pending
         strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
-        function = partial(point_studies.bifurcation, self._view, *strides)
-        self._ask(self._slow, "diagram", function, self._show_diagram, 2 * _DELAY)
+        function = partial(point.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", function, self._display.show_diagram, 2 * _DELAY)
 
     def _ask_attractors(self) -> None:
         """Compute the other motions of the point; remove the basins and motions of the previous point."""
         self._slow.cancel(self._owner, "basins")
         self._ended("basins", None)
         self._display.clear_point_studies()
-        function = partial(point_studies.attractors, self._view)
+        function = partial(point.attractors, self._view)
         self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
 
     def _follow(self, motion: PeriodicMotion) -> None:
         """Compute the branch of a motion."""
         self._display.clear_branch()
         self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
-
-    def _update_branch(self, before: View) -> None:
-        """Remove the branch of another line; compute that of this line again in other units."""
-        if self._followed is not None and before.branch_key == self._view.branch_key:
-            self._follow(self._followed)
-        elif self._followed is not None:
-            self.clear_branch()
 
     def _ask_waiting_skeleton(self) -> None:
         """Compute the bifurcation curves that were asked for, unless that has begun."""
@@ -246,19 +240,21 @@ class Computations:
     def _ask(
         self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
+        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only."""
+        def deliver(found: Any) -> None:
+            if not isinstance(found, xr.Dataset) or found:
+                show(found)
+            self._show_busy()
+
         self._pending.add(task)
         self._show_busy()
         worker.submit(self._owner, task, Job(
-            function, lambda found: self._call_soon(partial(self._show, show, found)),
+            function, lambda found: self._call_soon(partial(deliver, found)),
             lambda message: self._call_soon(partial(self._ended, task, message)), delay,
             lambda: self._call_soon(partial(self._show_busy, compiling=True)),
         ))
 
     # --- results ---------------------------------------------------------------------------------------------------
-
-    def _show(self, show: Callable[[Any], None], found: Any) -> None:
-        show(found)
-        self._show_busy()
 
     def _ended(self, task: str, message: str | None) -> None:
         """The job of a task has ended, after its last result or with an error message."""
@@ -310,14 +306,6 @@ class Computations:
             function = partial(final_verdict, found.model, found.verdict.label)
             self._ask(self._quick, "final verdict", function, self._show_point_motion)
 
-    def _show_diagram(self, found: xr.Dataset) -> None:
-        if found:
-            self._display.show_diagram(found)
-
     def _show_skeleton(self, found: Skeleton) -> None:
         self._skeleton = found
         self._display.show_skeleton(found)
-
-    def _show_basins(self, view: View, found: xr.Dataset) -> None:
-        if found:
-            self._display.show_basins(view, found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -36,24 +36,15 @@ def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str
     title : str
         Of a motion.
     """
-    figure = _DRAW[kind](dataset, colour, title)
+    if kind == "motion":
+        figure = plot.dossier(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
+    else:
+        figure = Figure(figsize=(6.4, 4.8), layout="constrained")
+        ax = figure.subplots()
+        plot.zones(dataset, ax) if colour == "motion" else plot.level(dataset, colour, ax)
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=_DPI, bbox_inches="tight")
     return out.getvalue(), _MEDIA_TYPES[suffix]
-
-
-def _draw_map(dataset: xr.Dataset, colour: str, title: str) -> Figure:
-    figure = Figure(figsize=(6.4, 4.8), layout="constrained")
-    ax = figure.subplots()
-    plot.zones(dataset, ax) if colour == "motion" else plot.level(dataset, colour, ax)
-    return figure
-
-
-def _draw_dossier(dataset: xr.Dataset, _: str, title: str) -> Figure:
-    return plot.dossier(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
-
-
-_DRAW: dict[str, Callable[[xr.Dataset, str, str], Figure]] = {"map": _draw_map, "motion": _draw_dossier}
 
 
 def exported(

@@ -12,17 +12,168 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+import xarray as xr
 
-from gearchaos.dynamics import Classification, Verdicts
+from gearchaos.dynamics import Classification, Label
 from gearchaos.execute import tiles
 from gearchaos.execute.machine import cores
-from gearchaos.explorer.jobs.map_grid import Map, MapGrid
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
-from gearchaos.explorer.view.state import View
-from gearchaos.flow import ExactFlow
+from gearchaos.explorer.view.state import COLOURS, View
+from gearchaos.gears.operating import Gears, gears_of
+from gearchaos.gears.results import physical
+from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import BatchClassifier, Unresolved, concatenated
+from gearchaos.studies.refine import put
 from gearchaos.studies.zones import Zones
+
+
+@dataclass(frozen=True)
+class Map:
+    """A map, possibly before all of its cells are computed.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        As from `gearchaos.zones`; ``label`` is 0 in cells that are not computed yet.
+    source : (rows, columns) of int
+        Number of the cell whose kind of motion is shown in each cell: its own number once it is computed, before that
+        the number of a computed cell nearby, or -1 if there is none.
+    measure_source : (rows, columns) of int
+        The same for response measures such as ``v_rms``. It differs from ``source`` in cells that are chaotic so far:
+        their measures are computed after the verdict.
+    chaotic_so_far : (cells,) of bool
+        Cells without a verdict whose motion has been chaotic up to now; this may be a transient.
+    stride : int
+        Distance between the rows, and between the columns, of the lattice that is being computed.
+    share : float
+        Share of the cells that are computed or chaotic so far.
+    physical : xarray.Dataset or None
+        The response measures of ``dataset`` that have a unit, in the units of the gears, if there are gears.
+    """
+
+    dataset: xr.Dataset
+    source: np.ndarray
+    measure_source: np.ndarray
+    chaotic_so_far: np.ndarray
+    stride: int
+    share: float
+    physical: xr.Dataset | None = None
+
+    def labels(self) -> xr.DataArray:
+        """Labels (rows, columns), with `Label.CHAOTIC` in cells that are chaotic so far."""
+        label = self.dataset["label"]
+        chaotic = self.chaotic_so_far.reshape(label.shape)
+        return label.copy(data=np.where(chaotic, label.dtype.type(Label.CHAOTIC), label))
+
+    def shown(self, values: np.ndarray, nothing: float) -> np.ndarray:
+        """Of the values (rows, columns) of all cells, the one that each cell shows; ``nothing`` if none yet."""
+        return np.where(self.source >= 0, values.ravel()[self.source], np.asarray(nothing, values.dtype))
+
+    def measure(self, name: str, physical: bool = False) -> xr.Variable:
+        """The response measure that each cell shows, (rows, columns); NaN if it shows none yet.
+
+        If ``physical`` it is in the unit of the gears, if it has one.
+        """
+        scaled = physical and self.physical is not None and name in self.physical
+        found = (self.physical if scaled and self.physical is not None else self.dataset)[name].variable
+        return found.copy(data=np.where(self.measure_source >= 0, found.values.ravel()[self.measure_source], np.nan))
+
+
+class MapGrid:
+    """The cells of a map, computed in any order. A cell has the number row * columns + column.
+
+    Attributes
+    ----------
+    number : (rows, columns) of int
+    requested, known, chaotic_so_far : (rows, columns) of bool
+        Cells whose computation has been requested; that have a verdict; that have none, but are chaotic so far.
+    source, measure_source : (rows, columns) of int
+        As of `Map`.
+    found : dict of str to (cells,) array
+        Variables of the map by name.
+    """
+
+    def __init__(self, columns: int, rows: int) -> None:
+        self.shape = (rows, columns)
+        self.number = np.arange(rows * columns, dtype=np.int32).reshape(self.shape)
+        self.requested, self.known, self.chaotic_so_far = (np.zeros(self.shape, dtype=bool) for _ in range(3))
+        self.source, self.measure_source = (np.full(self.shape, -1, dtype=np.int32) for _ in range(2))
+        self.found: dict[str, np.ndarray] = {}
+
+    def request(self, stride: int) -> np.ndarray:
+        """Numbers (N,) of the cells in every stride-th row and column that were not requested before."""
+        cells = self.number[::stride, ::stride][~self.requested[::stride, ::stride]]
+        self.requested.flat[cells] = True
+        return cells
+
+    def put(self, found: dict[str, np.ndarray], cells: np.ndarray) -> None:
+        """Keep the variables found, each (N,), of some cells (N,)."""
+        put(self.found, found, cells, self.number.size)
+        self.known.flat[cells] = True
+        self.chaotic_so_far.flat[cells] = False
+
+    def put_chaotic_so_far(self, cells: np.ndarray, stride: int) -> None:
+        """Show some cells (N,) of the lattice with this stride as chaotic until their verdict is known."""
+        self.chaotic_so_far.flat[cells] = True
+        self._spread(cells, stride, self.source)
+
+    def unresolved(self) -> np.ndarray:
+        """Numbers of the known cells whose verdict is chaotic or undecided."""
+        return np.flatnonzero(self.known.ravel() & np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED)))
+
+    def reopen(self, cells: np.ndarray) -> None:
+        """Mark cells (N,) as to be computed again; until then they keep what they show."""
+        self.requested.flat[cells] = self.known.flat[cells] = False
+
+    def show(self, cells: np.ndarray, stride: int) -> None:
+        """Show the values of some cells (N,) of the lattice with this stride also in the cells around them."""
+        for target in (self.source, self.measure_source):
+            self._spread(cells, stride, target)
+
+    def _spread(self, cells: np.ndarray, stride: int, target: np.ndarray) -> None:
+        """Make each cell of a lattice the source of the cells around it, up to half a stride away.
+
+        Cells of the last row and column of the lattice are the source of all cells beyond them.
+        """
+        row, column = np.divmod(cells, self.shape[1])
+        for down in range(-(stride // 2), max(1, stride)):
+            for right in range(-(stride // 2), max(1, stride)):
+                r, c = row + down, column + right
+                inside = self._nearest(row, down, stride, 0) & self._nearest(column, right, stride, 1)
+                target[r[inside], c[inside]] = cells[inside]
+
+    def _nearest(self, index: np.ndarray, offset: int, stride: int, dimension: int) -> np.ndarray:
+        """Whether the row (or column) ``index + offset`` exists and ``index`` is its nearest lattice row, (N,)."""
+        half, size, moved = max(1, (stride + 1) // 2), self.shape[dimension], index + offset
+        return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
+
+    def map(self, study: Zones, stride: int) -> Map:
+        """The map of what is known now; its arrays are copies."""
+        found = {n: v.copy() for n, v in self.found.items()}
+        share = float((self.known | self.chaotic_so_far).mean())
+        sources = self.source.copy(), self.measure_source.copy()
+        dataset = study.finish(found)
+        return Map(dataset, *sources, self.chaotic_so_far.ravel().copy(), stride, share,
+                   physical_measures(dataset, gears_of(study.model), self.known))
+
+
+def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarray) -> xr.Dataset | None:
+    """The response measures of a map by which it can be coloured, in the units of the gears; None without gears.
+
+    Only those of the torques at which a cell is known, (rows, columns) of bool, are scaled: each torque may have
+    scales of its own, and those of the cells computed have been found already.
+    """
+    names = [n for n in COLOURS if n in dataset and quantity(n).physical is not None]
+    if gears is None or not names:
+        return None
+    if "torque" not in dataset.dims:
+        return physical(dataset[names], gears)
+    other = 1 - dataset["label"].dims.index("torque")
+    measures = dataset[names].drop_vars([n for n in dataset.coords if n != "torque"])  # an axis of ω is not scaled
+    found = physical(measures.isel(torque=np.flatnonzero(known.any(axis=other))), gears)
+    return found.reindex(torque=dataset["torque"])
+
 
 COARSE = (16, 8)
 """Strides of the coarse lattices: every 16th, then every 8th row and column."""
@@ -68,10 +219,12 @@ def _motion_map(view: View) -> Generator[Map]:
         grid.show(cells, stride)
         yield grid.map(quick, stride)
     grid.reopen(grid.unresolved())
-    classifier = BatchClassifier(quick.initial_states, _collect, FULL)
+    classifier = BatchClassifier(
+        quick.initial_states, lambda _cells, _flow, _states, found: found.variables(), FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:
-        unresolved = Unresolved(_by_column(grid.request(stride), view.x.count))
+        cells = grid.request(stride)  # by column: if x is the frequency, neighbours then share their step grids
+        unresolved = Unresolved(cells[np.argsort(cells % view.x.count, kind="stable")])
         for stage in ("transients", "exponents"):
             unresolved = yield from stages.run(stage, unresolved, stride)
         grid.put_chaotic_so_far(unresolved.number, stride)
@@ -80,16 +233,6 @@ def _motion_map(view: View) -> Generator[Map]:
     by_column = np.argsort(unresolved.number % view.x.count, kind="stable")
     yield from stages.run("chaos", unresolved.take(by_column), 1)
     yield grid.map(quick, 1)
-
-
-def _collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-    """The variables of the map, from the verdicts found."""
-    return found.variables()
-
-
-def _by_column(cells: np.ndarray, columns: int) -> np.ndarray:
-    """Cells (N,) sorted by column: if x is the frequency, neighbours then share their step grids."""
-    return cells[np.argsort(cells % columns, kind="stable")]
 
 
 @dataclass(frozen=True)

@@ -116,13 +116,10 @@ class Worker:
     def _run(self) -> None:
         while not self._stopped:
             found = self._next()
-            self._close_cancelled()
+            while self._cancelled:
+                self._call(lambda running: running.close(), self._cancelled.pop())
             if found is not None:
                 self._step(*found)
-
-    def _close_cancelled(self) -> None:
-        while self._cancelled:
-            self._call(lambda running: running.close(), self._cancelled.pop())
 
     def _next(self) -> tuple[str, str, Job] | None:
         """The job whose turn it is; its page and task go to the end of the queue.
@@ -130,35 +127,24 @@ class Worker:
         None if there are cancelled generators to close, or if the worker was stopped.
         """
         with self._change:
-            while (found := self._due()) is None:
+            while True:
+                now = time.monotonic()
+                waiting = [(o, t, job) for o, tasks in self._jobs.items() for t, job in tasks.items()]
+                found = next((each for each in waiting if each[2].due <= now), None)
+                if found is not None:
+                    break
                 if self._cancelled or self._stopped:
                     return None
-                self._change.wait(self._seconds_until_due())
+                self._change.wait(max(0.0, min(job.due for *_, job in waiting) - now) if waiting else None)
             owner, task, job = found
             self._jobs.move_to_end(owner)
             self._jobs[owner].move_to_end(task)
             return owner, task, job
 
-    def _due(self) -> tuple[str, str, Job] | None:
-        """The first job in the queue whose delay is over."""
-        now = time.monotonic()
-        for owner, tasks in self._jobs.items():
-            for task, job in tasks.items():
-                if job.due <= now:
-                    return owner, task, job
-        return None
-
-    def _seconds_until_due(self) -> float | None:
-        due = [job.due for tasks in self._jobs.values() for job in tasks.values()]
-        return max(0.0, min(due) - time.monotonic()) if due else None
-
     def _is_current(self, owner: str, task: str, job: Job) -> bool:
         """Whether a job was neither cancelled nor replaced."""
         with self._change:
             return owner in self._jobs and self._jobs[owner].get(task) is job
-
-    def _started(self, job: Job) -> Generator[Any] | RemoteGenerator:
-        return job.function() if self._process is None else self._process.run(job.function, job.compiling)
 
     def _step(self, owner: str, task: str, job: Job) -> None:
         """Take one step of a job; its result is dropped if the job was cancelled meanwhile."""
@@ -166,7 +152,9 @@ class Worker:
             return
         message, over, result = None, False, None
         try:
-            job.running = job.running or self._started(job)
+            if job.running is None:
+                process = self._process
+                job.running = job.function() if process is None else process.run(job.function, job.compiling)
             result = next(job.running)
         except (StopIteration, StoppedError):
             over = True

@@ -1,1 +1,1 @@
-"""What a page shows: one figure per file, and the texts beside the figures."""
+"""What a page shows: the figures, and the texts beside the figures."""

@@ -1,18 +1,153 @@
-"""The bifurcation diagram along the line through the point."""
+"""The bifurcation diagram along the line through the point, and the branch of a periodic motion over it."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d, Span
+from bokeh.models import ColumnDataSource, HoverTool, Image, LinearColorMapper, MultiLine, Range1d, Scatter, Span
 from matplotlib.colors import to_hex
 
-from gearchaos.explorer.panels.branch import BranchLines
+from gearchaos.explorer.panels.labels import Units, symbol
 from gearchaos.explorer.panels.style import PALETTE, SetAttributes, empty_figure
-from gearchaos.explorer.panels.units import Units
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot._classes import motion_class
+from gearchaos.plot._theme import EVENT_COLOURS, event_words
+from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
+
+BRANCH_COLOUR = "#d95f02"
+"""Colour of the lines, which differs from those of the diagram and of the marker at the point."""
+
+_MARKERS = {
+    "fold": ("circle", "●"), "flip": ("square", "■"), "neimark-sacker": ("triangle", "▲"),
+    "pitchfork": ("diamond", "◆"), "neutral-saddle": ("x", "×"), "graze": ("inverted_triangle", "▼"),
+}
+_EVENTS = {kind: (marker, EVENT_COLOURS[kind], sign) for kind, (marker, sign) in _MARKERS.items()}
+"""Marker, colour and character in the legend of every kind of event, in the order of the legend."""
+
+_FIELDS = ("x", "y", "marker", "colour", "kind", "at", "multipliers")
+
+
+class BranchLines:
+    """The stroboscopic displacements of a branch, one line for each point of its orbits, and its events.
+
+    Parameters
+    ----------
+    figure : bokeh figure
+        Of the diagram.
+    set_attributes : SetAttributes
+    """
+
+    def __init__(self, figure: Any, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
+        self.stable, self.unstable = (ColumnDataSource({"xs": [], "ys": []}) for _ in range(2))
+        for source, width, dash in ((self.unstable, 1.5, [5, 4]), (self.stable, 2.2, [])):
+            for colour, extra in (("white", 2.0), (BRANCH_COLOUR, 0.0)):
+                figure.add_glyph(source, MultiLine(
+                    xs="xs", ys="ys", line_color=colour, line_width=width + extra, line_join="round",
+                    line_alpha=0.7 if extra else 1.0, line_dash=[] if extra else dash))
+        self.events = ColumnDataSource({n: [] for n in _FIELDS})
+        drawn = figure.add_glyph(self.events, Scatter(
+            x="x", y="y", marker="marker", size=8, fill_color="colour", line_color="white", line_width=1))
+        self.hover = HoverTool(renderers=[drawn], visible=False, limit=3, tooltips=[
+            ("event", "@kind"), ("at", "@at"), ("multipliers", "@multipliers")])
+        figure.add_tools(self.hover)
+
+    def show(self, found: xr.Dataset, units: Units) -> None:
+        """Draw a branch, which is in these units."""
+        z, z_event = found["section_z"].values, found["event_section_z"].values
+        x = np.concatenate([found[axis_of(found)].values, found["event_value"].values])
+        nodes = line_nodes(found)
+        x, y = x[nodes.order], np.concatenate([z, z_event])[nodes.order]
+        parts = list(line_parts(nodes))
+        for source, wanted in ((self.stable, True), (self.unstable, False)):
+            lines = [(x[first:end].tolist(), column.tolist()) for first, end, is_stable in parts if is_stable == wanted
+                     for column in y[first:end].T]
+            self._set(source, data={"xs": [a for a, _ in lines], "ys": [b for _, b in lines]})
+        axis = axis_of(found)
+        columns: dict[str, list[Any]] = {n: [] for n in _FIELDS}
+        multipliers = found["event_multipliers_real"].values + 1j * found["event_multipliers_imag"].values
+        kinds, values = found["event_kind"].values, found["event_value"].values
+        for kind, value, own, points in zip(kinds, values, multipliers, z_event, strict=True):
+            marker, colour, _ = _EVENTS[str(kind)]
+            texts = (f"{event_words(str(kind))} of {len(points)}T",
+                     f"{symbol(axis)} = {value:.6g}{units.after(axis)}", _multipliers(own))
+            for point in points:  # a row for each point of the orbit
+                row = (float(value), float(point), marker, colour, *texts)
+                for name, item in zip(_FIELDS, row, strict=True):
+                    columns[name].append(item)
+        self._set(self.events, data=columns)
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        for source in (self.stable, self.unstable):
+            self._set(source, data={"xs": [], "ys": []})
+        self._set(self.events, data={n: [] for n in _FIELDS})
+
+
+def _multipliers(values: np.ndarray) -> str:
+    """Floquet multipliers (d,) in words; a complex pair once."""
+    texts = []
+    for value in values:
+        if abs(value.imag) < 1e-12:
+            texts.append(f"{value.real:.4g}")
+        elif value.imag > 0:
+            texts.append(f"{value.real:.4g} ± {value.imag:.4g}i")
+    return ", ".join(texts).replace("-", "−")
+
+
+@dataclass(frozen=True)
+class BranchText:
+    """The text below the diagram on the branch shown.
+
+    Attributes
+    ----------
+    lines : list of (bool, str)
+        Whether dashed, and words, of the lines that occur.
+    colour : str
+        Of the lines.
+    events : list of (str, str, str)
+        Character, colour and words of the kinds of event that occur.
+    sentences : list of str
+    """
+
+    lines: list[tuple[bool, str]]
+    colour: str
+    events: list[tuple[str, str, str]]
+    sentences: list[str]
+
+
+def branch_text(found: xr.Dataset, units: Units) -> BranchText:
+    """Legend, range, ends and stable intervals of a branch."""
+    axis, unstable = axis_of(found), found["unstable"].values > 0
+    lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable"))
+             if (unstable == dashed).any()]
+    kinds = found["event_kind"].values.tolist()
+    events = [(mark, colour, f"{event_words(kind)} ({kinds.count(kind)})")
+              for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
+    low, high = json.loads(found.attrs["range"])
+    unit = units.after(axis)
+    if json.loads(found.attrs["closed"]):
+        ends = "closed: it returns to its start (an isola)"
+    else:
+        ends = "it ends at " + " and at ".join(
+            f"{end['value']:.6g}{unit} ({end['why']})" for end in json.loads(found.attrs["ends"]))
+    intervals = json.loads(found.attrs["stable"])
+    ranges = ", ".join(_interval(*each) for each in intervals)
+    stable = f"Stable from {ranges}{unit}." if intervals else "Stable nowhere."
+    first = f"Branch of {found.attrs['period']}T orbits along {symbol(axis)} from {_interval(low, high)}{unit}"
+    return BranchText(lines, BRANCH_COLOUR, events, [f"{first}; {ends}.", stable])
+
+
+def _interval(low: float, high: float) -> str:
+    """An interval in words, with as many digits as its ends need to differ."""
+    texts = [(f"{low:.{digits}g}", f"{high:.{digits}g}") for digits in (6, 9, 15)]
+    return " to ".join(next((ends for ends in texts if ends[0] != ends[1]), texts[0]))
+
 
 _ROWS = 240
 """Rows of the image."""

@@ -1,8 +1,9 @@
-"""The map: an image of kinds of motion or of response measures, and a crosshair at the point."""
+"""The map: an image of kinds of motion or of response measures, bifurcation curves, a crosshair at the point."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,22 +18,103 @@ from bokeh.models import (
     HSpan,
     Image,
     LinearColorMapper,
+    MultiLine,
     Range1d,
     Scatter,
     VSpan,
 )
 from bokeh.palettes import Viridis256
 
-from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.panels.labels import label, symbol, unit
-from gearchaos.explorer.panels.skeleton import SkeletonCurves
+from gearchaos.explorer.jobs.map import Map
+from gearchaos.explorer.jobs.orbits import EventCurve, Skeleton
+from gearchaos.explorer.panels.labels import NONE, Units, label, symbol, unit
 from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
-from gearchaos.explorer.panels.units import NONE, Units
-from gearchaos.explorer.view.gears import limits
+from gearchaos.explorer.view.models import limits
 from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
 from gearchaos.plot._maps import colour_limits
+from gearchaos.plot._theme import EVENT_COLOURS, event_words
+
+CURVE_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
+"""Colours of the curves by the kind of event, in the order of the legend."""
+
+_DOTTED = "graze"
+"""The kind whose curves are dotted, since a graze is no bifurcation in general."""
+
+_CURVE_WIDTH = 2.0
+"""Width of the curves of orbits of period 1, in pixels; it decreases with the period."""
+
+_FIELDS = ("xs", "ys", "colour", "width", "outline")
+
+
+class SkeletonCurves:
+    """Curves over a map: solid with a white outline, which shows them on every colour; those of grazes are dotted.
+
+    Parameters
+    ----------
+    figure : bokeh figure
+        Of the map.
+    set_attributes : SetAttributes
+    """
+
+    def __init__(self, figure: Any, set_attributes: SetAttributes) -> None:
+        self._set = set_attributes
+        self.solid, self.dotted = (ColumnDataSource({n: [] for n in _FIELDS}) for _ in range(2))
+        place = {"xs": "xs", "ys": "ys", "line_join": "round"}
+        for source, dash in ((self.dotted, [2, 3]), (self.solid, [])):
+            outline = MultiLine(**place, line_color="white", line_width="outline", line_alpha=0.7)
+            line = MultiLine(**place, line_color="colour", line_width="width", line_dash=dash)
+            for glyph in (outline, line):
+                figure.add_glyph(source, glyph, level="overlay")  # can be redrawn without redrawing the map
+
+    def show(self, curves: Sequence[EventCurve]) -> None:
+        """Draw these curves instead of those before."""
+        for source, dotted in ((self.solid, False), (self.dotted, True)):
+            own = [c for c in curves if (c.kind == _DOTTED) == dotted]
+            widths = [max(1.0, _CURVE_WIDTH / c.period**0.5) for c in own]
+            self._set(source, data={
+                "xs": [c.x.tolist() for c in own], "ys": [c.y.tolist() for c in own],
+                "colour": [CURVE_COLOURS.get(c.kind, "#333333") for c in own], "width": widths,
+                "outline": [w + 1.6 for w in widths],
+            })
+
+
+@dataclass(frozen=True)
+class SkeletonText:
+    """What stands beside the button for bifurcation curves.
+
+    Attributes
+    ----------
+    legend : list of (str, bool, str)
+        Colour, whether dotted, and words of the kinds that occur.
+    count : int
+        Number of curves.
+    status : str
+    complete : bool
+        Whether all lines have been searched.
+    """
+
+    legend: list[tuple[str, bool, str]]
+    count: int
+    status: str
+    complete: bool
+
+
+def skeleton_text(found: Skeleton | None) -> SkeletonText:
+    """The legend of curves and how far the search is; None stands for a search that waits for the map."""
+    if found is None:
+        return SkeletonText([], 0, "follow when the map is complete …", False)
+    kinds = {c.kind for c in found.curves}
+    legend = [(colour, kind == _DOTTED, event_words(kind)) for kind, colour in CURVE_COLOURS.items() if kind in kinds]
+    count, complete = len(found.curves), found.searched == found.lines
+    words = f"{count or 'no'} curve{'' if count == 1 else 's'}"
+    status = f"{words} of orbits up to {found.period}T" if complete else (
+        f"{words} so far: line {found.searched + 1} of {found.lines} …")
+    if found.failed:
+        status += f"; {found.failed} could not be followed"
+    return SkeletonText(legend, count, status, complete)
+
 
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
@@ -87,19 +169,12 @@ class MapFigure:
             color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
         self.legend = Legend()
-        self._add_image()
-        self.skeleton = SkeletonCurves(self.figure, set_attributes)
-        self._add_crosshair()
-
-    def _add_image(self) -> None:
-        """Add the image, and the tooltip with the value under the pointer."""
         drawn = self.figure.add_glyph(
             self.image, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
         text = CustomJSHover(args={"mapper": self.mapper}, code=_HOVER)
         self.hover = HoverTool(renderers=[drawn], formatters={"@image": text}, visible=False)
         self.figure.add_tools(self.hover)
-
-    def _add_crosshair(self) -> None:
+        self.skeleton = SkeletonCurves(self.figure, set_attributes)
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
         cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
         ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}
@@ -151,7 +226,13 @@ class MapFigure:
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
         tags = [[], symbols or (mark and f"[{mark}]")]
-        self._set(self.mapper, tags=tags, **_discrete_scale(known) if whole else _continuous_scale(name, known))
+        if whole:  # one colour per number
+            least, most = (int(known.min()), int(known.max())) if known.size else (0, 1)
+            shades = np.linspace(0, len(Viridis256) - 1, most - least + 1).round().astype(int)
+            palette, low, high = [Viridis256[i] for i in shades], least - 0.5, most + 0.5
+        else:
+            palette, (low, high) = list(Viridis256), colour_limits(name, known, _SATURATED, 1.0)
+        self._set(self.mapper, tags=tags, palette=palette, low=low, high=high, high_color=None)
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)
         self._draw(found, values, words, units)
@@ -166,17 +247,3 @@ class MapFigure:
             for way, name in (("x", horizontal), ("y", vertical))
         )
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
-
-
-def _continuous_scale(name: str, known: np.ndarray) -> dict[str, Any]:
-    """Attributes of the colour mapper for the known values (N,) of a response measure."""
-    low, high = colour_limits(name, known, _SATURATED, 1.0)
-    return {"palette": list(Viridis256), "low": low, "high": high, "high_color": None}
-
-
-def _discrete_scale(known: np.ndarray) -> dict[str, Any]:
-    """Attributes of the colour mapper for whole numbers (N,): one colour per number."""
-    low, high = (int(known.min()), int(known.max())) if known.size else (0, 1)
-    shades = np.linspace(0, len(Viridis256) - 1, high - low + 1).round().astype(int)
-    palette = [Viridis256[i] for i in shades]
-    return {"palette": palette, "low": low - 0.5, "high": high + 0.5, "high_color": None}

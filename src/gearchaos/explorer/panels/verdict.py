@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.datasets import variable
-from gearchaos.explorer.jobs.branch import obstacle
-from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.panels.labels import hint, symbol, unit
+from gearchaos.explorer.jobs.orbits import obstacle
+from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.panels.labels import Units, hint, symbol, unit
 from gearchaos.explorer.panels.style import motion_colour
-from gearchaos.explorer.panels.units import Units
-from gearchaos.explorer.view.gears import gear_values
+from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
 from gearchaos.gears.units import RPM
@@ -113,7 +112,10 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
     rows = []
     if v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
-    rows += _measures(v, units)
+    titles = _MEASURES | (_FORCES if units.gears is not None else {})
+    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
+    measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
+    rows += [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]
     if v.multipliers:
         largest = max(map(abs, v.multipliers))
         rows.append((_MULTIPLIER, units.number(f"{largest:.6f}", "")))
@@ -125,11 +127,3 @@ def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
         rows.append((quantity("lyapunov").long_name, units.number(text, mark)))
     rows.append((quantity("periods_spent").title, units.number(f"{v.periods_spent:,}", "")))
     return rows
-
-
-def _measures(v: Verdict, units: Units) -> list[tuple[str, str]]:
-    """Names of the response measures that this motion has, and their values with units."""
-    titles = _MEASURES | (_FORCES if units.gears is not None else {})
-    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
-    measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
-    return [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]

@@ -8,9 +8,15 @@ from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
-from gearchaos.explorer.view.gears import GEAR_VALUES, changes, gear_values, own_model, with_gear_value
-from gearchaos.explorer.view.models import AnyModel
-from gearchaos.explorer.view.planes import value_on
+from gearchaos.explorer.view.models import (
+    GEAR_VALUES,
+    AnyModel,
+    changes,
+    gear_values,
+    own_model,
+    value_on,
+    with_gear_value,
+)
 from gearchaos.explorer.view.state import View, check_known, stiffness_name, view_of
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import (
@@ -44,7 +50,12 @@ def to_query(view: View) -> str:
     Of gears it has `GEAR_VALUES` at the point, and what was set apart from the gears; all else stays with the server.
     """
     point = view.operating_point
-    out = _query_of_gears(point) if isinstance(point, OperatingModel) else _query_of_model(view.model)
+    if isinstance(point, OperatingModel):
+        out = _query_of_gears(point)
+    else:
+        out = {"kind": view.model.kind, **_query_of_stiffness(view.model.stiffness)}
+        usual = MeshModel(kind=view.model.kind, stiffness=_stiffness(stiffness_name(view.model), out)).parameters()
+        out |= {n: repr(v) for n, v in view.model.parameters().items() if v != usual.get(n, 0.0)}
     out |= {n: repr(v) for n, v in view.model.initial.items()}
     out |= {n: f"{a.name}={a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
@@ -53,13 +64,6 @@ def to_query(view: View) -> str:
     if view.physical or isinstance(point, OperatingModel):
         out["units"] = _UNITS[view.physical]
     return urlencode(out, safe=":,=")
-
-
-def _query_of_model(model: MeshModel) -> dict[str, str]:
-    """Kind, stiffness and parameters of a dimensionless model."""
-    out: dict[str, str] = {"kind": model.kind, **_query_of_stiffness(model.stiffness)}
-    default = replace(MeshModel(kind=model.kind), stiffness=_stiffness(stiffness_name(model), out)).parameters()
-    return out | {n: repr(v) for n, v in model.parameters().items() if v != default.get(n, 0.0)}
 
 
 def _query_of_gears(model: OperatingModel) -> dict[str, str]:
@@ -100,23 +104,19 @@ def from_query(text: str, default: View) -> View:
     if len(text) > QUERY_LENGTH:
         raise InputError("address", f"must have at most {QUERY_LENGTH} characters", len(text))
     given = dict(parse_qsl(text, keep_blank_values=True))
-    model = _model_of_gears(given, default) if _names_gears(given) else _model(given)
+    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
+    model = _model_of_gears(given, default) if _OF_GEARS & (given.keys() | axes) else _model(given)
     usual = view_of(model)
     counts = dict(zip("xy", MAP_CELLS, strict=True))
     x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
     at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
     units = given.get("units", _UNITS[usual.physical])
     check_known("units", units, _UNITS)
-    return View(
-        model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), _initial(given.get("start", "")),
-        units == "physical",
-    )
-
-
-def _names_gears(given: Mapping[str, str]) -> bool:
-    """Whether a query names a value that only gears have, or an axis of one."""
-    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
-    return bool(_OF_GEARS & (given.keys() | axes))
+    initial = [part.partition("=") for part in given.get("start", "").split(",") if part]
+    for name, _, _ in initial:
+        check_known("start", name, {n for names in COORDINATES.values() for n in names})
+    start = tuple((name, bounded(name, value)) for name, _, value in initial)
+    return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical")
 
 
 def _model_of_gears(given: Mapping[str, str], default: View) -> OperatingModel:
@@ -173,23 +173,12 @@ def _axis(field: str, text: str, count: int) -> Axis:
 
 
 def _two_numbers(field: str, text: str) -> tuple[float, float]:
-    parts = text.split(",")
+    rule, parts, found = "must be two numbers with a comma between", text.split(","), []
     if len(parts) != 2:
-        raise InputError(field, "must be two numbers with a comma between", text[:60])
-    first, second = (_parsed(field, part) for part in parts)
-    return first, second
-
-
-def _parsed(field: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(field, "must be two numbers with a comma between", text[:40]) from None
-
-
-def _initial(text: str) -> tuple[tuple[str, float], ...]:
-    """Initial values from ``x1=1.0,x1_dot=0.0``."""
-    parts = [part.partition("=") for part in text.split(",") if part]
-    for name, _, _ in parts:
-        check_known("start", name, {n for names in COORDINATES.values() for n in names})
-    return tuple((name, bounded(name, value)) for name, _, value in parts)
+        raise InputError(field, rule, text[:60])
+    for part in parts:
+        try:
+            found.append(float(part))
+        except ValueError:
+            raise InputError(field, rule, part[:40]) from None
+    return found[0], found[1]

@@ -1,11 +1,25 @@
-"""What belongs to a whole model: its kind, and whether its two wheels are alike."""
+"""The model of a page: its kind, its gears with their values in physical units, and the planes of its parameters."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TypeVar
+from functools import cache, lru_cache
+from typing import Any, TypeVar
 
-from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, state_names
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS, in_range, rounded, value_range
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.transmission_error.quality import Quality, editions
+from gearchaos.gears.units import RPM
+from gearchaos.model import COORDINATES, PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
+from gearchaos.quantities import OPERATION, Range, parse_harmonic
+from gearchaos.studies.axis import Axis
 
 WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")
 """Pairs of values that belong to the wheels and their supports."""
@@ -34,3 +48,274 @@ def equal(model: MeshModel, pair: str) -> bool:
 def are_alike(model: MeshModel) -> bool:
     """Whether both wheels and their supports have the same values."""
     return all(equal(model, pair) for pair in WHEELS)
+
+
+GEAR_VALUES = ("speed", "torque", "backlash", "grade", "zeta")
+"""The values of gears that a page sets, in rpm, N m and µm; the grade and ζ have no unit."""
+
+_FROM_QUALITY = "from quality"
+_UM = 1e-6
+
+_DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
+"""Parameters of which one stands for a speed or torque on an axis."""
+
+_SHARES = (0.1, 2.5)
+"""Ends of the axes that a page shows first, relative to the speed and the torque at which the gears operate."""
+
+_TOLERANCE = 1e-12
+"""Relative rounding error allowed for the conversion of a value to SI units and back."""
+
+
+def own_kind(gears: Gears) -> str:
+    """The kind of model of gears: full with elastic supports, otherwise torsional."""
+    return "torsional" if pair_of(gears).rigid else "full"
+
+
+@lru_cache(maxsize=256)
+def own_model(gears: Gears, kind: str) -> OperatingModel:
+    """The model of gears as one of `KINDS`, with all parameters those of the gears as far as this kind has them."""
+    try:
+        return operating_model(gears, kind)
+    except InputError:  # elastic supports that the gears do not have, or bearing friction that this kind does not have
+        return as_kind(operating_model(gears), kind)
+
+
+def gear_values(model: OperatingModel) -> dict[str, float]:
+    """The values among `GEAR_VALUES` that the gears of a model have, in the units of the page.
+
+    Speed and torque are those of the model, which may have been set as ``omega`` and ``q1``.
+    """
+    gears, pair, own = model.gears, pair_of(model.gears), own_model(model.gears, model.kind)
+    speed = pair.speed if model.omega == own.omega else model.omega * pair.omega0 / pair.n1 / RPM
+    torque = pair.M10 if model.q1 == own.q1 else model.q1 * pair.scales.torque1
+    values = {"speed": _digits(speed), "torque": _digits(torque), "backlash": _digits(pair.backlash / _UM)}
+    if (quality := _quality(gears)) is not None:
+        values["grade"] = float(quality.coarsest)
+    if model.zeta != own.zeta:
+        zeta = model.zeta
+    else:
+        zeta = gears.given("damping_ratio") if isinstance(gears, GearDesign) else _digits(
+            pair.k / (2 * pair.mass * pair.omega0))
+    return {**values, "zeta": zeta}
+
+
+def _digits(value: float) -> float:
+    """A value without the rounding error of its conversion from SI units."""
+    return float(f"{value:.14g}")
+
+
+def _quality(gears: Gears) -> Quality | None:
+    """The accuracy grade, if the transmission error of the gears follows from it."""
+    return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == _FROM_QUALITY else None
+
+
+def with_gear_value(gears: Any, name: str, value: float) -> Gears:
+    """The gears with one of `GEAR_VALUES` replaced; the same gears if they have that value already.
+
+    Raises
+    ------
+    InputError
+        If the gears have no such value, or do not accept it.
+    """
+    own = gear_values(own_model(gears, own_kind(gears)))
+    if name not in own:
+        raise InputError(name, "must be a value of the gears loaded", value, f"They have {', '.join(own)}.")
+    if value == own[name]:
+        return gears
+    if name in _DIMENSIONLESS:
+        return gears.at(**{name: value})
+    if isinstance(gears, GearPair):
+        if name == "backlash":
+            return replace(gears, backlash=value * _UM)
+        return replace(gears, k=2 * value * gears.mass * gears.omega0)
+    if name == "backlash":
+        return replace(gears, backlash={"value": value * _UM, "of": "line of action, total"})
+    if name == "grade":
+        grade: Any = int(value) if value == int(value) else value
+        return replace(gears, quality=replace(gears.quality, grade=grade))
+    return replace(gears, damping_ratio=value)
+
+
+def with_new_gears(model: OperatingModel, gears: Gears, kind: str | None = None) -> OperatingModel:
+    """The model of other gears, with those values of ``model`` that were set apart from its gears.
+
+    A value that the change of the gears determines anew is that of the new gears.
+    """
+    old, new = own_model(model.gears, model.kind), own_model(gears, kind or model.kind)
+    if _other_stiffness(model, old):
+        new = replace(new, stiffness=model.stiffness)
+    before, after = old.parameters(), new.parameters()
+    kept = {
+        n: v for n, v in model.parameters().items()
+        if v != before.get(n) and before.get(n) == after.get(n) and has_effect(n, new.kind)
+    }
+    kept |= {n: v for n, v in model.initial.items() if n in state_names(new.kind)}
+    return new.with_values(kept) if kept else new
+
+
+def _other_stiffness(model: MeshModel, own: MeshModel) -> bool:
+    """Whether the mesh stiffness of a model is of another kind than its gears', or has other steps."""
+    return model.stiffness.kind != own.stiffness.kind or model.stiffness.unnamed() != own.stiffness.unnamed()
+
+
+def changes(model: OperatingModel) -> dict[str, Any]:
+    """What was set apart from the gears of a model, by name: parameters, and the stiffness if it is of another kind."""
+    own = own_model(model.gears, model.kind)
+    out: dict[str, Any] = {}
+    if _other_stiffness(model, own):
+        out["stiffness"] = model.stiffness
+        own = replace(own, stiffness=model.stiffness)
+    before = own.parameters()
+    return out | {n: v for n, v in model.parameters().items() if v != before.get(n, 0.0) and has_effect(n, model.kind)}
+
+
+def settled(model: OperatingModel) -> OperatingModel:
+    """The model with speed, torque and damping of its gears as its ω, q1 and ζ say.
+
+    The same model if there are no such gears: where the stiffness depends on the torque, or the torques of the wheels
+    are not in the ratio of the gears.
+    """
+    own = own_model(model.gears, model.kind)
+    names = ("omega", "q1", "q2", "zeta")
+    if all(getattr(model, n) == getattr(own, n) for n in names):
+        return model
+    gears, wanted = model.gears, gear_values(model)
+    for name in ("speed", "torque", "zeta"):
+        gears = with_gear_value(gears, name, wanted[name])
+    new = own_model(gears, model.kind)
+    if not all(math.isclose(getattr(model, n), getattr(new, n), rel_tol=_TOLERANCE) for n in names):
+        return model
+    same = replace(model, **{n: getattr(own, n) for n in names})
+    return with_new_gears(same, gears)
+
+
+def at_on_axis(model: OperatingModel, axis: str, name: str, value: float) -> float | None:
+    """The value on an axis of ``omega``, ``q0`` or ``q1`` that stands for a speed or torque; None on other axes."""
+    if axis not in _DIMENSIONLESS.get(name, ()):
+        return None
+    pair = pair_of(model.gears)
+    return value * RPM * pair.n1 / pair.omega0 if name == "speed" else value / pair.scales.torque1
+
+
+def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
+    """The axes of speed and torque that a page shows first."""
+    pair = pair_of(gears)
+    speed, torque = pair.speed, pair.M10
+    low, high = sorted(share * torque for share in _SHARES) if torque else (0.0, 0.3 * pair.scales.torque1)
+    omega = value_range("omega")  # at all torques; the resonance rises with the torque
+    least = 1.01 * omega.least * _resonance_speed(pair_of(gears, high))
+    most = 0.99 * omega.most * _resonance_speed(pair_of(gears, low or high))
+    first, last = max(_SHARES[0] * speed, least), min(_SHARES[1] * speed, max(most, speed))
+    return (_rounded_axis("speed", min(first, 0.9 * last), last, MAP_CELLS[0]),
+            _rounded_axis("torque", low, high, MAP_CELLS[1]))
+
+
+def _rounded_axis(name: str, start: float, stop: float, count: int) -> Axis:
+    """An axis whose ends have few digits."""
+    width = stop - start
+    return Axis(name, rounded(start, width) or start, rounded(stop, width), count)
+
+
+def as_operating_axis(gears: Gears, axis: Axis) -> Axis:
+    """An axis of ``omega`` or ``q0`` as that of the speed or torque; any other axis as it is."""
+    for dimensionless, operating, unit in _axis_units(gears):
+        if axis.name == dimensionless:
+            return Axis(operating, _digits(axis.start * unit), _digits(axis.stop * unit), axis.count)
+    return axis
+
+
+def as_dimensionless_axis(gears: Gears, axis: Axis) -> Axis:
+    """The inverse of `as_operating_axis`."""
+    for dimensionless, operating, unit in _axis_units(gears):
+        if axis.name == operating:
+            return Axis(dimensionless, axis.start / unit, axis.stop / unit, axis.count)
+    return axis
+
+
+def _axis_units(gears: Gears) -> tuple[tuple[str, str, float], ...]:
+    """A dimensionless parameter, the operating value that belongs to it, and one unit of it in rpm or N m."""
+    pair = pair_of(gears)
+    return ("omega", "speed", _resonance_speed(pair)), ("q0", "torque", pair.scales.torque1)
+
+
+def _resonance_speed(pair: GearPair) -> float:
+    """The speed of wheel 1 in rpm at which ω = 1."""
+    return pair.omega0 / pair.n1 / RPM
+
+
+def slider_range(gears: Gears | None, name: str) -> Range:
+    """The range of the slider of a value: that of its axis for speed and torque, of the edition for a grade."""
+    found = value_range(name)
+    if gears is None:
+        return found
+    for axis in operating_axes(gears):
+        if axis.name == name:
+            return found._replace(low=axis.start, high=axis.stop)
+    quality = _quality(gears)
+    if name == "grade" and quality is not None:
+        low, high = editions()[quality.standard].grades
+        return found._replace(low=low, high=high)
+    return found
+
+
+def limits(model: MeshModel, name: str) -> tuple[float, float]:
+    """The least and the largest value that a page accepts for a parameter; of a speed those within the range of ω."""
+    found = value_range(name)
+    if isinstance(model, OperatingModel) and name == "speed":
+        unit, omega = _resonance_speed(pair_of(model.gears)), value_range("omega")
+        return max(found.least, omega.least * unit), min(found.most, omega.most * unit)
+    if isinstance(model, OperatingModel) and name == "torque" and isinstance(model.gears, GearDesign):
+        return 1e-3 * abs(pair_of(model.gears).M10), found.most
+    return found.least, found.most
+
+
+def check_operating_range(model: OperatingModel, axes: Iterable[Axis]) -> None:
+    """Raise `InputError` if a parameter is out of the range that the explorer accepts at a corner of the map."""
+    across, up = axes
+    corners = {across.name: [across.start, across.stop] * 2, up.name: np.repeat([up.start, up.stop], 2)}
+    for name, values in model.expand({n: np.asarray(v, float) for n, v in corners.items()}).items():
+        for value in np.asarray(values).tolist():
+            in_range(name, value)
+
+
+@cache
+def figure_plane(number: int) -> tuple[Axis, Axis]:
+    """The horizontal and the vertical axis of a figure of the paper that is a map."""
+    from gearchaos.paper.settings import all_figures  # here, since worker processes import this module
+
+    axes = next(iter(all_figures()[number].studies.values())).axes
+    x, y = (Axis(n, r.start, r.stop, count) for (n, r), count in zip(axes.items(), MAP_CELLS, strict=True))
+    return x, y
+
+
+def axis_names(model: MeshModel) -> list[str]:
+    """Parameters that an axis of the map can scan.
+
+    A pair stands in place of its two members; parameters that have no effect on this kind of model are left out, and
+    so are initial values. The harmonics listed are those that the model has, and at least the first.
+    """
+    out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
+    for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
+        order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
+        if order <= HIGHEST_HARMONIC and has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
+            out.append(name)
+    return out
+
+
+def initial_values(model: MeshModel) -> dict[str, float]:
+    """Every coordinate of a model at τ = 0, by name: as given, otherwise x1 = 1 and all others 0, as in the paper."""
+    return {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[model.kind]} | dict(model.initial)
+
+
+def value_on(model: MeshModel, axis: Axis) -> float:
+    """The value that the model has for the parameter of an axis, or the middle of the axis if it has no single value.
+
+    A pair has no single value if its two members differ.
+    """
+    if isinstance(model, OperatingModel) and axis.name in gear_values(model):
+        return gear_values(model)[axis.name]
+    known = model.parameters() | initial_values(model)
+    missing = dict.fromkeys(state_names(model.kind))  # None for z, which follows from x1, x2, ... and is not in `known`
+    values = {known.get(n, missing.get(n, 0.0)) for n in model.set_by(axis.name)}  # an absent harmonic is 0
+    first = values.pop()
+    return (axis.start + axis.stop) / 2 if first is None or values else first

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from gearchaos.explorer.view.bounds import MAP_CELLS
-from gearchaos.explorer.view.gears import gears_of
 from gearchaos.explorer.view.state import View, view_of
+from gearchaos.gears.operating import gears_of
 from gearchaos.model import MeshModel, state_names
-from gearchaos.paper.settings import FigureSettings, FigureStudy, all_figures
+from gearchaos.paper.settings import FigureStudy, all_figures
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
 
@@ -43,7 +43,11 @@ def presets() -> dict[str, Preset]:
             out[str(number)] = Preset(f"Figure {number}: {figure.title}", view_of(MeshModel()))
         for name, study in studies.items():
             key = f"{number}{name if len(studies) > 1 else ''}"
-            title = f"Figure {key}: {_title(figure, study, len(studies))}"
+            title = f"Figure {key}: {figure.title}"
+            if len(studies) > 1:  # with the values in which the parts differ
+                others = [s.model for s in figure.studies.values()]
+                own = [n for n in study.model if any(other.get(n) != study.model[n] for other in others)]
+                title += f", {', '.join(f'{quantity(n).symbol} = {study.model[n]:g}' for n in own)}"
             out[key] = Preset(title, _view(study), study.kind == "basins")
     return out
 
@@ -68,15 +72,6 @@ def _plane(view: View) -> tuple[object, ...]:
     scanned = model.expand(dict.fromkeys(names))
     kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
     return model.kind, names, kept
-
-
-def _title(figure: FigureSettings, study: FigureStudy, parts: int) -> str:
-    """The figure's title, with the values in which its parts differ."""
-    if parts == 1:
-        return figure.title
-    others = [s.model for s in figure.studies.values()]
-    own = [n for n in study.model if any(other.get(n) != study.model[n] for other in others)]
-    return f"{figure.title}, {', '.join(f'{quantity(n).symbol} = {study.model[n]:g}' for n in own)}"
 
 
 def _view(study: FigureStudy) -> View:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.view import gears as given_gears
+from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import (
     MAP_CELLS,
     bounded,
@@ -18,9 +18,8 @@ from gearchaos.explorer.view.bounds import (
     rounded,
     value_range,
 )
-from gearchaos.explorer.view.models import WHEELS, as_kind, equal
-from gearchaos.explorer.view.planes import axis_names, figure_plane, value_on
-from gearchaos.gears.operating import Gears, OperatingModel
+from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, figure_plane, value_on
+from gearchaos.gears.operating import Gears, OperatingModel, gears_of
 from gearchaos.model import (
     KINDS,
     PARAMETER_PAIRS,
@@ -88,7 +87,7 @@ class View:
                 raise InputError(f"axis {axis.name} count", f"must be {count} in the explorer", axis.count)
         if isinstance(self.model, OperatingModel):  # the torque at every row is a gear pair of its own
             check_plane(self.model, *(replace(axis, count=2) for axis in (self.x, self.y)))
-            given_gears.check_operating_range(self.model, (self.x, self.y))
+            models.check_operating_range(self.model, (self.x, self.y))
             _check_model(self.point)
         else:
             check_plane(self.model, self.x, self.y)
@@ -98,12 +97,12 @@ class View:
     def operating_point(self) -> MeshModel:
         """The model with the parameters of the point, and the initial values of `model`."""
         found = self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
-        return given_gears.settled(found) if isinstance(found, OperatingModel) else found
+        return models.settled(found) if isinstance(found, OperatingModel) else found
 
     @property
     def gears(self) -> Gears | None:
         """The gears at the point; None for a dimensionless model."""
-        return given_gears.gears_of(self.operating_point)
+        return gears_of(self.operating_point)
 
     @cached_property
     def point(self) -> MeshModel:
@@ -152,16 +151,11 @@ class View:
         if name == other.name:
             x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
             return self.with_axes(x, y)
-        new = replace(self._default_axis(name), count=old.count)
+        axes = models.operating_axes(gears) if (gears := gears_of(self.model)) is not None else ()
+        slider = value_range(name)
+        new = next((a for a in axes if a.name == name), Axis(name, slider.low, slider.high, 2))
+        new = replace(new, count=old.count)
         return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
-
-    def _default_axis(self, name: str) -> Axis:
-        """The axis of a parameter over the range of its slider."""
-        if (gears := given_gears.gears_of(self.model)) is not None:
-            for axis in given_gears.operating_axes(gears):
-                if axis.name == name:
-                    return axis
-        return Axis(name, value_range(name).low, value_range(name).high, 2)
 
     def moved(self, x: float, y: float) -> View:
         """The view with another point, and the initial values of the model."""
@@ -193,8 +187,15 @@ class View:
     def with_value(self, name: str, value: object) -> View:
         """The view with a parameter or initial value set; setting a parameter of the map moves the point."""
         accepted = bounded(name, value)
-        if isinstance(self.model, OperatingModel) and name in given_gears.GEAR_VALUES:
-            return self._with_gear_value(self.model, name, accepted)
+        if isinstance(self.model, OperatingModel) and name in models.GEAR_VALUES:
+            at = list(self.at)  # moved by a value that an axis has, or that one stands for
+            for i, axis in enumerate((self.x, self.y)):
+                moved = accepted if axis.name == name else models.at_on_axis(self.model, axis.name, name, accepted)
+                if moved is not None:
+                    at[i] = moved
+                    return replace(self, at=(at[0], at[1]), initial=())
+            gears = models.with_gear_value(self.model.gears, name, accepted)
+            return replace(self, model=models.with_new_gears(self.model, gears), initial=())
         for i, axis in enumerate((self.x, self.y)):
             own, of_axis = set(self.model.set_by(name)), set(self.model.set_by(axis.name))
             if name == axis.name:
@@ -202,19 +203,8 @@ class View:
             if own & of_axis:
                 raise InputError(name, f"must be left to the axis {axis.name}", accepted, "Choose another axis first.")
         model = self.model.with_values({name: accepted})
-        model = given_gears.settled(model) if isinstance(model, OperatingModel) else model
+        model = models.settled(model) if isinstance(model, OperatingModel) else model
         return replace(self, model=model, initial=())
-
-    def _with_gear_value(self, model: OperatingModel, name: str, value: float) -> View:
-        """The view with another value of its gears; one that an axis has, or that one stands for, moves the point."""
-        at = list(self.at)
-        for i, axis in enumerate((self.x, self.y)):
-            moved = value if axis.name == name else given_gears.at_on_axis(model, axis.name, name, value)
-            if moved is not None:
-                at[i] = moved
-                return replace(self, at=(at[0], at[1]), initial=())
-        changed = given_gears.with_new_gears(model, given_gears.with_gear_value(model.gears, name, value))
-        return replace(self, model=changed, initial=())
 
     def with_alike_wheels(self) -> View:
         """The view with the values of wheel 1 for both wheels."""
@@ -229,7 +219,7 @@ class View:
         check_known("kind", kind, KINDS)
         point = self.operating_point
         if isinstance(point, OperatingModel):
-            model: MeshModel = given_gears.with_new_gears(point, point.gears, kind)
+            model: MeshModel = models.with_new_gears(point, point.gears, kind)
         else:
             model = as_kind(point, kind)
         x, y = self._axes_for(model)
@@ -259,8 +249,8 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, the map shows
     the contact of the teeth, and results are in their units.
     """
-    gears = given_gears.gears_of(model)
-    defaults = figure_plane(2) if gears is None else given_gears.operating_axes(gears)
+    gears = gears_of(model)
+    defaults = figure_plane(2) if gears is None else models.operating_axes(gears)
     x, y = (
         Axis(a.name, a.start, a.stop, n) if a else default
         for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True)
@@ -285,7 +275,7 @@ def _check_model(model: MeshModel) -> None:
 
     Gears may have harmonics of higher order than a visitor can set.
     """
-    own = given_gears.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
+    own = models.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
         (in_range if own.get(name) == value else bounded)(name, value)
     for _, level in model.stiffness.parts(model.stiffness.numbers()) if model.stiffness.unnamed() else ():
@@ -294,7 +284,7 @@ def _check_model(model: MeshModel) -> None:
 
 def _accepted(model: MeshModel, axis: Axis, value: float) -> float:
     """The nearest value that the explorer accepts, rounded to about what one pixel resolves."""
-    least, most = given_gears.limits(model, axis.name)
+    least, most = models.limits(model, axis.name)
     return rounded(min(max(finite_number(axis.name, value), least), most), axis.stop - axis.start)
 
 

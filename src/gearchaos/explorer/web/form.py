@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gearchaos.explorer.panels.labels import hint, symbol, title
-from gearchaos.explorer.panels.units import Units
-from gearchaos.explorer.view.gears import gear_values, slider_range
-from gearchaos.explorer.view.planes import axis_names, initial_values
+from gearchaos.explorer.panels.labels import Units, hint, symbol, title
+from gearchaos.explorer.view.models import axis_names, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
-from gearchaos.gears.operating import Gears, OperatingModel
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
 
@@ -71,6 +69,14 @@ class Button:
     toggle: bool = False
 
 
+_BUTTONS = {
+    "Transmission error": Button("more-eps", "one more error harmonic"),
+    "Wheels and bearings": Button("alike", "both wheels alike", toggle=True),
+    "Mesh": Button("more-c", "one more stiffness harmonic"),
+}
+"""The buttons below groups of the form, by heading; that of the mesh needs a stiffness with harmonics."""
+
+
 @dataclass(frozen=True)
 class Group:
     """Fields and buttons under a heading."""
@@ -113,8 +119,15 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
     values = field_values(view)
 
     def group(heading: str, entries: Iterable[str], without: Iterable[str] = ()) -> Group:
-        names = [n for entry in entries for n in _names(entry, values, merged) if n not in without]
-        return Group(heading, tuple(_field(n, gears, marks) for n in names), _group_buttons(heading, view))
+        fields = []
+        for name in [n for entry in entries for n in _names(entry, values, merged) if n not in without]:
+            slider = slider_range(gears, name)
+            step = "1" if name == "grade" else f"{slider.step:.6g}"
+            unit = marks.of_parameter(name) if marks.marked else ""
+            words = title(name) or "initial value"
+            fields.append(Field(name, words, symbol(name), slider.low, slider.high, step, hint(name), unit))
+        has_button = heading in _BUTTONS and (heading != "Mesh" or view.model.stiffness.families)
+        return Group(heading, tuple(fields), (_BUTTONS[heading],) if has_button else ())
 
     initial = group("Initial values", COORDINATES[view.model.kind])
     if view.gears is None:
@@ -154,13 +167,6 @@ def field_values(view: View) -> dict[str, float]:
     return {**{n: v for n, v in values.items() if n in offered}, **initial_values(view.point)}
 
 
-def _field(name: str, gears: Gears | None, units: Units) -> Field:
-    slider = slider_range(gears, name)
-    step = "1" if name == "grade" else f"{slider.step:.6g}"
-    unit = units.of_parameter(name) if units.marked else ""
-    return Field(name, title(name) or "initial value", symbol(name), slider.low, slider.high, step, hint(name), unit)
-
-
 def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:
     """The fields of an entry of `_GROUPS`: all harmonics of a family; a pair if merged, otherwise its members."""
     if entry in HARMONICS:
@@ -173,13 +179,3 @@ def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str
 def harmonics_of(family: str, names: Iterable[str]) -> list[str]:
     """The names among ``names`` that are harmonics of a family such as "eps"."""
     return [n for n in names if (parts := parse_harmonic(n)) is not None and parts.family == family]
-
-
-def _group_buttons(heading: str, view: View) -> tuple[Button, ...]:
-    if heading == "Transmission error":
-        return (Button("more-eps", "one more error harmonic"),)
-    if heading == "Wheels and bearings":
-        return (Button("alike", "both wheels alike", toggle=True),)
-    if heading == "Mesh" and view.model.stiffness.families:
-        return (Button("more-c", "one more stiffness harmonic"),)
-    return ()

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from gearchaos.explorer.web.hosts import LOCAL
+from gearchaos.explorer.web import LOCAL
 from gearchaos.explorer.web.server import address, check_installed, check_port, server
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
@@ -75,18 +75,12 @@ def explore(
     >>> page.stop()
     """
     check_installed()
+    import asyncio
+
     from gearchaos.explorer.view.state import view_of
 
     view = view_of(as_model(MeshModel() if model is None else model), x, y)
     port = check_port(LOCAL[0], port)
-    running = _started(view, port)
-    return Explorer(address(LOCAL[0], port), running)
-
-
-def _started(view: Any, port: int) -> Any:
-    """A server that runs in a new thread."""
-    import asyncio
-
     ready: Future[Any] = Future()
 
     def serve() -> None:
@@ -103,4 +97,4 @@ def _started(view: Any, port: int) -> Any:
         running.io_loop.start()
 
     threading.Thread(target=serve, name="explorer", daemon=True).start()
-    return ready.result()
+    return Explorer(address(LOCAL[0], port), ready.result())

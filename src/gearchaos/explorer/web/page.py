@@ -7,27 +7,33 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.explorer.jobs.map_grid import Map
-from gearchaos.explorer.jobs.point_motion import PointMotion
-from gearchaos.explorer.jobs.skeleton import Skeleton
-from gearchaos.explorer.panels.attractors import Choice, choices
-from gearchaos.explorer.panels.basins import BasinsFigure
-from gearchaos.explorer.panels.branch import branch_text
-from gearchaos.explorer.panels.diagram import BifurcationFigure
-from gearchaos.explorer.panels.history import ForceFigure, HistoryFigure, times
-from gearchaos.explorer.panels.map import MapFigure
-from gearchaos.explorer.panels.phase import PhaseFigure
-from gearchaos.explorer.panels.portrait import PortraitFigure
-from gearchaos.explorer.panels.skeleton import skeleton_text
-from gearchaos.explorer.panels.spectrum import SpectrumFigure
-from gearchaos.explorer.panels.units import Units
+from gearchaos.explorer.jobs.map import Map
+from gearchaos.explorer.jobs.orbits import Skeleton
+from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.panels.basins import BasinsFigure, Choice, choices
+from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
+from gearchaos.explorer.panels.labels import Units
+from gearchaos.explorer.panels.map import MapFigure, skeleton_text
+from gearchaos.explorer.panels.motion import (
+    ForceFigure,
+    HistoryFigure,
+    PhaseFigure,
+    PortraitFigure,
+    SpectrumFigure,
+    times,
+)
 from gearchaos.explorer.panels.verdict import HINTS, verdict_text
 from gearchaos.explorer.view.address import to_query
-from gearchaos.explorer.view.state import View
+from gearchaos.explorer.view.models import are_alike, equal
+from gearchaos.explorer.view.presets import preset_of
+from gearchaos.explorer.view.state import View, stiffness_name
 from gearchaos.explorer.view.study_text import as_python, as_toml
-from gearchaos.explorer.web.controls import Controls
-from gearchaos.explorer.web.html import render
-from gearchaos.explorer.web.messages import Messages
+from gearchaos.explorer.web.form import GEARS, field_values, line_menu, parameter_form, plane_menus
+from gearchaos.explorer.web.messages import Messages, render
+from gearchaos.model import PARAMETER_PAIRS
+
+_NUMBER = ".8g"
+"""Format of a number in a field, which is short enough to be visible as a whole; the address has all digits."""
 
 
 class Page:
@@ -45,7 +51,10 @@ class Page:
     view, basins_view : View
         The present view, in whose units results are shown; the view whose basins are shown.
     messages : Messages
-    controls : Controls
+    merge_wheels : bool
+        Whether the form has common fields for both wheels where they are alike.
+    preset : str
+        Key of the preset that the view shows, or "".
     map, diagram, basins, history, phase, portrait, spectrum, force
         The figures; that of the mesh force is None without gears.
     choices : list of Choice
@@ -54,10 +63,11 @@ class Page:
 
     def __init__(self, start: View, view: View) -> None:
         self.view = self.basins_view = view
-        self._has_gears = start.gears is not None
+        self._start, self._has_gears = start, start.gears is not None
+        self.merge_wheels, self.preset = True, ""
+        self._layout: tuple[Any, ...] = ()
         self.messages = Messages()
         self.save_file = self.messages.save_file
-        self.controls = Controls(self.messages, start)
         set_attributes = self.messages.set_attributes
         self.map = MapFigure(set_attributes)
         self.diagram = BifurcationFigure(set_attributes)
@@ -86,13 +96,33 @@ class Page:
 
     def show_view(self, view: View) -> None:
         """Show the form, the axes of the map, the point, and the address of a view."""
-        self.controls.show(view)
+        self.show_form(view)
         self.map.mark(view.at)
         self.diagram.mark(view.at["xy".index(view.line)])
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view, self.units(view))
         self.messages.set_page_state(to_query(view), as_python(view), as_toml(view))
+
+    def show_form(self, view: View) -> None:
+        """Show the values of a view in the form, which is replaced only if it has other fields."""
+        point = view.operating_point
+        self.preset, alike = preset_of(view, self.preset), self.merge_wheels and are_alike(point)
+        merged = {pair for pair in PARAMETER_PAIRS if alike and equal(point, pair)}
+        values, units = field_values(view), self.units(view)
+        layout = view.model.kind, tuple(values), view.x.name, view.y.name, merged, view.physical and self._has_gears
+        if layout != self._layout:
+            self._layout = layout
+            form = parameter_form(view, merged, self._start)
+            self.messages.write("parameters", render("parameters.html.j2", form=form))
+            self.messages.write("axes", render("menus.html.j2", menus=plane_menus(view, units)))
+            self.messages.write("line-choose", render("menus.html.j2", menus=[line_menu()]))
+        self.messages.set_values({
+            **{name: f"{value:{_NUMBER}}" for name, value in values.items()},
+            "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
+            "stiffness": stiffness_name(view.model), "x": view.x.name,
+            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
+        })
 
     def show_map(self, found: Map) -> None:
         """Draw the map and its legend."""
@@ -103,7 +133,10 @@ class Page:
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
         view, units = self.view, self.units(self.view)
-        self._show_portrait(found, units)
+        key = found.model, found.verdict.periods_spent, found.portrait is None, units
+        if found.verdict.section and key != self._portrait_key:
+            self._portrait_key = key
+            self.portrait.show(found, units)
         if found.trajectory is not None:
             self._show_trajectory(found.trajectory, units, view)
         elif not found.verdict.section:  # it diverged
@@ -112,13 +145,6 @@ class Page:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
         self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units), hints=HINTS))
-
-    def _show_portrait(self, found: PointMotion, units: Units) -> None:
-        """Draw the stroboscopic points, unless they are drawn already."""
-        key = found.model, found.verdict.periods_spent, found.portrait is None, units
-        if found.verdict.section and key != self._portrait_key:
-            self._portrait_key = key
-            self.portrait.show(found, units)
 
     def _show_trajectory(self, trajectory: xr.Dataset, units: Units, view: View) -> None:
         """Draw the motion in time, unless it is drawn already."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.explorer.jobs.worker import Job, Worker, Workers
 from gearchaos.explorer.jobs.worker_process import WorkerProcess
-from gearchaos.explorer.web.hosts import LOCAL
+from gearchaos.explorer.web import LOCAL
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
@@ -71,40 +71,33 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
-    _warm_up(view, workers)
+    from gearchaos.explorer.jobs.map import warm_up  # here, while the processes start
+    from gearchaos.explorer.jobs.point import point_motion
+
+    points, maps = partial(point_motion, view.point), partial(warm_up, view)
+    for worker, function in ((workers.quick, points), (workers.slow, maps)):
+        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
     try:
-        from gearchaos.explorer.web.application import application  # here, while the processes start
-        from gearchaos.explorer.web.guard import LARGEST_MESSAGE, GuardedTornado
+        from bokeh.server.server import BaseServer
+        from bokeh.server.util import bind_sockets
+        from tornado.httpserver import HTTPServer
+        from tornado.ioloop import IOLoop
+
+        from gearchaos.explorer.web.application import (  # here, while the processes start
+            LARGEST_MESSAGE,
+            GuardedTornado,
+            application,
+        )
 
         tornado = GuardedTornado(
             {"/": application(view, workers)}, host,
             check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_UNUSED_LIFETIME,
         )
-        return _listening(tornado, host, port, LARGEST_MESSAGE)
+        sockets, _ = bind_sockets(host, port)
+        http = HTTPServer(tornado, max_body_size=LARGEST_MESSAGE)
+        http.add_sockets(sockets)
+        return BaseServer(IOLoop.current(), tornado, http)
     except BaseException:
         for worker in workers:
             worker.stop()
         raise
-
-
-def _listening(tornado: Any, host: str, port: int, largest_body: int) -> Any:
-    """A server of an application; the body of a request has at most ``largest_body`` bytes."""
-    from bokeh.server.server import BaseServer
-    from bokeh.server.util import bind_sockets
-    from tornado.httpserver import HTTPServer
-    from tornado.ioloop import IOLoop
-
-    sockets, _ = bind_sockets(host, port)
-    http = HTTPServer(tornado, max_body_size=largest_body)
-    http.add_sockets(sockets)
-    return BaseServer(IOLoop.current(), tornado, http)
-
-
-def _warm_up(view: View, workers: Workers) -> None:
-    """Load or compile the kernels that a page needs, before the first page is opened."""
-    from gearchaos.explorer.jobs.map import warm_up
-    from gearchaos.explorer.jobs.point_motion import point_motion
-
-    points, maps = partial(point_motion, view.point), partial(warm_up, view)
-    for worker, function in ((workers.quick, points), (workers.slow, maps)):
-        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))

@@ -1,20 +1,50 @@
-"""The session of one page: how its view changes, and what is computed and shown anew then."""
+"""The session of one page: what each click, key, field and button does, and what is computed and shown then.
+
+A browser may send anything, so every value is checked, and every error becomes a message on the page.
+"""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from typing import Any
 
+from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
+
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.worker import Workers
+from gearchaos.explorer.jobs.export import FILES
+from gearchaos.explorer.jobs.worker import INTERNAL_ERROR, Workers
+from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
+from gearchaos.explorer.view.models import are_alike
+from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View
+from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of
 from gearchaos.explorer.web.page import Page
+
+log = logging.getLogger(__name__)
 
 _REST_DELAY = 120
 """Milliseconds between a change of the view and the update of all that is not the crosshair, the motion or the map."""
+
+_ZOOM_DELAY = 250
+"""Milliseconds after the last change of the ranges of the map until the map of the new ranges is computed."""
+
+_CLICKS = (Tap, DoubleTap, PressUp)
+"""Events of Bokeh that are clicks: two in quick succession are a DoubleTap, and a slow one is a press."""
+
+_STEPS = (-10, -1, 0, 1, 10)
+"""Cells that an arrow key moves the point by."""
+
+_MENUS: dict[str, Callable[[View, str], View]] = {
+    "kind": View.with_kind, "stiffness": View.with_stiffness,
+    "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
+    "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
+}
+"""The change made by choosing from a menu; an impossible view is refused by `View`."""
 
 _numbers = count(1)
 
@@ -34,11 +64,31 @@ class Session:
     """
 
     def __init__(self, view: View, workers: Workers, document: Any, start: View) -> None:
-        self._document, self._alive = document, True
-        self.page = Page(start, view)
-        self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, self.page)
+        self._document, self._start, self._alive = document, start, True
+        page = self.page = Page(start, view)
+        computed = self.computations = Computations(
+            f"session-{next(_numbers)}", view, workers, self._call_soon, page)
         self._update_later: Any = None  # the timeout after which the rest of the page is updated
-        self.page.show_view(view)
+        self._zoom_later: Any = None
+        self._skeleton_period = SKELETON_PERIOD
+        self._buttons: dict[Any, Callable[[], None]] = {
+            "follow": computed.ask_branch, "drop-branch": computed.clear_branch, "skeleton": self._toggle_skeleton,
+            "alike": self._toggle_alike, "more-eps": partial(self._one_more, "eps"),
+            "more-c": partial(self._one_more, "c"),
+        }
+        if start.gears is not None:
+            self._buttons["units"] = partial(self.change, _with_other_units)
+        page.messages.actions = {name: partial(self._checked, action) for name, action in {
+            "step": self._step, "choose": self._choose, "save": self._save, "set": self._set, "press": self._press,
+            "basins": lambda _: computed.ask_basins(),
+        }.items()}
+        page.map.figure.on_event(RangesUpdate, partial(self._checked, self._zoomed))
+        for click in _CLICKS:
+            for panel, action in (
+                (page.map, self._click_map), (page.diagram, self._click_diagram), (page.basins, self._click_basins),
+            ):
+                panel.figure.on_event(click, partial(self._checked, action))
+        page.show_view(view)
 
     def start(self) -> None:
         """Begin to compute; results can only be sent once the page is connected."""
@@ -52,34 +102,20 @@ class Session:
     # --- the view changes ------------------------------------------------------------------------------------------
 
     def change(self, change: Callable[[View], View]) -> None:
-        """Change the view; if that is impossible, keep the present one and show an error message."""
+        """Change the view; if that is impossible, keep the present one and show an error message.
+
+        Only what differs is computed. The crosshair, the motion at the point and the map come first. The rest follows
+        after `_REST_DELAY`, since each part of it would delay the display of the motion.
+        """
+        before = self.page.view
         try:
-            view = change(self.page.view)
+            view = change(before)
         except InputError as error:
             self.page.show_message(str(error))
-            self.page.controls.show(self.page.view)
+            self.page.show_form(before)
             return
         self.page.show_message("")
-        self._show(view)
-
-    def start_in_basins(self, x: float, y: float) -> None:
-        """Show the motion from a point in the plane of the basins shown."""
-        if axes := self.page.basins.axes:
-            values = (value / scale for value, scale in zip((x, y), self.page.basins.scales, strict=True))
-            view = self.page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True)))
-            self.choose_initial(view.initial)
-
-    def choose_initial(self, initial: tuple[tuple[str, float], ...]) -> None:
-        """Show the motion at the point from other initial values."""
-        self.change(lambda view: view.with_initial(initial))
-
-    def _show(self, view: View) -> None:
-        """Show another view; only what differs is computed.
-
-        The crosshair, the motion at the point and the map come first. The rest follows after `_REST_DELAY`, since each
-        part of it would delay the display of the motion.
-        """
-        before, self.page.view = self.page.view, view
+        self.page.view = view
         self.page.map.mark(view.at)
         self.computations.update(view)
         if self._update_later is None:
@@ -109,3 +145,144 @@ class Session:
             context = self._document.session_context
             if context is not None and not context.destroyed:
                 raise
+
+    def _checked(self, action: Callable[[Any], None], value: Any) -> None:
+        """Perform an action; an error becomes a message on the page."""
+        try:
+            action(value)
+        except InputError as error:
+            self.page.show_message(str(error))
+        except Exception:
+            log.exception("a page could not be answered")
+            self.page.show_message(INTERNAL_ERROR)
+
+    # --- figures ---------------------------------------------------------------------------------------------------
+
+    def _click_map(self, event: PointEvent) -> None:
+        """Move the point."""
+        self.change(lambda view: view.moved(event.x, event.y))
+
+    def _click_diagram(self, event: PointEvent) -> None:
+        """Move the point along the line of the bifurcation diagram."""
+        self.change(
+            lambda view: view.moved(event.x, view.at[1]) if view.line == "x" else view.moved(view.at[0], event.x))
+
+    def _click_basins(self, event: PointEvent) -> None:
+        """Show the motion from a point in the plane of the basins shown."""
+        if axes := self.page.basins.axes:
+            values = (value / scale for value, scale in zip((event.x, event.y), self.page.basins.scales, strict=True))
+            initial = self.page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True))).initial
+            self.change(lambda view: view.with_initial(initial))
+
+    def _zoomed(self, event: RangesUpdate) -> None:
+        """Compute the map of the new ranges, once panning or zooming has ended."""
+        x0, x1, y0, y1 = (finite_number("end", end) for end in (event.x0, event.x1, event.y0, event.y1))
+        ends = (x0, x1), (y0, y1)
+
+        def is_shown() -> bool:  # up to a small fraction of a cell
+            view = self.page.view
+            return all(
+                max(abs(low - a.start), abs(high - a.stop)) < 1e-6 * (a.stop - a.start)
+                for a, (low, high) in zip((view.x, view.y), ends, strict=True)
+            )
+
+        def zoom() -> None:
+            self._zoom_later = None
+            if not is_shown():
+                self.change(lambda view: view.zoomed(*ends))
+
+        if is_shown():
+            return
+        if self._zoom_later is not None:
+            self._document.remove_timeout_callback(self._zoom_later)
+        self._zoom_later = self._document.add_timeout_callback(zoom, _ZOOM_DELAY)
+
+    # --- keys, buttons, the form -----------------------------------------------------------------------------------
+
+    def _step(self, value: Any) -> None:
+        """An arrow key: columns and rows to move the point by."""
+        if isinstance(value, list) and len(value) == 2 and all(n in _STEPS for n in value):
+            columns, rows = map(int, value)
+            self.change(lambda view: view.stepped(columns, rows))
+
+    def _choose(self, value: Any) -> None:
+        """One of the motions of the point, by its number."""
+        choices = self.page.choices
+        if isinstance(value, int) and 0 <= value < len(choices):
+            self.change(lambda view: view.with_initial(choices[value].initial))
+
+    def _save(self, value: Any) -> None:
+        """A file, by its name in `FILES`."""
+        if isinstance(value, str) and value in FILES:
+            self.computations.ask_file(*value.split("-"))
+
+    def _set(self, value: Any) -> None:
+        """A field or a menu was set: its name and its value."""
+        if not isinstance(value, list) or len(value) != 2 or not isinstance(value[0], str):
+            return
+        name, chosen = value
+        if name == "skeleton-period":
+            self._choose_skeleton_period(chosen)
+        elif name == "preset":
+            self._choose_preset(chosen)
+        elif name in _MENUS:
+            self.change(lambda view: _MENUS[name](view, str(chosen)))
+        elif name in field_values(self.page.view):
+            if isinstance(chosen, float):
+                chosen = float(f"{chosen:.10g}")  # without a slider's rounding error
+            self.change(lambda view: view.with_value(name, chosen))
+
+    def _choose_preset(self, value: Any) -> None:
+        """The gears loaded, or a figure of the paper, whose basins are computed at once if it shows some."""
+        key = str(value)
+        if value == GEARS and self._start.gears is not None:
+            self.change(lambda _: self._start)
+        elif key not in presets():
+            self.change(lambda view: view)
+        else:
+            self.page.preset = key
+            self.change(lambda _: presets()[key].view)
+            if presets()[key].basins:
+                self.computations.ask_basins()
+
+    def _choose_skeleton_period(self, value: Any) -> None:
+        """The largest period of the orbits of the bifurcation curves; those shown are computed again."""
+        if str(value) in map(str, SKELETON_PERIODS):
+            self._skeleton_period = int(value)
+            if self.computations.skeleton_period:
+                self.computations.ask_skeleton(self._skeleton_period)
+
+    def _press(self, name: Any) -> None:
+        """A button of the form, of the dossier, of the diagram or of the map."""
+        if isinstance(name, str) and name in self._buttons:
+            self._buttons[name]()
+
+    def _toggle_skeleton(self) -> None:
+        """Show the bifurcation curves over the map, or remove them."""
+        if self.computations.skeleton_period:
+            self.computations.clear_skeleton()
+        else:
+            self.computations.ask_skeleton(self._skeleton_period)
+
+    def _toggle_alike(self) -> None:
+        """Show separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1."""
+        view, alike = self.page.view, are_alike(self.page.view.model)
+        self.page.merge_wheels = not (self.page.merge_wheels and alike)
+        merge = self.page.merge_wheels
+        self.page.show_form(view)
+        if merge and not alike:
+            self.change(View.with_alike_wheels)
+
+    def _one_more(self, family: str) -> None:
+        """Add the next harmonic of a family."""
+        number = 1 + len(harmonics_of(family, self.page.view.model.parameters()))
+        if number <= HIGHEST_HARMONIC:
+            self.change(lambda view: view.with_value(f"{family}{number}", 0.01))
+
+
+def _with_other_units(view: View) -> View:
+    """The view with physical instead of dimensionless units, or the other way round."""
+    if view.gears is None:
+        raise InputError("units", "must be dimensionless for a figure of the paper", "physical",
+                         "Choose the gears in the menu of presets.")
+    return replace(view, physical=not view.physical)
