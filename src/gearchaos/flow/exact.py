@@ -8,13 +8,13 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from gearchaos.flow.grids import prepare_points
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH
 from gearchaos.flow.measures import empty_measures
 from gearchaos.flow.system import SwitchedSystem
+from gearchaos.flow.tables import prepare_points
 
 _CACHE = 2 << 20
 """Bytes of step matrices that the packs advanced together may use, if there are at least `_MIN_SLOTS` of them: a part
@@ -158,29 +158,22 @@ class ExactFlow(Generic[System]):
         points = np.arange(count) if points is None else np.asarray(points)
         ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), count).copy()  # kernels take writable arrays only
         tangent = np.zeros((0, self.dimension, count)) if tangent is None else tangent
-        out = self._empty(w, ends, tangent, growth, sections, measured, sample)
+        longest = int(ends.max(initial=0))
+        recorded = np.empty((min(sections, longest), self.dimension, count))
+        recorded[:, :, ends < len(recorded)] = np.nan
+        out = FlowResult(
+            w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
+            growth=np.zeros((longest if growth else 0, len(tangent), count)),
+            sections=recorded,
+            measures=empty_measures(w) if measured else np.empty((0, count)),
+            samples=np.zeros((longest if sample else 0, self._samples, self.dimension + 1, count)),
+            status=np.zeros(count, dtype=np.int64),
+        )
         self._run(Call(
             self._packs(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
             out.growth, out.sections, out.measures, out.samples, out.status,
         ))
         return out
-
-    def _empty(
-        self, w: np.ndarray, periods: np.ndarray, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
-        sample: bool,
-    ) -> FlowResult:
-        """Result arrays before the first step, with initial states, tangent vectors and measures."""
-        (d, count), k, longest = w.shape, len(tangent), int(periods.max(initial=0))
-        recorded = np.empty((min(sections, longest), d, count))
-        recorded[:, :, periods < len(recorded)] = np.nan
-        return FlowResult(
-            w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
-            growth=np.zeros((longest if growth else 0, k, count)),
-            sections=recorded,
-            measures=empty_measures(w) if measured else np.empty((0, count)),
-            samples=np.zeros((longest if sample else 0, self._samples, d + 1, count)),
-            status=np.zeros(count, dtype=np.int64),
-        )
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
         """Group trajectories with the same step grid into packs: indices (C, WIDTH), -1 for unused positions.
@@ -203,30 +196,16 @@ class ExactFlow(Generic[System]):
         if len(call.packs) == 0:
             return
         points, measuring, dims = self._points, len(call.measures) > 0, (0,) * self.dimension
-        buffers = self._matrix_buffers(int(call.periods.max()))
-        count = min(self._slots(buffers), len(call.packs))
+        buffer = 8 * WIDTH * (self.dimension + points.table.shape[2])  # bytes: matrices and bounds of `WIDTH` lanes
+        # With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose
+        # contact state differs from that at the same entry one period ago. In a single period that saves nothing.
+        all_fit = self._entries * buffer <= _MAX_BUFFER_BYTES
+        buffers = self._entries if int(call.periods.max()) > 1 and all_fit else 1
+        tables = WIDTH * self._entries * points.table[0].nbytes
+        count = min(max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * buffer + tables))), len(call.packs))
         saved = points.harmonics.point_rows if measuring else 0
         lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], buffers, count, saved)
         slots, work = new_slots(count), new_workspace(points.harmonics)
         raise_if_cancelled()
         while advance_packs(dims, points, call, lanes, slots, work, measuring, _STEPS_BETWEEN_CANCEL_CHECKS):
             raise_if_cancelled()
-
-    def _matrix_buffers(self, periods: int) -> int:
-        """Number of buffers of step matrices of each pack in a call over this many periods.
-
-        With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose contact
-        state differs from that at the same entry one period ago. In a call over a single period that saves nothing.
-        """
-        size = self._entries * self._buffer_bytes
-        return self._entries if periods > 1 and size <= _MAX_BUFFER_BYTES else 1
-
-    def _slots(self, buffers: int) -> int:
-        """Most packs that are advanced together, such that their matrix buffers and step tables fit into `_CACHE`."""
-        tables = WIDTH * self._entries * self._points.table[0].nbytes
-        return max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * self._buffer_bytes + tables)))
-
-    @property
-    def _buffer_bytes(self) -> int:
-        """Size of a matrix buffer: step matrices and bounds of `WIDTH` lanes, see `Lanes`."""
-        return 8 * WIDTH * (self.dimension + self._points.table.shape[2])

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.offsets import sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
@@ -19,7 +18,7 @@ from gearchaos.flow.kernels.sensitivity import (
     new_sensitivity_workspace,
 )
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import equation_array, harmonics_of
+from gearchaos.flow.tables import equation_array, harmonics_of, step_counts, step_values, steps_in_parts
 
 _MIN_RECORDS = 32
 """Least numbers of contact switches and of extrema of z that are recorded in a mesh period."""

@@ -175,27 +175,16 @@ def to_physical(
     y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
     difference = _rotation_difference(at["z"], error, y.get("y1", 0.0), -y.get("y2", 0.0))
     difference_dot = _rotation_difference(at["z_dot"], error_dot, y.get("y1_dot", 0.0), -y.get("y2_dot", 0.0))
-    return {**_rotation(batch, at, tau, difference, difference_dot, x2), **y, **relative}
-
-
-def _rotation(
-    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
-    known: np.ndarray | None,
-) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, each (P, S), from x1 − x2 and its velocity and the mean rotation.
-
-    The latter follows from the sum of the first two rows of (2.12). ``known`` is x2 where it is known, else NaN.
-    """
-    mean, mean_dot = _mean_rotation(batch, tau)
-    share = _first_share(batch, "J")
+    mean, mean_dot = _mean_rotation(batch, tau)  # it follows from the sum of the first two rows of (2.12)
+    share, integrated = _first_share(batch, "J"), x2
     x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
         by_integral = _from_first_integral(batch, tau, difference, difference_dot, x2_dot)
         x2 = np.where(_column(batch, equal_ratios(batch, "beta", "J")), x2, by_integral)
-    if known is not None:
-        x2 = np.where(np.isnan(known), x2, known)
-    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
+    if integrated is not None:
+        x2 = np.where(np.isnan(integrated), x2, integrated)
+    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot, **y, **relative}
 
 
 def _mean_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

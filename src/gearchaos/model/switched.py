@@ -239,7 +239,10 @@ def _torsion(rows: _Rows) -> None:
     rows.f0[:, 1] = rows["q1"] / J1 + rows["q2"] / J2
     rows.add_force(1, -(1 / J1 + 1 / J2))
     rows.add_error(2, -1.0)
-    _add_rotation(rows, -2 * b1)
+    rows.A[:, 1, 1] += -2 * b1  # −2 β1/J1 times x1' − x2' = z' + ε' − (y1 − y2)'
+    rows.add_error(1, -2 * b1)
+    for name, sign in _lateral(rows):
+        rows.A[:, 1, rows.at(name) + 1] -= sign * (-2 * b1)
     if rows.has("x2"):
         rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
     if rows.has("x2_dot"):
@@ -255,14 +258,6 @@ def _lateral(rows: _Rows) -> list[tuple[str, float]]:
     if rows.has("y"):
         return [("y", 1.0)]
     return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
-
-
-def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
-    """Add factor (P,) times x1' − x2' = z' + ε' − (y1 − y2)' to the right side of the row z'' = …."""
-    rows.A[:, 1, 1] += factor
-    rows.add_error(1, factor)
-    for name, sign in _lateral(rows):
-        rows.A[:, 1, rows.at(name) + 1] -= sign * factor
 
 
 def _supports(rows: _Rows) -> None:

@@ -26,7 +26,7 @@ from flint import arb, arb_mat
 from gearchaos.proof.balls import ball, magnitude, rounded
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.trajectory import Trajectory, trajectory
+from gearchaos.proof.tube import Trajectory, trajectory
 
 UNIT = 2.0**-53
 """u, the largest relative rounding error of a float."""

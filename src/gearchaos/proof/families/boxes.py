@@ -25,11 +25,10 @@ from gearchaos.proof.certificate import Theorem, Unproved, with_checksum
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.coefficients import ParameterBox, shifted
-from gearchaos.proof.families.parameter_tube import ParameterTube
-from gearchaos.proof.families.pieces import BoxBounds
+from gearchaos.proof.families.parameter_tube import BoxBounds, ParameterTube
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.trajectory import trajectory
+from gearchaos.proof.tube import trajectory
 
 FORMAT, VERSION = "gearchaos box certificate", 1
 

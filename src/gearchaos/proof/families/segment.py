@@ -18,8 +18,7 @@ from flint import arb, arb_mat
 from gearchaos.proof.balls import block, magnitude, with_one
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
 from gearchaos.proof.equations import Cell, MeshEquations
-from gearchaos.proof.trajectory import Trajectory, trajectory
-from gearchaos.proof.tube import Tube, Window, largest_rate, slopes_through
+from gearchaos.proof.tube import Trajectory, Tube, Window, largest_rate, slopes_through, trajectory
 
 _CURVATURE = 10.0
 """About the largest z″ in units of a mesh period, by which the duration of a graze is estimated."""
