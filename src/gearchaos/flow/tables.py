@@ -122,6 +122,8 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     Points with the same grid index have the same steps, and orthonormalise tangent vectors after the same steps. If
     ``samples`` > 0, a step starts at each of ``samples`` equidistant instants of the period.
     """
+    if samples and not system.same_starts:
+        raise ValueError("samples need one contact ratio for all points")
     layouts, grid = np.unique(
         np.column_stack([step_counts(system), orthonormalisations(system)]), axis=0, return_inverse=True
     )
@@ -130,8 +132,14 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     parts, tables, steps_before, entries_before = [], [], 0, 0
     for i, (*counts, orthonormalised) in enumerate(layouts.tolist()):
         members = np.flatnonzero(grid == i)
-        steps, count = _steps_of_grid(system.take(members), counts, samples)
-        table = tabulate(system.take(members), parameters[members], steps, count)
+        part = system.take(members)
+        starts = part.starts[:1] if part.same_starts else part.starts
+        if samples:
+            length, start, level, sampled = steps_with_samples(sum(counts), starts[0], samples)
+        else:
+            (length, start, level), sampled = steps_in_parts(np.array(counts), starts), np.zeros(0, np.int64)
+        steps, count = describe_steps(part, length, start, level, sampled), len(length)
+        table = tabulate(part, parameters[members], steps, count)
         number = np.arange(len(members))
         grids.first_step[members] = steps_before + (number * count if len(steps.entry) > count else 0)
         grids.step_count[members], grids.orthonormalise_every[members] = count, max(1, count // orthonormalised)
@@ -142,18 +150,6 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     steps = Steps(*map(np.concatenate, zip(*parts, strict=True)))
     table = np.concatenate(tables)
     return Points(parameters, steps, grids, table, harmonics_of(system), tabulated_harmonics(system)), grid
-
-
-def _steps_of_grid(system: SwitchedSystem, counts: list[int], samples: int) -> tuple[Steps, int]:
-    """`Steps` of a system with this number of steps in each part of the period, and their number in a period."""
-    starts = system.starts[:1] if system.same_starts else system.starts
-    if samples and not system.same_starts:
-        raise ValueError("samples need one contact ratio for all points")
-    if samples:
-        length, start, level, sampled = steps_with_samples(sum(counts), starts[0], samples)
-    else:
-        (length, start, level), sampled = steps_in_parts(np.array(counts), starts), np.zeros(0, np.int64)
-    return describe_steps(system, length, start, level, sampled), len(length)
 
 
 def step_counts(system: SwitchedSystem) -> np.ndarray:

@@ -224,23 +224,15 @@ def _from_first_integral(
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:
-    """y1 and y2 with their velocities, each (P, S): from the state, or from y1 − y2 and the mean lateral motion."""
+    """y1 and y2 with their velocities, each (P, S): from the state, or from y1 − y2 and the mean lateral motion.
+
+    The mean is m = (μ1 y1 + μ2 y2)/(μ1 + μ2). If both supports have the same κ/μ and ζ, it is a free damped
+    oscillation, m'' = −2ζ1 m' − (κ1/μ1) m.
+    """
     if "y" not in at:
         return {n: at[n] for n in COORDINATES["full"][4:]}
-    share, out = _first_share(batch, "mu"), {}
-    for suffix, mean in zip(("", "_dot"), _mean_lateral(batch, tau), strict=True):
-        out[f"y1{suffix}"] = mean + (1 - share) * at[f"y{suffix}"]
-        out[f"y2{suffix}"] = mean - share * at[f"y{suffix}"]
-    return {n: out[n] for n in COORDINATES["full"][4:]}
-
-
-def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean lateral motion m = (μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity, each (P, S).
-
-    If both supports have the same κ/μ and ζ, it is a free damped oscillation, m'' = −2ζ1 m' − (κ1/μ1) m.
-    """
-    x, share = initial_values(batch), _first_share(batch, "mu")[:, 0]
-    m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
+    x, share = initial_values(batch), _first_share(batch, "mu")
+    m, m_dot = (_column(batch, share[:, 0] * x[f"y1{k}"] + (1 - share[:, 0]) * x[f"y2{k}"]) for k in ("", "_dot"))
     damping = _column(batch, batch["zeta_support1"])
     square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])
     root = np.sqrt(damping**2 - square + 0j)
@@ -248,7 +240,10 @@ def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray
     small = np.abs(exponent) < 1e-6  # (1 − e^(−2ρτ))/(2ρ) without cancellation; its limit for ρ → 0 is τ
     spread = tau * np.where(small, 1 - exponent / 2, -np.expm1(-exponent) / np.where(small, 1, exponent))
     cosine, sine = (decay * (1 + np.exp(-2 * root * tau)) / 2).real, (decay * spread).real
-    return m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
+    mean, mean_dot = m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
+    y, y_dot = at["y"], at["y_dot"]
+    return {"y1": mean + (1 - share) * y, "y1_dot": mean_dot + (1 - share) * y_dot,
+            "y2": mean - share * y, "y2_dot": mean_dot - share * y_dot}
 
 
 def _first_share(batch: Batch, inertia: str) -> np.ndarray:

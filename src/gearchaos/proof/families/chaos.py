@@ -14,7 +14,7 @@ multidimensional dynamical systems, J. Differential Equations 202, 2004).
 Only the boundary of N needs to be mapped: P is continuous and one to one, so the image of N is enclosed by the image of
 its boundary; and the part of the plane with |b| < 1 or |a| > 1 has no holes.
 
-The sets and the transitions form a graph. If the sets to which one set leads are disjoint, two motions that follow
+The sets and the transitions form a graph. Let the sets to which one set leads be disjoint. Then two motions with
 different paths from the same set are in disjoint sets at some time. So the topological entropy of P is at least log ρ,
 with ρ the spectral radius of the matrix A of the graph (A_ij = 1 for a transition from i to j). For any positive vector
 v, ρ is at least the least (A v)_i / v_i (Collatz and Wielandt).
@@ -115,23 +115,15 @@ _EDGES = (
 def prove_covering(
     equations: MeshEquations, first: Parallelogram, second: Parallelogram, slack: Fraction, forcing_change: float = 0.0
 ) -> int:
-    """Prove that a set covers another one under the map P over one mesh period, with a slack.
+    """Prove that a set covers another one under the map P over one mesh period, with a slack (d = 2).
 
-    The edges a = ±1 are mapped to |a| > 1 + slack, and |b| < 1 - slack wherever |a| <= 1 + slack.
-
-    Parameters
-    ----------
-    equations : MeshEquations
-        Made at the precision that is set; d = 2.
-    first, second : Parallelogram
-    slack : Fraction
-    forcing_change : float
-        See `segment_image`.
+    The edges a = ±1 are mapped to |a| > 1 + slack, and |b| < 1 - slack wherever |a| <= 1 + slack. For
+    ``forcing_change`` see `segment_image`.
 
     Returns
     -------
     int
-        The number of pieces of the boundary.
+        Number of pieces of the boundary.
 
     Raises
     ------
@@ -253,8 +245,8 @@ def prove_chaotic_set(
     bits : int
         The precision.
     tolerances : mapping of str to str, optional
-        Numbers as in a certificate, by the names ``eps1``, ... of amplitudes of the transmission error: the theorem is
-        to hold for all values that differ by at most this from those of the model.
+        Numbers as in a certificate, by the names ``eps1``, ... of amplitudes of the transmission error. The theorem is
+        to hold for all amplitudes within these distances of those of the model.
     """
     start, tolerances = time.perf_counter(), dict(tolerances or {})
     parallelograms = []

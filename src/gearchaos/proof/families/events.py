@@ -33,28 +33,22 @@ _EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
 
 
 def connection(below: Certificate, above: Certificate, bits: int, start: Certificate | None = None) -> dict[str, Any]:
-    """The proof for the straight line of parameters between two models.
+    """The proof for the straight line of parameters between two models, whose orbits have one period and one phase.
 
-    Parameters
-    ----------
-    below, above : Certificate
-        Of orbits of one period, at one phase of the section.
-    bits : int
-    start : Certificate, optional
-        That of the two from which the line begins, if orbits along it may graze a contact boundary: the one whose teeth
-        switch contact more often. By default it begins in the middle.
+    The line begins at ``start``, one of the two, if orbits along it may graze a contact boundary: the one whose teeth
+    switch contact more often. By default it begins in the middle.
 
     Returns
     -------
     dict
-        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``, the values of u at ``below`` and ``above``: for
+        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``, the values of u at ``below`` and ``above``. For
         each u between them there is exactly one orbit within ``radius`` of the points plus u times the derivative, no
-        multiplier is 1, no contact switch is at a section, and those at the ends are the orbits of the certificates.
+        multiplier is 1, and no contact switch is at a section. The orbits at the ends are those of the certificates.
 
     Raises
     ------
     UndecidedError
-        If that is not proved.
+        If it is not proved.
     """
     share = Fraction(1, 2) if start is None else Fraction(int(start is above))
     reach = max(share, 1 - share)
@@ -171,18 +165,8 @@ def prove_event_facts(
 ) -> EventCertificate | Unproved:
     """Prove what is different at the two ends of an interval of a parameter.
 
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    parameter : str
-        Its name.
-    models : list of (MeshModel, float)
-        The models at the lower and the upper end, with the values of the parameter.
-    points : (n, d)
-        Approximate states at τ = k T of the orbit at the event.
-    bits : int
-        First precision of the proofs.
+    ``kind`` is one of `KINDS`. ``models`` are those at the lower and the upper end, with the values of the parameter.
+    ``points`` (n, d) are approximate states at τ = k T of the orbit at the event, ``bits`` the first precision.
     """
     lower, upper = (End(model, points) for model, _ in models)
     try:

@@ -117,17 +117,9 @@ class BoxBounds:
                 [magnitude(x - y) for x, y in zip(over.slopes, at.slopes, strict=True)])
 
     def slack(self, cell: Cell, contact: int, length: float, start: np.ndarray) -> Slack:
-        """The bounds on a piece.
+        """The bounds on a piece of a cell in one contact state.
 
-        Parameters
-        ----------
-        cell : Cell
-            In which it lies.
-        contact : int
-        length : float
-            An upper bound of h.
-        start : (d,)
-            Upper bounds of \\|w\\| at the start of the piece, of all motions.
+        ``length`` is an upper bound of h, ``start`` (d,) are upper bounds of \\|w\\| at its start, of all motions.
         """
         chi, chi_slopes, chi_changes = self._level(cell, contact)
         matrix, spring, steady = self.sizes
@@ -222,20 +214,10 @@ _WIDENING = 2
 class ParameterTube(Tube):
     """The motions over one mesh period from the section on.
 
-    Parameters
-    ----------
-    bounds : BoxBounds
-    centre : Trajectory
-        The motion from c at the centre of the box of parameters.
-    drift : (d, m)
-        C.
-    radius : float
-        r.
-    shifts : (S, m)
-        About the derivatives by u of the times of the switches, for the starts c + C u: they set the widths of the
-        windows.
-    grazing : bool
-        Take overlapping windows of two switches on one flank as one.
+    ``centre`` is the motion from c at the centre of the box of parameters, ``drift`` (d, m) is C, ``radius`` r.
+    ``shifts`` (S, m) are about the derivatives by u of the times of the switches, for the starts c + C u: they set the
+    widths of the windows. With ``grazing``, overlapping windows of two switches on one flank are taken as one. Raises
+    `UndecidedError` with the reason and margin of what could not be proved.
 
     Attributes
     ----------
@@ -245,11 +227,6 @@ class ParameterTube(Tube):
         B, (d, m).
     switches : int
         Number of windows: where none is that of a graze, the number of contact switches of every motion.
-
-    Raises
-    ------
-    UndecidedError
-        With the reason and margin of what could not be proved.
     """
 
     def __init__(
