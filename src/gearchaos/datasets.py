@@ -283,19 +283,17 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr
 
     if not Path(path).is_file() or Path(path).suffix.lower() == CSV_SUFFIX:
-        raise InputError("path", "must be a NetCDF file", str(path), _path_advice(Path(path)))
+        advice = "There is no such file."
+        if Path(path).is_file():
+            advice = "A table of text lacks the model and the settings: save the result as NetCDF too."
+        elif Path(path).is_dir():
+            advice = "gearchaos.load reads the folder of a run."
+        elif Path(path).exists():
+            advice = f"It is {NOT_REGULAR}."
+        raise InputError("path", "must be a NetCDF file", str(path), advice)
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
     except (OSError, KeyError) as error:  # KeyError if the entry of a name is damaged
         raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
                          f"If gearchaos saved it, it is damaged: save it again. ({error})") from error
-
-
-def _path_advice(path: Path) -> str:
-    """Advice for a path at which there is no regular file, or a table of text."""
-    if path.is_file():
-        return "A table of text lacks the model and the settings: save the result as NetCDF too."
-    if path.is_dir():
-        return "gearchaos.load reads the folder of a run."
-    return f"It is {NOT_REGULAR}." if path.exists() else "There is no such file."

@@ -13,8 +13,7 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import prove_orbit
-from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import StartTube
+from gearchaos.proof.tube import StartTube, trajectory
 
 BITS = 128
 LINEAR = {"kind": "single", "omega": 1.75, "zeta": 0.0625, "q0": 0.25, "chi1": 0.0, "chi2": 0.0}

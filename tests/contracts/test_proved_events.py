@@ -15,7 +15,7 @@ from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.connection import connection
+from gearchaos.proof.families.events import connection
 from gearchaos.proof.families.exclusion import Region, distance, neighbours
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.verifier import verify

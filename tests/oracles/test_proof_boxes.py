@@ -20,10 +20,10 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.coefficients import shifted
-from gearchaos.proof.families.connection import connection
+from gearchaos.proof.families.events import connection
 from gearchaos.proof.families.parameter_tube import ParameterTube
 from gearchaos.proof.parameters import exact_parameters, lifted
-from gearchaos.proof.trajectory import trajectory
+from gearchaos.proof.tube import trajectory
 from gearchaos.studies.proofs import orbit_points
 
 BITS = 128

@@ -16,8 +16,7 @@ from gearchaos.proof.balls import precision
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import StartTube
+from gearchaos.proof.tube import StartTube, trajectory
 
 heyoka_oracle = pytest.importorskip(
     "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError

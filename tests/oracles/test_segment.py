@@ -14,7 +14,7 @@ from gearchaos.model.switched import switched_system
 from gearchaos.proof.balls import precision
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.covering import Parallelogram, prove_covering
+from gearchaos.proof.families.chaos import Parallelogram, prove_covering
 from gearchaos.proof.families.segment import segment_image
 from gearchaos.proof.parameters import exact_parameters
 

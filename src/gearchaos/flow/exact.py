@@ -1,5 +1,7 @@
-"""`ExactFlow`: advance batches of trajectories by whole mesh periods, and return their states and measures as
-arrays."""
+"""`ExactFlow`: advance batches of trajectories by whole mesh periods, and return their states and measures as arrays.
+
+The measures: how they begin, and how those of parts of motions are combined to those of whole ones.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,67 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from gearchaos.flow.grids import prepare_points
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
-from gearchaos.flow.kernels.constants import SLOTS, WIDTH
-from gearchaos.flow.measures import empty_measures
+from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
 from gearchaos.flow.system import SwitchedSystem
+from gearchaos.flow.tables import prepare_points
+
+_FIRST: dict[np.ufunc, float] = {np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}
+"""The value with which each way of combining begins."""
+
+
+def empty_measures(w: np.ndarray) -> np.ndarray:
+    """The measures (len(Measure), L) of motions that are in the states w (d, L), before their first step."""
+    out = np.empty((len(Measure), w.shape[1]))
+    for measure in Measure:
+        out[measure] = _FIRST[measure.combined]
+    out[Measure.Z_REFERENCE] = w[0]
+    return out
+
+
+def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """The measures of motions from those of their parts.
+
+    The integrals of z are shifted to the reference of the first part, as in the parallel computation of a variance
+    (T. F. Chan, G. H. Golub, R. J. LeVeque, *Algorithms for computing the sample variance*, Am. Stat. 37 (1983) 242).
+
+    Parameters
+    ----------
+    measures : (len(Measure), P)
+        Measures of the P parts, those of a motion one after the other.
+    duration : (P,)
+        Duration of each part in units of τ.
+    first : (N,)
+        Index of the first part of each of N motions.
+
+    Returns
+    -------
+    (len(Measure), N)
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.flow import Measure, combine_measures
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
+    >>> flow = problem.flow
+    >>> first = flow.advance(problem.w, periods=4, measured=True)
+    >>> second = flow.advance(first.w, periods=6, measured=True)
+    >>> parts = np.hstack([first.measures, second.measures])
+    >>> both = combine_measures(parts, np.array([4, 6]) * flow.system.period, np.array([0]))
+    >>> both[Measure.SWITCHES].tolist()
+    [18.0]
+    """
+    reference = measures[Measure.Z_REFERENCE]
+    common = np.repeat(reference[first], np.diff(first, append=len(reference)))
+    shift, about = reference - common, measures.copy()
+    about[Measure.Z] += shift * duration
+    about[Measure.Z_SQUARE] += shift * (2 * measures[Measure.Z] + shift * duration)
+    about[Measure.Z_REFERENCE] = common
+    return np.stack([measure.combined.reduceat(about[measure], first) for measure in Measure])
+
 
 _CACHE = 2 << 20
 """Bytes of step matrices that the packs advanced together may use, if there are at least `_MIN_SLOTS` of them: a part
@@ -158,29 +214,22 @@ class ExactFlow(Generic[System]):
         points = np.arange(count) if points is None else np.asarray(points)
         ends = np.broadcast_to(np.asarray(periods, dtype=np.int64), count).copy()  # kernels take writable arrays only
         tangent = np.zeros((0, self.dimension, count)) if tangent is None else tangent
-        out = self._empty(w, ends, tangent, growth, sections, measured, sample)
+        longest = int(ends.max(initial=0))
+        recorded = np.empty((min(sections, longest), self.dimension, count))
+        recorded[:, :, ends < len(recorded)] = np.nan
+        out = FlowResult(
+            w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
+            growth=np.zeros((longest if growth else 0, len(tangent), count)),
+            sections=recorded,
+            measures=empty_measures(w) if measured else np.empty((0, count)),
+            samples=np.zeros((longest if sample else 0, self._samples, self.dimension + 1, count)),
+            status=np.zeros(count, dtype=np.int64),
+        )
         self._run(Call(
             self._packs(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
             out.growth, out.sections, out.measures, out.samples, out.status,
         ))
         return out
-
-    def _empty(
-        self, w: np.ndarray, periods: np.ndarray, tangent: np.ndarray, growth: bool, sections: int, measured: bool,
-        sample: bool,
-    ) -> FlowResult:
-        """Result arrays before the first step, with initial states, tangent vectors and measures."""
-        (d, count), k, longest = w.shape, len(tangent), int(periods.max(initial=0))
-        recorded = np.empty((min(sections, longest), d, count))
-        recorded[:, :, periods < len(recorded)] = np.nan
-        return FlowResult(
-            w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
-            growth=np.zeros((longest if growth else 0, k, count)),
-            sections=recorded,
-            measures=empty_measures(w) if measured else np.empty((0, count)),
-            samples=np.zeros((longest if sample else 0, self._samples, d + 1, count)),
-            status=np.zeros(count, dtype=np.int64),
-        )
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
         """Group trajectories with the same step grid into packs: indices (C, WIDTH), -1 for unused positions.
@@ -203,30 +252,16 @@ class ExactFlow(Generic[System]):
         if len(call.packs) == 0:
             return
         points, measuring, dims = self._points, len(call.measures) > 0, (0,) * self.dimension
-        buffers = self._matrix_buffers(int(call.periods.max()))
-        count = min(self._slots(buffers), len(call.packs))
+        buffer = 8 * WIDTH * (self.dimension + points.table.shape[2])  # bytes: matrices and bounds of `WIDTH` lanes
+        # With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose
+        # contact state differs from that at the same entry one period ago. In a single period that saves nothing.
+        all_fit = self._entries * buffer <= _MAX_BUFFER_BYTES
+        buffers = self._entries if int(call.periods.max()) > 1 and all_fit else 1
+        tables = WIDTH * self._entries * points.table[0].nbytes
+        count = min(max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * buffer + tables))), len(call.packs))
         saved = points.harmonics.point_rows if measuring else 0
         lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], buffers, count, saved)
         slots, work = new_slots(count), new_workspace(points.harmonics)
         raise_if_cancelled()
         while advance_packs(dims, points, call, lanes, slots, work, measuring, _STEPS_BETWEEN_CANCEL_CHECKS):
             raise_if_cancelled()
-
-    def _matrix_buffers(self, periods: int) -> int:
-        """Number of buffers of step matrices of each pack in a call over this many periods.
-
-        With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose contact
-        state differs from that at the same entry one period ago. In a call over a single period that saves nothing.
-        """
-        size = self._entries * self._buffer_bytes
-        return self._entries if periods > 1 and size <= _MAX_BUFFER_BYTES else 1
-
-    def _slots(self, buffers: int) -> int:
-        """Most packs that are advanced together, such that their matrix buffers and step tables fit into `_CACHE`."""
-        tables = WIDTH * self._entries * self._points.table[0].nbytes
-        return max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * self._buffer_bytes + tables)))
-
-    @property
-    def _buffer_bytes(self) -> int:
-        """Size of a matrix buffer: step matrices and bounds of `WIDTH` lanes, see `Lanes`."""
-        return 8 * WIDTH * (self.dimension + self._points.table.shape[2])

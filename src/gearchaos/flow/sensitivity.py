@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.grids import step_counts, step_values, steps_in_parts
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.offsets import sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
@@ -19,7 +18,7 @@ from gearchaos.flow.kernels.sensitivity import (
     new_sensitivity_workspace,
 )
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import equation_array, harmonics_of
+from gearchaos.flow.tables import equation_array, harmonics_of, step_counts, step_values, steps_in_parts
 
 _MIN_RECORDS = 32
 """Least numbers of contact switches and of extrema of z that are recorded in a mesh period."""
@@ -111,7 +110,13 @@ class SensitivityFlow:
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
         self._derivatives, self._starts = derivatives or none
         self._rows = sensitivity_rows(self.dimension, self._harmonics, self._derivatives.shape[1])
-        self._values, self._first, self.step_count = _steps(system)
+        highest = max(system.f_cos.shape[1], system.chi_cos.shape[1])
+        keys = list(zip(map(tuple, step_counts(system).tolist()), map(tuple, system.starts.tolist()), strict=True))
+        distinct = list(dict.fromkeys(keys))
+        parts = [_period_steps(*key, highest) for key in distinct]
+        counts, index = np.array([len(part) for part in parts]), np.array([distinct.index(key) for key in keys])
+        self._values = parts[0] if len(parts) == 1 else np.concatenate(parts)  # `Steps.values` of all points
+        self._first, self.step_count = (np.cumsum(counts) - counts)[index], counts[index]
 
     def advance(self, w: np.ndarray, points: np.ndarray | None = None) -> PeriodResult:
         """Advance trajectories from phase 0 by one mesh period.
@@ -183,18 +188,6 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
     columns, starts = (a.reshape(points, parameters, size, -1) for a in found)
     return Derivatives(*(np.ascontiguousarray(
         np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))
-
-
-def _steps(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`Steps.values` of all points, the first step of each point (P,) in it, and their numbers of steps (P,)."""
-    highest = max(system.f_cos.shape[1], system.chi_cos.shape[1])
-    keys = list(zip(map(tuple, step_counts(system).tolist()), map(tuple, system.starts.tolist()), strict=True))
-    distinct = list(dict.fromkeys(keys))
-    parts = [_period_steps(*key, highest) for key in distinct]
-    counts = np.array([len(part) for part in parts])
-    index = np.array([distinct.index(key) for key in keys])
-    values = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    return values, (np.cumsum(counts) - counts)[index], counts[index]
 
 
 @lru_cache(maxsize=256)

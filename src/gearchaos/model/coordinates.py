@@ -175,27 +175,16 @@ def to_physical(
     y = _lateral(batch, at, tau) if batch.model.kind == "full" else {}
     difference = _rotation_difference(at["z"], error, y.get("y1", 0.0), -y.get("y2", 0.0))
     difference_dot = _rotation_difference(at["z_dot"], error_dot, y.get("y1_dot", 0.0), -y.get("y2_dot", 0.0))
-    return {**_rotation(batch, at, tau, difference, difference_dot, x2), **y, **relative}
-
-
-def _rotation(
-    batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
-    known: np.ndarray | None,
-) -> dict[str, np.ndarray]:
-    """x1 and x2 with their velocities, each (P, S), from x1 − x2 and its velocity and the mean rotation.
-
-    The latter follows from the sum of the first two rows of (2.12). ``known`` is x2 where it is known, else NaN.
-    """
-    mean, mean_dot = _mean_rotation(batch, tau)
-    share = _first_share(batch, "J")
+    mean, mean_dot = _mean_rotation(batch, tau)  # it follows from the sum of the first two rows of (2.12)
+    share, integrated = _first_share(batch, "J"), x2
     x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
         by_integral = _from_first_integral(batch, tau, difference, difference_dot, x2_dot)
         x2 = np.where(_column(batch, equal_ratios(batch, "beta", "J")), x2, by_integral)
-    if known is not None:
-        x2 = np.where(np.isnan(known), x2, known)
-    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
+    if integrated is not None:
+        x2 = np.where(np.isnan(integrated), x2, integrated)
+    return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot, **y, **relative}
 
 
 def _mean_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -235,23 +224,15 @@ def _from_first_integral(
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:
-    """y1 and y2 with their velocities, each (P, S): from the state, or from y1 − y2 and the mean lateral motion."""
+    """y1 and y2 with their velocities, each (P, S): from the state, or from y1 − y2 and the mean lateral motion.
+
+    The mean is m = (μ1 y1 + μ2 y2)/(μ1 + μ2). If both supports have the same κ/μ and ζ, it is a free damped
+    oscillation, m'' = −2ζ1 m' − (κ1/μ1) m.
+    """
     if "y" not in at:
         return {n: at[n] for n in COORDINATES["full"][4:]}
-    share, out = _first_share(batch, "mu"), {}
-    for suffix, mean in zip(("", "_dot"), _mean_lateral(batch, tau), strict=True):
-        out[f"y1{suffix}"] = mean + (1 - share) * at[f"y{suffix}"]
-        out[f"y2{suffix}"] = mean - share * at[f"y{suffix}"]
-    return {n: out[n] for n in COORDINATES["full"][4:]}
-
-
-def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean lateral motion m = (μ1 y1 + μ2 y2)/(μ1 + μ2) and its velocity, each (P, S).
-
-    If both supports have the same κ/μ and ζ, it is a free damped oscillation, m'' = −2ζ1 m' − (κ1/μ1) m.
-    """
-    x, share = initial_values(batch), _first_share(batch, "mu")[:, 0]
-    m, m_dot = (_column(batch, share * x[f"y1{k}"] + (1 - share) * x[f"y2{k}"]) for k in ("", "_dot"))
+    x, share = initial_values(batch), _first_share(batch, "mu")
+    m, m_dot = (_column(batch, share[:, 0] * x[f"y1{k}"] + (1 - share[:, 0]) * x[f"y2{k}"]) for k in ("", "_dot"))
     damping = _column(batch, batch["zeta_support1"])
     square = _column(batch, batch["kappa1"]) / _column(batch, batch["mu1"])
     root = np.sqrt(damping**2 - square + 0j)
@@ -259,7 +240,10 @@ def _mean_lateral(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray
     small = np.abs(exponent) < 1e-6  # (1 − e^(−2ρτ))/(2ρ) without cancellation; its limit for ρ → 0 is τ
     spread = tau * np.where(small, 1 - exponent / 2, -np.expm1(-exponent) / np.where(small, 1, exponent))
     cosine, sine = (decay * (1 + np.exp(-2 * root * tau)) / 2).real, (decay * spread).real
-    return m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
+    mean, mean_dot = m * (cosine + damping * sine) + m_dot * sine, m_dot * (cosine - damping * sine) - square * m * sine
+    y, y_dot = at["y"], at["y_dot"]
+    return {"y1": mean + (1 - share) * y, "y1_dot": mean_dot + (1 - share) * y_dot,
+            "y2": mean - share * y, "y2_dot": mean_dot - share * y_dot}
 
 
 def _first_share(batch: Batch, inertia: str) -> np.ndarray:

@@ -5,7 +5,7 @@ velocity, so that the contact state follows from w[0] alone:
 
     w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 free, +1 front flank (z > 1), −1 back flank (z < −1)
 
-The forcing f(τ) is constant, f0, except for its second row, that of z'', which also has the terms of the transmission
+The forcing f(τ) is constant, f0, but for its second row, z'': it also has the terms of the transmission
 error, Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' acts in every contact state, as in (2.12).
 """
 
@@ -25,35 +25,20 @@ class SwitchedAffine:
     """A batch of switched affine systems; P points, d coordinates, H harmonics of the forcing, N levels and K harmonics
     of the stiffness.
 
+    Its arrays are those of `flow.SwitchedSystem`, with these in addition or with a meaning in the equations of gears.
+
     Attributes
     ----------
     names : tuple of str
         The coordinates, ("z", "z_dot", ...).
-    omega : (P,)
-        Mesh frequency; the period is 2π/omega.
     A : (P, d, d)
         Linear part: damping and supports, without the mesh spring.
-    b : (P, d)
-        Direction of the mesh spring force; ``b[:, 0] = 0`` and ``b[:, 1] > 0``.
-    f0 : (P, d)
-        Constant forcing.
-    f_cos, f_sin : (P, H)
-        Harmonic forcing of z''.
     levels : (P, N)
-        Stiffness χ without its harmonics, in the N parts of the period.
-    starts : (P, N)
-        Where these parts begin, as fractions of the period: from 0 in ascending order, e.g. 0 and α − 1 of (2.16).
-    same_starts : bool
-        Whether they are the same at all points.
+        Stiffness χ without its harmonics, in the N parts of the period; ``starts`` are e.g. 0 and α − 1 of (2.16).
     chi_cos, chi_sin : (P, K)
         Cosine and sine coefficients of the harmonics of χ, which are added to the level, (2.7).
     velocity : (P, d)
-        Coefficients of the velocity x1' (z' in the single model), which is
-        velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
-    velocity0 : (P,)
-        Its constant term.
-    velocity_cos, velocity_sin : (P, H)
-        Its harmonic terms.
+        Coefficients of the velocity x1' (z' in the single model).
     mean_velocity : (P,)
         Mean of x1' over a steady motion; 0 without bearing friction.
     rotation_decay : (P,)
@@ -179,9 +164,14 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     rows = _Rows(batch, names)
     _torsion(rows)
     _supports(rows)
+    # The mean mesh force of a steady motion follows from the balance of torques with bearing friction, without it from
+    # equal mean accelerations of both wheels.
+    b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
+    left, right = np.where(b1 + b2 > 0, b2, J2), np.where(b1 + b2 > 0, b1, J1)
+    static_force = (rows["q1"] * left + rows["q2"] * right) / (left + right)
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=_static_force(rows),
+        damping=2 * rows["zeta"], static_force=static_force,
         **_velocity(rows), **_stiffness(batch),
     )
 
@@ -239,7 +229,10 @@ def _torsion(rows: _Rows) -> None:
     rows.f0[:, 1] = rows["q1"] / J1 + rows["q2"] / J2
     rows.add_force(1, -(1 / J1 + 1 / J2))
     rows.add_error(2, -1.0)
-    _add_rotation(rows, -2 * b1)
+    rows.A[:, 1, 1] += -2 * b1  # −2 β1/J1 times x1' − x2' = z' + ε' − (y1 − y2)'
+    rows.add_error(1, -2 * b1)
+    for name, sign in _lateral(rows):
+        rows.A[:, 1, rows.at(name) + 1] -= sign * (-2 * b1)
     if rows.has("x2"):
         rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
     if rows.has("x2_dot"):
@@ -255,14 +248,6 @@ def _lateral(rows: _Rows) -> list[tuple[str, float]]:
     if rows.has("y"):
         return [("y", 1.0)]
     return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
-
-
-def _add_rotation(rows: _Rows, factor: np.ndarray) -> None:
-    """Add factor (P,) times x1' − x2' = z' + ε' − (y1 − y2)' to the right side of the row z'' = …."""
-    rows.A[:, 1, 1] += factor
-    rows.add_error(1, factor)
-    for name, sign in _lateral(rows):
-        rows.A[:, 1, rows.at(name) + 1] -= sign * factor
 
 
 def _supports(rows: _Rows) -> None:
@@ -323,14 +308,3 @@ def _velocity(rows: _Rows) -> dict[str, Any]:
     return {"velocity": row, "velocity0": np.where(steady, 0.0, mean), "velocity_cos": share[:, None] * c,
             "velocity_sin": share[:, None] * s, "mean_velocity": mean,
             "rotation_decay": np.where(steady, rotation_decay(rows.batch), 0.0)}
-
-
-def _static_force(rows: _Rows) -> np.ndarray:
-    """Mean mesh force of a steady motion, (P,).
-
-    With bearing friction it follows from the balance of torques, without from equal mean accelerations of both wheels.
-    """
-    b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
-    with_friction = b1 + b2 > 0
-    left, right = np.where(with_friction, b2, J2), np.where(with_friction, b1, J1)
-    return (rows["q1"] * left + rows["q2"] * right) / (left + right)

@@ -48,10 +48,7 @@ def precision(bits: int) -> Iterator[None]:
 def from_text(text: str) -> Fraction:
     """The number that a hexadecimal or decimal string means, exactly.
 
-    Raises
-    ------
-    ValueError
-        If the string has neither form, or an exponent of more than 20000.
+    Raises `ValueError` if the string has neither form, or an exponent of more than 20000.
     """
     if match := _HEXADECIMAL.fullmatch(text):
         sign, whole, part, exponent = match[1], match[2], match[3] or "", int(match[4])
@@ -66,10 +63,7 @@ def from_text(text: str) -> Fraction:
 def to_text(value: Fraction) -> str:
     """A hexadecimal string that means the dyadic number ``value`` exactly, such as ``0x1.8p-3``.
 
-    Raises
-    ------
-    ValueError
-        If the denominator is no power of 2.
+    Raises `ValueError` if the denominator is no power of 2.
     """
     numerator, denominator = abs(value.numerator), value.denominator
     if denominator & (denominator - 1):

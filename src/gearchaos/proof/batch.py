@@ -32,17 +32,9 @@ class OrbitToProve(NamedTuple):
 
 
 def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
-    """Prove orbits one after the other in a new process.
+    """Prove orbits one after the other in a new process; gives the codes of `certificate.proof_codes`, (L, 2) of int8.
 
-    Returns
-    -------
-    (L, 2) of int8
-        For each orbit the codes of `certificate.proof_codes`.
-
-    Raises
-    ------
-    RuntimeError
-        If the process fails; the message has the last line that it wrote to stderr.
+    Raises `RuntimeError` if the process fails; the message has the last line that it wrote to stderr.
     """
     code = "from gearchaos.proof.batch import main; main()"
     done = subprocess.run(

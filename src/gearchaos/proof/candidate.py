@@ -26,7 +26,7 @@ from flint import arb, arb_mat
 from gearchaos.proof.balls import ball, magnitude, rounded
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.trajectory import Trajectory, trajectory
+from gearchaos.proof.tube import Trajectory, trajectory
 
 UNIT = 2.0**-53
 """u, the largest relative rounding error of a float."""
@@ -105,10 +105,7 @@ class Candidate:
     def refined(self, tolerance: float) -> Candidate:
         """A candidate with an error of at most ``tolerance``: this one, or one found by Newton's method.
 
-        Raises
-        ------
-        UndecidedError
-            With the reason that Newton's method does not get nearer, and a negative margin.
+        Raises `UndecidedError` with the reason that Newton's method does not get nearer, and a negative margin.
         """
         candidate, steps = self, 0
         while not candidate.error <= tolerance:
@@ -216,14 +213,7 @@ class CyclicSystem:
     def margin(self, slopes: list[arb_mat], defects: list[arb_mat], radius: float) -> float:
         """A lower bound of the least 1 - |K - c|/r over all rows; the orbit is proved if it is positive.
 
-        Parameters
-        ----------
-        slopes : list of arb_mat
-            Slopes (d, d) of the cubes.
-        defects : list of arb_mat
-            P(c_k) - c_(k+1), each (d, 1).
-        radius : float
-            r.
+        ``slopes`` are those of the cubes, (d, d), ``defects`` P(c_k) - c_(k+1), each (d, 1), and ``radius`` is r.
         """
         middle, spread = midpoints_and_spread(slopes)
         rest, factor = distance_from_unit(self.inverse, cyclic_jacobian(middle))

@@ -77,12 +77,7 @@ class Displacement:
 def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:
     """A lower bound of the distance from the boundaries over a whole cell, or None if the bounds prove none.
 
-    Parameters
-    ----------
-    bounds : arb_mat
-        `Flow.bounds` applied to the states at the start of the cell.
-    contact : int
-        The contact state 0, 1 or -1.
+    ``bounds`` are `Flow.bounds` applied to the states at the start of the cell.
     """
     out = math.inf
     z0, z1, slope, curvature = bounds.entries()
@@ -103,21 +98,8 @@ def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:
 def clearance(motion: Displacement, contact: int, low: arb, high: arb, z_low: arb, z_high: arb) -> float:
     """A positive lower bound of the distance from the boundaries for u from ``low`` to ``high``.
 
-    Parameters
-    ----------
-    motion : Displacement
-        Contains z of all motions in question.
-    contact : int
-        The contact state 0, 1 or -1.
-    low, high : arb
-        Ends of the interval.
-    z_low, z_high : arb
-        z at the ends: near a switch tighter than the polynomial.
-
-    Raises
-    ------
-    UndecidedError
-        If none is found.
+    ``motion`` contains z of all motions in question. ``z_low`` and ``z_high`` are z at the ends: near a switch they are
+    tighter than the polynomial. Raises `UndecidedError` if no bound is found.
     """
     return min(_clearance(motion, boundary, (low, z_low), (high, z_high), 0) for boundary in BOUNDARIES[contact])
 
@@ -175,20 +157,8 @@ def first_crossing(
 ) -> Crossing | None:
     """The first crossing of a boundary for u from ``low`` to ``high``, for the motion from one state.
 
-    Parameters
-    ----------
-    motion : Displacement
-    contact : int
-        The contact state from ``low`` on.
-    low, high : arb
-        Ends of the interval.
-    leaving : int, optional
-        The flank whose boundary the motion is on at ``low``.
-
-    Raises
-    ------
-    UndecidedError
-        If an interval can be neither cleared nor proved to be crossed once.
+    ``contact`` is the state from ``low`` on, ``leaving`` the flank whose boundary the motion is on there. Raises
+    `UndecidedError` if an interval can be neither cleared nor proved to be crossed once.
     """
     states = [_state(motion, b, low, high, b.flank == leaving) for b in BOUNDARIES[contact]]
     crossed = [s for s in states if isinstance(s, Crossing)]
@@ -224,12 +194,9 @@ def _state(motion: Displacement, boundary: Boundary, low: arb, high: arb, leavin
 
 
 def crossing_time(motion: Displacement, crossing: Crossing) -> arb:
-    """A ball that contains the u of a crossing.
+    """A narrow ball that contains the u of a crossing, within its interval.
 
-    Raises
-    ------
-    UndecidedError
-        If z - flank is not proved to have opposite signs at the ends of a narrow ball.
+    Raises `UndecidedError` if z - flank is not proved to have opposite signs at the ends of such a ball.
     """
     low, high = crossing.low.mid(), crossing.high.mid()
     falling = bool(motion.z(low) > crossing.flank)

@@ -57,29 +57,20 @@ class MeshEquations:
 
     All numbers have the precision that was set when the equations were made (`balls.precision`); use them with it.
 
-    Parameters
-    ----------
-    parameters : mapping
-        As in a certificate, see `parameters.exact_parameters`.
-    phase : Fraction
-        Time of the section, in mesh periods after τ = 0, in [0, 1).
-    bits : int
-        The precision that results should have, at most the one that is set.
+    ``parameters`` are those of a certificate, see `parameters.exact_parameters`. ``phase`` is the time of the section
+    in mesh periods after τ = 0, in [0, 1). ``bits`` is the precision that results should have, at most the one that is
+    set.
 
     Attributes
     ----------
     names : tuple of str
-        The d coordinates.
-    dimension : int
-        d.
+        The d coordinates; ``dimension`` is d.
     duration : arb
         The mesh period T = 2π/ω.
     cells : list of Cell
         The parts of the mesh period in order of time.
-    matrix : arb_mat
-        T A, (d, d).
-    spring : arb_mat
-        T b, (d, 1).
+    matrix, spring : arb_mat
+        T A, (d, d), and T b, (d, 1).
     norms : (float, float)
         Upper bounds of the norms of ``matrix`` and ``spring``.
     stiffness : arb
@@ -96,8 +87,13 @@ class MeshEquations:
         self.spring = arb_mat([[value] for value in terms.spring])
         self.norms = norm(self.matrix), norm(self.spring)
         self._constant, self.harmonics, self._forcing = terms.constant, terms.harmonics, terms.forcing
-        self._chi = _fourier(known)
-        levels = _levels(known)
+        stiffness = known.parameters["stiffness"]
+        families = [q.name for q in STIFFNESS_FORMS[stiffness["form"]].families]
+        # (j, c_j, α_j) of a Fourier stiffness; (start in mesh periods from τ = 0, χ) of the levels of any other
+        self._chi = known.series(*(stiffness[name] for name in families)) if families else []
+        parts = exact_parts(stiffness)
+        ends = [*(start for start, _ in parts[1:]), Fraction(1)]
+        levels = [part for part, end in zip(parts, ends, strict=False) if part[0] < end]
         top = max((level for _, level in levels), default=Fraction(1)) + sum(abs(a) for _, a, _ in self._chi)
         self.stiffness = interval(0, ball(top))
         size = max(sum(abs(v) for n, v in row.items() if n in self.names) + abs(row["force"]) * top
@@ -161,13 +157,7 @@ class MeshEquations:
         return out
 
     def forcing_change(self, tolerances: Mapping[int, Fraction]) -> float:
-        """Upper bound of the change of T f(τ), all of it in z'', if the amplitude of each harmonic j of ε changes.
-
-        Parameters
-        ----------
-        tolerances : mapping of int to Fraction
-            The largest change of each amplitude ε_j.
-        """
+        """Upper bound of the change of T f(τ), all of it in z'', if no ε_j changes by more than its tolerance."""
         damping, change = abs(ball(self._rows["z_dot"]["eps_dot"])), arb(0)
         for j, size in tolerances.items():
             rate = 2 * arb.pi() * j / self.duration
@@ -181,19 +171,9 @@ def autonomous_matrix(
 ) -> arb_mat:
     """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ.
 
-    With cosine and sine of the harmonics as further unknowns the equations are autonomous.
-
-    Parameters
-    ----------
-    matrix : arb_mat
-        (d, d), without the force of the teeth.
-    constant : list of arb
-    push : list of arb or None
-        b χ in contact.
-    harmonics, forcing : list of int, list of (arb, arb)
-        Orders, and coefficients of cosine and sine in the row of z'.
-    turning : bool
-        False for a derivative by a parameter: cosine and sine depend on none.
+    With cosine and sine of the harmonics as further unknowns the equations are autonomous. ``matrix`` (d, d) is without
+    the force of the teeth, ``push`` is b χ in contact, and ``forcing`` has the coefficients of cosine and sine in the
+    row of z'. ``turning`` is False for a derivative by a parameter: cosine and sine depend on none.
     """
     d, h = matrix.nrows(), len(harmonics)
     out = arb_mat(d + 2 * h + 2, d + 2 * h + 2)
@@ -320,20 +300,6 @@ def linear_rows(known: Numbers) -> tuple[tuple[str, ...], dict[str, Row]]:
         if row["force"]:
             row["z_dot"] = row.get("z_dot", Fraction(0)) + 2 * known["zeta"] * row["force"]
     return tuple(rows), rows
-
-
-def _fourier(known: Numbers) -> list[tuple[int, Fraction, Fraction]]:
-    """(j, c_j, α_j) of a Fourier stiffness; empty for any other."""
-    stiffness = known.parameters["stiffness"]
-    families = [q.name for q in STIFFNESS_FORMS[stiffness["form"]].families]
-    return known.series(*(stiffness[name] for name in families)) if families else []
-
-
-def _levels(known: Numbers) -> list[tuple[Fraction, Fraction]]:
-    """(start in mesh periods from τ = 0, χ) of the levels of the stiffness; empty for a Fourier stiffness."""
-    parts = exact_parts(known.parameters["stiffness"])
-    ends = [*(start for start, _ in parts[1:]), Fraction(1)]
-    return [part for part, end in zip(parts, ends, strict=False) if part[0] < end]
 
 
 def _cells(levels: list[tuple[Fraction, Fraction]], phase: Fraction, rate: float) -> list[Cell]:

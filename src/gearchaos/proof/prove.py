@@ -18,8 +18,7 @@ from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations, equations_at
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.trajectory import trajectory
-from gearchaos.proof.tube import StartTube
+from gearchaos.proof.tube import StartTube, trajectory
 from gearchaos.proof.verifier import sealed
 
 _PRECISIONS = (128, 192, 256, 384, 512, 768)

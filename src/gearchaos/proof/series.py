@@ -73,23 +73,10 @@ def _range_weights(terms: int) -> arb_mat:
 
 
 def constant_series(matrix: arb_mat, dimension: int, bits: int) -> list[arb_mat]:
-    """The first rows of exp(M u) as power series, for autonomous equations.
+    """The d first rows of exp(M u) as power series for M (D, D), with remainders below 2^-bits: each (m + 1, D).
 
-    Parameters
-    ----------
-    matrix : arb_mat
-        M, (D, D).
-    dimension : int
-        Number of rows d.
-    bits : int
-        The remainder is made smaller than 2^-bits.
-
-    Returns
-    -------
-    list of arb_mat
-        For each of the d rows its coefficients (m + 1, D). With ν the norm of M, coefficient i is at most a_i = ν^i/i!,
-        Σ_{i>m} i (i - 1) a_i / (m (m - 1)) at most a_m ν/(m - 1) / (1 - ν/m), and so are the sums for the function and
-        for its first derivative.
+    With ν the norm of M, coefficient i is at most a_i = ν^i/i!, and Σ_{i>m} i (i - 1) a_i / (m (m - 1)) is at most a_m
+    ν/(m - 1) / (1 - ν/m). So are the sums for the function and its first derivative.
     """
     size, nu, size_of_term = matrix.nrows(), norm(matrix), 1.0
     rest = math.inf

@@ -47,19 +47,10 @@ class Stability:
 
 
 def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
-    """The multipliers of an orbit from slopes of P that contain its derivatives.
+    """The multipliers of an orbit from n slopes (d, d) of P that contain its derivatives.
 
-    Parameters
-    ----------
-    slopes : list of arb_mat
-        n matrices of balls, (d, d).
-    midpoints : list of arb_mat
-        Approximate derivatives, (d, d), from which the matrices Q_k are computed.
-
-    Raises
-    ------
-    UndecidedError
-        With the reason "neutral" if the inequalities are not proved.
+    The matrices Q_k are computed from ``midpoints``, approximate derivatives (d, d). Raises `UndecidedError` with the
+    reason "neutral" if the inequalities are not proved.
     """
     matrices = _stein_matrices(list(map(float_midpoint, midpoints)))
     largest = 0.0 if matrices is None or not np.isfinite(matrices).all() else float(np.abs(matrices).max())
@@ -96,12 +87,7 @@ def _positive_eigenvalues(matrix: arb_mat, values: np.ndarray) -> int:
     """The number of positive eigenvalues of a regular symmetric matrix.
 
     It is that of the congruent matrix Vᵀ Q V, V being the eigenvectors in floats, whose diagonal is proved to dominate.
-    Then V is regular too.
-
-    Raises
-    ------
-    UndecidedError
-        If the diagonal does not dominate.
+    Then V is regular too. Raises `UndecidedError` if the diagonal does not dominate.
     """
     size = len(values)
     _, vectors = np.linalg.eigh(values)

@@ -1,4 +1,7 @@
-"""One mesh period of all motions about one motion, the centre: their images, their slopes, their contact switches.
+"""One mesh period of motions: of one from a state, and of all motions about one, the centre.
+
+`trajectory` follows one motion and locates every contact switch in a narrow ball. A tube has the images of all motions
+about it, their slopes and their contact switches.
 
 Any two motions of a tube differ by δ with δ' = (A - κ(t) b e1ᵀ) δ for some κ(t) from 0 to χ(t), since the backlash
 function has slopes from 0 to 1. Where all motions are in one contact state, κ is 0 or χ; it is unknown only in the time
@@ -14,16 +17,104 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol
 
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, block, interval, least, magnitude, rounded, unit, with_one
-from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
+from gearchaos.proof.crossing import (
+    Displacement,
+    UndecidedError,
+    clearance,
+    clearance_by_bounds,
+    crossing_time,
+    first_crossing,
+)
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.trajectory import Switch, Trajectory, trajectory
+
+_MOST_SWITCHES = 500
+"""Most contact switches in one mesh period."""
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A contact switch of the motion."""
+
+    time: arb  # in mesh periods after the section
+    flank: int  # 1 or -1
+    into_contact: bool  # False where contact is lost
+    rate: arb  # dz/dt, per mesh period
+    slopes: arb_mat  # derivative (d, d) of the state there with respect to that at the section
+
+
+@dataclass
+class Trajectory:
+    """The motion from one state over one mesh period.
+
+    Its parts between switches are numbered from 0; part i ends with switch i. In a part the motion follows the frozen
+    equations of one contact state, which is proved together with the tube about it.
+
+    ``starts`` has, by number of the part and of the cell, (w, 1) at the start of the cell, from where the frozen
+    equations lead to the motion in the part. If the part begins within the cell, it is no state of the motion.
+    """
+
+    contacts: list[int]  # the contact state in each part
+    switches: list[Switch] = field(default_factory=list)  # in order of time
+    starts: dict[tuple[int, int], arb_mat] = field(default_factory=dict)
+    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # the state after one mesh period, (d, 1)
+    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # of the image by the state at the section
+
+    def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
+        """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""
+        return equations.flow(cell, self.contacts[part]).at(share) * self.starts[part, cell]
+
+
+def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
+    """The motion over one mesh period from a state (d, 1) at the section, exact or with radii near the rounding unit.
+
+    Raises `UndecidedError` if the state is on a contact boundary, or a switch cannot be told from a touch.
+    """
+    d = equations.dimension
+    motion = Trajectory([contact_state(state[0, 0])])
+    both = arb_mat(d + 1, d + 1, [state[i, 0] if j == 0 else int(i == j - 1) for i in range(d) for j in range(d + 1)]
+                   + [int(j == 0) for j in range(d + 1)])
+    for index, cell in enumerate(equations.cells):  # ``both`` has the columns (w, 1) and (derivative of w, 0)
+        low, leaving = arb(0), None
+        while True:
+            contact = motion.contacts[-1]
+            flow, start = equations.flow(index, contact), block(both, d + 1, range(1))
+            motion.starts[len(motion.switches), index] = start
+            if leaving is None and clearance_by_bounds(flow.bounds * start, contact) is not None:
+                break
+            path = Displacement(flow.polynomial(start))
+            crossing = first_crossing(path, contact, low, arb(1), leaving)
+            if crossing is None:
+                break
+            low, leaving = crossing_time(path, crossing), crossing.flank
+            there = flow.at(low) * both
+            motion.contacts.append(0 if contact else leaving)
+            both = equations.flow(index, motion.contacts[-1]).at(low).solve(there)
+            if len(motion.switches) == _MOST_SWITCHES:
+                raise UndecidedError("too many switches", 0.0)
+            motion.switches.append(Switch(
+                cell.begin + low * cell.span, leaving, motion.contacts[-1] != 0, equations.duration * there[1, 0],
+                block(there, d, range(1, d + 1))))
+        both = flow.end * both
+    motion.image = block(both, d, range(1))
+    motion.derivative = block(both, d, range(1, d + 1))
+    return motion
+
+
+def contact_state(z: arb) -> int:
+    """The contact state at a section from z; raises `UndecidedError` if the ball contains 1 or -1."""
+    if z > 1 or z < -1:
+        return 1 if z > 0 else -1
+    if abs(z) < 1:
+        return 0
+    raise UndecidedError("section on the contact boundary", -magnitude(abs(z) - 1))
+
 
 _WIDENING = 2
 """Width of a window relative to the spread of the switches to first order."""
@@ -60,14 +151,7 @@ class Window:
 
 
 class Tube:
-    """The motions of a tube while they are followed through a mesh period; the base of all tubes.
-
-    Parameters
-    ----------
-    equations : MeshEquations
-        Of the centre, made at the precision that is set.
-    centre : Trajectory
-    """
+    """The motions about ``centre`` while they are followed through a mesh period; the base of all tubes."""
 
     def __init__(self, equations: MeshEquations, centre: Trajectory) -> None:
         self.equations, self.centre, self.dimension = equations, centre, equations.dimension
@@ -142,7 +226,7 @@ def speed_at(switch: Switch) -> float:
 
 
 def enclosure(coefficients: Coefficients, states: arb_mat, window: Window) -> arb_mat:
-    """States (d, 1) that no motion leaves during a window: a box that the equations map into itself."""
+    """A box of states (d, 1) that the equations map into itself: no motion leaves it during a window."""
     duration = window.high - window.low
     span = interval(0, duration)
     forcing = arb_mat(states.nrows(), 1, coefficients.forcing_over(window.low, window.high))
@@ -187,14 +271,7 @@ class StartTube(Tube):
     The slopes are ``flow`` times ``first_slopes``: those since the last window and those at its end. Multiplied cell by
     cell, the wide balls of the latter would grow with the norm of each cell.
 
-    Parameters
-    ----------
-    equations : MeshEquations
-        Made at the precision that is set.
-    box : arb_mat
-        States, (d, 1), of any radii.
-    centre : Trajectory, optional
-        The motion from the midpoint of the box, if it is known.
+    ``box`` are states (d, 1) of any radii, ``centre`` the motion from its midpoint, if it is known.
 
     Attributes
     ----------
@@ -217,20 +294,17 @@ class StartTube(Tube):
         self.margins = {"distance": math.inf, "speed": math.inf}
         self.first_slopes = arb_mat(d + 1, d, [int(i == j) for i in range(d + 1) for j in range(d)])
         self.flow = unit(d + 1)
-        self.windows = [self._window_of(number, switch) for number, switch in enumerate(centre.switches)]
+        self.windows = list[Window]()
+        for number, switch in enumerate(centre.switches):  # twice the spread of the box, over the speed at the switch
+            spread = math.fsum(magnitude(switch.slopes[0, j]) * magnitude(self.offset[j, 0]) for j in range(d))
+            half = _WIDENING * spread / speed_at(switch) + 4 * magnitude(switch.time - switch.time.mid())
+            half = max(half, 2.0 ** (24 - equations.bits))
+            if not half < 1:
+                raise UndecidedError("tangency undecided", 1 - half)
+            self.windows.append(self._window(number, half, 8))
         self.follow(self.windows)
         self.slopes = block(self.flow * self.first_slopes, d, range(d))
         self.image = centre.image + self.slopes * self.offset
-
-    def _window_of(self, number: int, switch: Switch) -> Window:
-        """The window of a switch: twice the spread of the box, over the speed with which the centre crosses."""
-        spread = math.fsum(
-            magnitude(switch.slopes[0, j]) * magnitude(self.offset[j, 0]) for j in range(self.dimension))
-        half = _WIDENING * spread / speed_at(switch) + 4 * magnitude(switch.time - switch.time.mid())
-        half = max(half, 2.0 ** (24 - self.equations.bits))
-        if not half < 1:
-            raise UndecidedError("tangency undecided", 1 - half)
-        return self._window(number, half, 8)
 
     def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
         contact = self.centre.contacts[part]

@@ -2,7 +2,7 @@
 
 About a point of the saddle there is a parallelogram, the home set, with its edges along the two eigenvectors. Points on
 the unstable manifold that leave it and return to it next to the stable manifold give chains of states from home to
-home. About each state of a chain is a parallelogram, so that each covers the next (see `proof.families.covering`):
+home. About each state of a chain is a parallelogram, so that each covers the next (see `proof.families.chaos`):
 
 - its unstable half axis, along the image of the unstable direction, is as long as needed to cover the next set, and
   is found from the end of the chain backwards;

@@ -132,7 +132,7 @@ class Stiffness(ABC):
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Self:
-        """The stiffness with these fields; a list without default that is left out is empty, which its rule refuses."""
+        """The stiffness with these fields. A list left out that has no default is empty: its rule refuses it."""
         needed = {f.name: () for f in cls.fields() if f.default is MISSING}
         return cls(**needed | {n: tuple(v) if isinstance(v, (list, tuple)) else v for n, v in record.items()})
 

@@ -25,11 +25,10 @@ from gearchaos.proof.certificate import Theorem, Unproved, with_checksum
 from gearchaos.proof.crossing import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.coefficients import ParameterBox, shifted
-from gearchaos.proof.families.parameter_tube import ParameterTube
-from gearchaos.proof.families.pieces import BoxBounds
+from gearchaos.proof.families.parameter_tube import BoxBounds, ParameterTube
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.trajectory import trajectory
+from gearchaos.proof.tube import trajectory
 
 FORMAT, VERSION = "gearchaos box certificate", 1
 
@@ -37,7 +36,7 @@ _DIFFERENCE = Fraction(1, 2**40)
 """Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed."""
 
 _RADII = (1.3, 2.0, 4.0, 10.0)
-"""Radii that are tried, over the smallest one that is possible to first order."""
+"""Radii tried, over the smallest one that is possible to first order."""
 
 _HALVINGS, _REFINEMENTS = 30, 6
 """Most halvings of a box until one is proved, and steps of the bisection for the largest one after it."""
@@ -49,12 +48,12 @@ class BoxCertificate(Theorem):
 
     @property
     def scale(self) -> float:
-        """The half-widths of the box that is proved over those that were asked for."""
+        """The half-widths of the box proved over those asked for."""
         return self.document["scale"]
 
     @property
     def widths(self) -> dict[str, float]:
-        """The half-widths of the box that is proved, by the names that were given."""
+        """The half-widths of the box proved, by the names given."""
         return {name: float.fromhex(text) for name, text in self.document["box"].items()}
 
     @property
@@ -171,12 +170,8 @@ class BoxSystem:
     def continued(self, radius: float) -> float:
         """Prove that there is exactly one orbit with |ξ_k| <= ``radius`` for every u, without its stability.
 
-        Krawczyk's operator proves too that the derivative of the equations is regular: no multiplier is 1.
-
-        Returns
-        -------
-        float
-            The margin of Krawczyk's operator. Raises `UndecidedError` if it is not positive.
+        Krawczyk's operator proves too that the derivative of the equations is regular: no multiplier is 1. The result
+        is its margin. Raises `UndecidedError` if that is not positive.
         """
         return self._existence(self.bounds(Fraction(1)), 1.0, radius)[1]
 
@@ -215,15 +210,8 @@ def prove_parameter_box(
 ) -> BoxCertificate | Unproved:
     """Prove a periodic orbit for all models in a box of parameters, the largest up to the one asked for.
 
-    Parameters
-    ----------
-    model : MeshModel
-        The centre of the box.
-    points : (n, d)
-        Approximate states of the orbit at τ = k T.
-    widths : mapping of str to dict
-        For each name the parameters that change together, with their half-widths.
-    bits : int
+    ``model`` is the centre of the box, ``points`` (n, d) are approximate states at τ = k T. ``widths`` has for each
+    name the parameters that change together, with their half-widths.
     """
     with precision(bits):
         try:

@@ -80,14 +80,9 @@ class Dual:
 class VariedNumbers(Numbers):
     """The parameters of a model by name, as functions of u.
 
-    Parameters
-    ----------
-    parameters : mapping
-        At the centre of the box, as in a certificate.
-    widths : mapping of str to list of Fraction
-        For each parameter that varies its derivatives by u_1, ..., u_m: usually one half-width, else 0.
-    at_centre : bool
-        Values and derivatives at the centre alone.
+    ``parameters`` are those at the centre of the box, as in a certificate. ``widths`` has for each parameter that
+    varies its derivatives by u_1, ..., u_m: usually one half-width, else 0. With ``at_centre``, values and derivatives
+    are those at the centre alone.
     """
 
     def __init__(self, parameters: Mapping[str, Any], widths: Mapping[str, list[Fraction]], at_centre: bool) -> None:

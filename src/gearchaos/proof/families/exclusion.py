@@ -94,12 +94,9 @@ class _Slice:
         return change[:-1].reshape(len(self.candidate.points), -1)
 
     def remainder(self, size: float) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds over all x within ``size`` of c_s in each coordinate and all values of the parameter.
+        """Bounds over all x within ``size`` of c_s in each coordinate and all values of the parameter, each (N + 1,).
 
-        Returns
-        -------
-        (N + 1,), (N + 1,)
-            Of the row sums of 1 - Y M, and of Y (B u, 0).
+        They are bounds of the row sums of 1 - Y M, and of Y (B u, 0).
         """
         slopes, drift = self.region.slopes(self.candidate, size)
         middle, spread = midpoints_and_spread(slopes)
@@ -132,16 +129,8 @@ class _Slice:
 class Region:
     """The region D for the values of a parameter in an interval.
 
-    Parameters
-    ----------
-    equations : MeshEquations
-        In the middle of the interval.
-    centre : list of list of Fraction
-        c, n points.
-    radius : Fraction
-        R, in each coordinate of each point.
-    widths : mapping of str to Fraction
-        The half-widths of the parameters that change with u.
+    ``equations`` are those in the middle of the interval, ``centre`` the n points c, ``radius`` R in each coordinate of
+    each point, and ``widths`` the half-widths of the parameters that change with u.
     """
 
     def __init__(
@@ -181,15 +170,8 @@ class Region:
     def not_empty(self, slices: list[tuple[float, float]], *, border: bool) -> tuple[list[tuple[float, float]], int]:
         """Divide slices until no orbit lies in them, or with ``border`` until none lies on the border of the region.
 
-        Returns
-        -------
-        list of (float, float), int
-            The slices that may have orbits off the border, and the number of all slices.
-
-        Raises
-        ------
-        UndecidedError
-            If it is not proved.
+        The result are the slices that may have orbits off the border, and the number of all slices. Raises
+        `UndecidedError` if it is not proved.
         """
         waiting, left, done = list(slices), list[tuple[float, float]](), 0
         least = _THINNEST * (self.whole[-1][1] - self.whole[0][0])

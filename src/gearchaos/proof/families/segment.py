@@ -1,11 +1,11 @@
 """The image of a segment of states under one mesh period, whatever the contact switches of the motions are.
 
-The motions from the points c + t h, -1 <= t <= 1, differ from that from c by t times a vector that changes by the
+The motions from the points c + t h, -1 <= t <= 1, differ from the one from c by t times a vector. It changes by the
 slopes of `tube`. Where a contact state is not proved to be the same for all of them, because they switch at different
 times, or some graze a boundary and others do not, κ is anything from 0 to χ, which needs no other proof. So an image is
 found for every segment, near a grazing motion a wider one.
 
-Where the forcing is unknown by at most G, the motions differ from that from c by a further vector r, which changes by
+Where the forcing is unknown by at most G, the motions differ from the one from c by a further vector r. It changes by
 the same slopes and over a duration η by at most η G e^(ηN), with N a bound of the norm of the equations.
 """
 
@@ -18,8 +18,7 @@ from flint import arb, arb_mat
 from gearchaos.proof.balls import block, magnitude, with_one
 from gearchaos.proof.crossing import Displacement, UndecidedError, clearance, clearance_by_bounds
 from gearchaos.proof.equations import Cell, MeshEquations
-from gearchaos.proof.trajectory import Trajectory, trajectory
-from gearchaos.proof.tube import Tube, Window, largest_rate, slopes_through
+from gearchaos.proof.tube import Trajectory, Tube, largest_rate, slopes_through, trajectory
 
 _CURVATURE = 10.0
 """About the largest z″ in units of a mesh period, by which the duration of a graze is estimated."""
@@ -34,18 +33,10 @@ _SHORTEST = 0.25
 def segment_image(
     equations: MeshEquations, centre: arb_mat, half: arb_mat, forcing_change: float = 0.0
 ) -> tuple[arb_mat, arb_mat]:
-    """The image of a segment of states after one mesh period from the section on.
+    """The image of a segment of states c + t h, -1 <= t <= 1, after one mesh period from the section on.
 
-    Parameters
-    ----------
-    equations : MeshEquations
-        Made at the precision that is set.
-    centre : arb_mat
-        c, (d, 1), with radii near the rounding unit.
-    half : arb_mat
-        h, (d, 1): the segment is c + t h, -1 <= t <= 1.
-    forcing_change : float
-        G, at most this is added to T f(τ) in z'', see `MeshEquations.forcing_change`.
+    ``centre`` is c, (d, 1), with radii near the rounding unit, ``half`` is h, (d, 1). At most ``forcing_change``, G, is
+    added to T f(τ) in z'', see `MeshEquations.forcing_change`.
 
     Returns
     -------
@@ -76,10 +67,21 @@ class SegmentTube(Tube):
         self.change = arb_mat(self.dimension + 1, 1, [*half.entries(), 0])
         self.rest = arb_mat(self.dimension + 1, 1)
         self.forcing_change, self.rate = forcing_change, largest_rate(equations)
-        windows = [self._window_of(number, half) for number in range(len(centre.switches))]
+        windows = []
+        for number, switch in enumerate(centre.switches):  # about as long as others switch; they need not do so in it
+            spread = magnitude((block(switch.slopes, 1, range(self.dimension)) * half)[0, 0]) + forcing_change
+            rounding = magnitude(switch.time - switch.time.mid())
+            duration = max(2 * _duration(spread, magnitude(switch.rate)), 4 * rounding, _LEAST)
+            windows.append(self._window(number, duration, 8))
+            if not windows[-1].low < switch.time < windows[-1].high:
+                raise UndecidedError("bits exhausted", -duration)
         for index, cell in enumerate(equations.cells):
             at = arb(0)
-            for low, high in _shares(windows, cell):  # in order of time, and none within another's
+            shares = [((w.low - cell.begin) / cell.span, (w.high - cell.begin) / cell.span) for w in windows]
+            ends = [(low.lower().mid().max(arb(0)), high.upper().mid().min(arb(1))) for low, high in shares]
+            for low, high in ends:  # of the windows, exact, in order of time, and none within another's
+                if not low < high:  # the window is in another cell
+                    continue
                 if low > at:
                     self._advance(index, at, low, self._part(cell, at))
                     at = low
@@ -88,17 +90,6 @@ class SegmentTube(Tube):
                     at = high
             if at < 1:
                 self._advance(index, at, arb(1), self._part(cell, at))
-
-    def _window_of(self, number: int, half: arb_mat) -> Window:
-        """A window about a switch of the centre, about as long as others switch; they need not all do so in it."""
-        switch = self.centre.switches[number]
-        spread = magnitude((block(switch.slopes, 1, range(self.dimension)) * half)[0, 0]) + self.forcing_change
-        rounding = magnitude(switch.time - switch.time.mid())
-        duration = max(2 * _duration(spread, magnitude(switch.rate)), 4 * rounding, _LEAST)
-        window = self._window(number, duration, 8)
-        if not window.low < switch.time < window.high:
-            raise UndecidedError("bits exhausted", -duration)
-        return window
 
     def _part(self, cell: Cell, share: arb) -> int:
         """The number of switches of the centre before a share of a cell; raises `UndecidedError` if one may be then."""
@@ -157,13 +148,6 @@ class SegmentTube(Tube):
             return arb_mat(self.dimension + 1, 1)
         size = self.forcing_change * duration * (duration * self.rate).exp()
         return arb_mat(self.dimension + 1, 1, [arb(0, size.upper())] * self.dimension + [arb(0)])
-
-
-def _shares(windows: list[Window], cell: Cell) -> list[tuple[arb, arb]]:
-    """The windows in a cell as exact shares from 0 to 1."""
-    shares = [((w.low - cell.begin) / cell.span, (w.high - cell.begin) / cell.span) for w in windows]
-    ends = [(low.lower().mid().max(arb(0)), high.upper().mid().min(arb(1))) for low, high in shares]
-    return [(low, high) for low, high in ends if low < high]
 
 
 def _duration(spread: float, speed: float) -> float:

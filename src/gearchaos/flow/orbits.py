@@ -1,9 +1,14 @@
-"""Near returns of stroboscopic sections: candidates for the period of a motion."""
+"""Periodic orbits of a batch of trajectories: candidates for the period from near returns, and Newton's method.
+
+Each Newton iteration needs one call of the flow: the caller advances states and unit tangent vectors by the period of
+the orbit, and hands the result to `newton_iteration`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from gearchaos.flow.kernels.newton import NewtonSearch
 from gearchaos.flow.kernels.returns import BLOCK, search_returns
 
 
@@ -47,3 +52,27 @@ def near_returns(
     scale, close = np.empty((sections.shape[1] + 1, BLOCK)), np.empty(BLOCK, bool)
     search_returns(sections, longest, tolerance, previous_tolerance, scale, close, found)
     return found
+
+
+def start_newton_search(w: np.ndarray) -> NewtonSearch:
+    """Begin a search for periodic orbits, to be continued with `newton_iteration`.
+
+    Parameters
+    ----------
+    w : (d, L)
+        Guesses of a point on each orbit.
+
+    Returns
+    -------
+    NewtonSearch
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import start_newton_search
+    >>> start_newton_search(np.zeros((2, 3))).monodromy.shape
+    (3, 2, 2)
+    """
+    d, count = w.shape
+    return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(count, np.inf), np.zeros((count, d, d)),
+                        np.zeros(count, np.int64), np.zeros((2, d, d + 1)))
