@@ -15,7 +15,7 @@ FAILED = 1
 _WORDS = {"ok": "ok", "failed": "FAILED", "missing": "missing"}
 
 
-@app.command()
+@app.command(rich_help_panel="Install")
 def doctor(json_out: Json = False) -> None:
     """Check this installation: packages, folders, kernels, a known orbit, optional parts; say what to mend."""
     from gearchaos.installation.checks import Check, checks

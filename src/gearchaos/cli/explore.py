@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gearchaos.studyfile import LoadedStudy
 
 
-@app.command()
+@app.command(rich_help_panel="Motions")
 def explore(
     study: StudyPath = None,
     sets: Sets = None,

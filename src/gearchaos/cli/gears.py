@@ -56,7 +56,7 @@ FactorPlot = Annotated[
 All = Annotated[bool, typer.Option("--all", help="Also every quantity with its formula and source, and every warning.")]
 
 
-@app.command()
+@app.command(rich_help_panel="Gears")
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torques = None,
     plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, every: All = False,
@@ -144,7 +144,7 @@ def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesig
     return load_design(path, values)
 
 
-@app.command("map")
+@app.command("map", rich_help_panel="Gears")
 def operating_map(
     gears: GearsPath,
     speed: Annotated[

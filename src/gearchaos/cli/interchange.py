@@ -21,7 +21,7 @@ TOOLS = {"scipy": "scipy", "julia": "dynamicalsystems.jl"}
 _SUFFIXES = {"scipy": ".py", "julia": ".jl"}
 
 
-@app.command()
+@app.command(rich_help_panel="Proof")
 def script(
     study: StudyPath = None,
     sets: Sets = None,
@@ -47,7 +47,7 @@ def script(
         say(f"wrote {out}")
 
 
-@app.command()
+@app.command(rich_help_panel="Install")
 def examples(
     out: Annotated[
         Path, typer.Option("--out", metavar="FOLDER", help="Where they are written; made if it does not exist.")

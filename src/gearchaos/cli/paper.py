@@ -13,7 +13,7 @@ from gearchaos.cli.options import app
 from gearchaos.errors import InputError
 
 
-@app.command()
+@app.command(rich_help_panel="Install")
 def warmup() -> None:
     """Compile all kernels now, so that no later command has to."""
     from gearchaos.studies.warmup import MODELS
@@ -24,7 +24,7 @@ def warmup() -> None:
         say(f"{dimension} coordinates: ready after {seconds:.0f} s")
 
 
-@app.command()
+@app.command(rich_help_panel="Proof")
 def paper(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
     figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,

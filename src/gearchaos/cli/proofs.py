@@ -17,7 +17,7 @@ REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
 
 
-@app.command()
+@app.command(rich_help_panel="Proof")
 def prove_chaos(
     study: StudyPath = None,
     sets: Sets = None,
@@ -44,7 +44,7 @@ def prove_chaos(
         print(result.in_words())
 
 
-@app.command()
+@app.command(rich_help_panel="Proof")
 def verify(
     files: Annotated[
         list[Path] | None, typer.Argument(metavar="FILE...", help="Certificates, JSON.", readable=False)

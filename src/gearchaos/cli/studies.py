@@ -171,4 +171,5 @@ _OWN = {"regime": regime}
 """Commands that print a verdict and not a Dataset."""
 
 for _kind, _entry in catalogue.STUDIES.items():
-    app.command(_kind.replace("_", "-"))(_OWN.get(_kind) or study_command(_kind, _entry))
+    app.command(_kind.replace("_", "-"), rich_help_panel=_entry["group"])(
+        _OWN.get(_kind) or study_command(_kind, _entry))

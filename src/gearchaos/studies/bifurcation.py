@@ -71,6 +71,7 @@ class Bifurcation(ClassifyingStudy):
 
     kind: ClassVar[str] = "bifurcation"
     rank: ClassVar[int] = 4
+    group: ClassVar[str] = "Bifurcations"
     gridded: ClassVar[bool] = True
     item_dims: ClassVar[tuple[str, ...]] = ("point",)
     needs_out: ClassVar[bool] = True
