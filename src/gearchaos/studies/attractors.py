@@ -21,7 +21,7 @@ from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, f
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.options import option
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, Results
@@ -135,7 +135,7 @@ class Attractors(ClassifyingStudy):
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         name, w = "attractors" if progress else None, self._initial_states[:, items]
-        return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
+        return final_states(Motions.at(self._flow, w), settings=self.classification, progress=name, threads=threads)
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors, settings = AttractorSet(self._flow), self.classification

@@ -14,6 +14,7 @@ from gearchaos.dynamics import ON_ATTRACTOR, Classification, Label, Reason, Verd
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.attractor_set import Attractor, AttractorSet
 from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.initial_value_problems import Motions
 
 _MAX_POINTS = 16
 """Largest number of stroboscopic points of the attractor that are perturbed."""
@@ -71,15 +72,12 @@ class _Search:
     def leaves(self, w: np.ndarray, progress: str | None = None) -> np.ndarray:
         """Whether motions from w (d, L) settle on another attractor or diverge, (L,)."""
 
-        def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            return self.flow, w[:, tile].copy(), np.zeros(len(tile), dtype=int)
-
-        def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
             return {"leaves": np.isin(found.label, _DECIDED) & ~self._returned(found)}
 
         return classify_batch(
-            initial_states, collect, np.arange(w.shape[1]), settings=self.settings, response=False, progress=progress,
-            threads=self.threads,
+            Motions.at(self.flow, w).take, collect, np.arange(w.shape[1]), settings=self.settings, response=False,
+            progress=progress, threads=self.threads,
         )["leaves"]
 
     def _returned(self, found: Verdicts) -> np.ndarray:

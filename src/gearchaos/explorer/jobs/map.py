@@ -19,9 +19,9 @@ from gearchaos.execute.machine import cores
 from gearchaos.explorer.jobs.map_grid import Map, MapGrid
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
 from gearchaos.explorer.view.state import View
-from gearchaos.flow import ExactFlow
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import BatchClassifier, Unresolved, concatenated
+from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.zones import Zones
 
 COARSE = (16, 8)
@@ -82,7 +82,7 @@ def _motion_map(view: View) -> Generator[Map]:
     yield grid.map(quick, 1)
 
 
-def _collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+def _collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
     """The variables of the map, from the verdicts found."""
     return found.variables()
 
