@@ -28,7 +28,7 @@ from gearchaos.cli.options import (
     study_axes,
     study_option,
 )
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, draw_dossier, print_json, save
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json, save
 from gearchaos.cli.proof_options import check_proof, proof_of
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
@@ -84,7 +84,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     part = next((Path(f"{out}.part") for o in entry["run_options"].values() if o["type"] == "part"), None)
     if part is not None:
         of_run["journal"] = part
-    from gearchaos.cli.summaries import SUMMARIES, Found
+    from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.registry import study_class
 
     chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
@@ -93,10 +93,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     save(found.dataset, out)
     if part is not None:
         part.unlink(missing_ok=True)
-    draw(found.dataset, plot)
-    document, show = SUMMARIES[entry["summary"]]
-    content = document(found)
-    print_json(content) if json_out else show(found, content)
+    report(found, entry["summary"], json_out)
 
 
 def _options(
