@@ -2,7 +2,7 @@
 
 # Importing a module adds its commands to the application; --help lists its groups, and what is in them, in this order.
 from gearchaos.cli import (  # noqa: F401, I001
-    gears, studies, explore, runs, proofs, interchange, paper, doctor,
+    gears, studies, explore, runs, proofs, installation,
 )
 from gearchaos.cli.options import app, main
 

@@ -206,13 +206,14 @@ def plot(
     if width is not None and style is None:
         raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
     from gearchaos.store.reading.load import is_store
+    from gearchaos.studies import load as read_file
 
     if is_store(result):
         dataset, options = _from_store(result, colour, physical)
     else:
-        dataset, options = _in_units(_from_file(result), physical), {}
+        dataset, options = _in_units(read_file(result), physical), {}
     _say_dimensionless(dataset)
-    options["over"] = None if over is None else _in_units(_from_file(over), physical)
+    options["over"] = None if over is None else _in_units(read_file(over), physical)
     draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
@@ -234,13 +235,6 @@ def _say_dimensionless(dataset: xr.Dataset) -> None:
 
     if "gears" in dataset.attrs and not is_physical(dataset):
         say("results of these gears are dimensionless; --physical gives them in µm, mm/s, N and Hz")
-
-
-def _from_file(path: str) -> xr.Dataset:
-    """The Dataset of a saved file."""
-    from gearchaos.studies import load as read_file
-
-    return read_file(path)
 
 
 def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -33,9 +33,6 @@ from gearchaos.cli.proof_options import check_proof, proof_of
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
 
-if TYPE_CHECKING:
-    from gearchaos.studies import Verdict
-    from gearchaos.studyfile import LoadedStudy
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
     """The command of a study, with the signature from which Typer makes its options."""
@@ -139,7 +136,12 @@ def regime(
     verdict = chosen.verdict()
     proof = proof_of(verdict, certificate) if prove else None
     if json_out:
-        document = _regime_document(verdict, loaded, physical)
+        document = verdict.to_dict()
+        if physical and loaded.pair is not None:
+            from gearchaos.gears.scales import scaled_numbers
+
+            values, units = scaled_numbers({**document, "omega": loaded.model.omega}, loaded.pair.scales)
+            document = {**values, "units": units}
         print_json(document if proof is None else {**document, "proof": proof.to_dict()})
     else:
         from gearchaos.cli.tables.motions import print_regime
@@ -152,16 +154,6 @@ def regime(
 
         motion = in_units(steady(loaded.model, verdict), loaded, physical)
         draw_dossier(motion, f"{verdict.label}: {verdict.reason}", plot)
-
-
-def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
-    """The JSON document of a verdict; in physical units it also has the mesh frequency, and the units by name."""
-    if not physical or loaded.pair is None:
-        return verdict.to_dict()
-    from gearchaos.gears.scales import scaled_numbers
-
-    values, units = scaled_numbers({**verdict.to_dict(), "omega": loaded.model.omega}, loaded.pair.scales)
-    return {**values, "units": units}
 
 
 _OWN = {"regime": regime}

@@ -61,14 +61,6 @@ class Found(NamedTuple):
         return in_units(self.plain, self.loaded, physical=True)
 
 
-def _section(found: Found) -> Document:
-    return {**motions.section(found.dataset), **found.units(motions.section_units)}
-
-
-def _attractors(found: Found) -> Document:
-    return {**motions.attractor_list(found.dataset), **found.units(motions.attractor_units)}
-
-
 def _map(found: Found) -> Document:
     """The JSON document of a map; how many cells are proved is also said on stderr."""
     document = maps.map_document(found.dataset)
@@ -77,18 +69,17 @@ def _map(found: Found) -> Document:
     return {"study": found.kind, **found.files, "axes": axes, **document}
 
 
-def _curve(found: Found) -> Document:
-    return branches.curve_document(found.dataset, *(axis.name for axis in found.axes))
-
-
 SUMMARIES: dict[str, tuple[Callable[[Found], Document], Callable[[Found, Document], None]]] = {
-    "section": (_section, lambda found, _: motions.print_section(found.in_units)),
-    "attractors": (_attractors, lambda found, _: motions.print_attractors(found.in_units, found.loaded.model)),
+    "section": (lambda found: {**motions.section(found.dataset), **found.units(motions.section_units)},
+                lambda found, _: motions.print_section(found.in_units)),
+    "attractors": (lambda found: {**motions.attractor_list(found.dataset), **found.units(motions.attractor_units)},
+                   lambda found, _: motions.print_attractors(found.in_units, found.loaded.model)),
     "map": (_map, lambda found, content: maps.print_map(content, found.dataset)),
     "branch": (lambda found: branches.branch_document(found.dataset, found.plain),
                lambda found, content: branches.print_branch(content, found.dataset)),
-    "curve": (_curve, lambda found, content: branches.print_curve(
-        content, found.dataset, *(axis.name for axis in found.axes))),
+    "curve": (lambda found: branches.curve_document(found.dataset, *(axis.name for axis in found.axes)),
+              lambda found, content: branches.print_curve(
+                  content, found.dataset, *(axis.name for axis in found.axes))),
     "skeleton": (lambda found: {"study": found.kind, **found.files, **branches.skeleton_document(found.dataset)},
                  lambda found, content: branches.print_skeleton(content)),
     "result": (lambda found: {"study": found.kind, **found.files, **maps.result_document(found.dataset)},

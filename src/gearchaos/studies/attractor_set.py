@@ -138,16 +138,11 @@ class AttractorSet:
         index = np.full(len(final["label"]), -1, dtype=np.int32)
         for first in range(0, len(index), _TILE):
             tile = slice(first, first + _TILE)
-            index[tile] = self._match_tile({n: v[tile] for n, v in final.items()})
-        return index
-
-    def _match_tile(self, final: dict[str, np.ndarray]) -> np.ndarray:
-        """`match` for at most `_TILE` motions."""
-        index = np.full(len(final["label"]), -1, dtype=np.int32)
-        kinds = np.stack([final[n] for n in ("label", "period", "neutral")])
-        for kind in np.unique(kinds[:, np.isin(final["label"], ON_ATTRACTOR)], axis=1).T:
-            same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
-            index[same] = self._match_kind({n: v[same] for n, v in final.items()})
+            part = {n: v[tile] for n, v in final.items()}
+            kinds = np.stack([part[n] for n in ("label", "period", "neutral")])
+            for kind in np.unique(kinds[:, np.isin(part["label"], ON_ATTRACTOR)], axis=1).T:
+                same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
+                index[first + same] = self._match_kind({n: v[same] for n, v in part.items()})
         return index
 
     def _match_kind(self, final: dict[str, np.ndarray]) -> np.ndarray:

@@ -73,21 +73,17 @@ class _Search:
         """Whether motions from w (d, L) settle on another attractor or diverge, (L,)."""
 
         def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-            return {"leaves": np.isin(found.label, _DECIDED) & ~self._returned(found)}
+            attractor, neutral = self.attractor, found.reason == Reason.NEUTRAL
+            alike = np.flatnonzero((found.label == attractor.label) & (found.period == attractor.period)
+                                   & (neutral == attractor.neutral))
+            leaves = np.isin(found.label, _DECIDED)
+            leaves[alike[AttractorSet(self.flow).contains(attractor, found.w[:, alike])]] = False
+            return {"leaves": leaves}
 
         return classify_batch(
             Motions.at(self.flow, w).take, collect, np.arange(w.shape[1]), settings=self.settings, response=False,
             progress=progress, threads=self.threads,
         )["leaves"]
-
-    def _returned(self, found: Verdicts) -> np.ndarray:
-        """Whether motions ended on the attractor, (L,)."""
-        attractor, neutral = self.attractor, found.reason == Reason.NEUTRAL
-        same = (found.label == attractor.label) & (found.period == attractor.period) & (neutral == attractor.neutral)
-        candidates = np.flatnonzero(same)
-        out = np.zeros(len(found.label), dtype=bool)
-        out[candidates] = AttractorSet(self.flow).contains(attractor, found.w[:, candidates])
-        return out
 
     def first(self, directions: np.ndarray, progress: str | None) -> Perturbation | None:
         """The shortest perturbation tried in directions (D, d) after which a motion leaves; None if none does."""

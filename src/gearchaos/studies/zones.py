@@ -175,18 +175,12 @@ class Zones(ClassifyingStudy):
             out |= coexisting(self.model, self.x, self.y, cells, order, out, self.starts - 1, **options)
             del out["centre_z"], out["centre_z_dot"]
         if self.prove:
-            out |= self._proofs(cells, out.pop("orbit"), progress, threads)
+            at, orbits = at_cells(self.x, self.y, cells), out.pop("orbit")  # None where the motion is not periodic
+            models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
+                      for i, orbit in enumerate(orbits)]
+            files = certificate_files(self.certificates, cells, self.x.count)
+            out |= proofs(models, orbits, files, progress=progress, threads=threads)
         return out
-
-    def _proofs(
-        self, cells: np.ndarray, orbits: np.ndarray, progress: bool, threads: int | None
-    ) -> dict[str, np.ndarray]:
-        """The proofs of the orbits in cells (N,), which are None where the motion is not periodic."""
-        at = at_cells(self.x, self.y, cells)
-        models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
-                  for i, orbit in enumerate(orbits)]
-        files = certificate_files(self.certificates, cells, self.x.count)
-        return proofs(models, orbits, files, progress=progress, threads=threads)
 
     def _collect(self, _: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         """The variables of the verdicts, and what `coexisting` and proofs need."""
