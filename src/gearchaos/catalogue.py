@@ -10,7 +10,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'simulate': {
         'module': 'studies.simulate', 'class': 'Simulate',
         'help': 'Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.',
-        'needs_out': False, 'summary': 'section',
+        'group': 'Motions', 'needs_out': False, 'summary': 'section',
         'axes': {},
         'options': {
             'periods': {'type': 'int', 'help': 'Mesh periods to record.', 'least': 1, 'required': True},
@@ -24,8 +24,8 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'regime': {
         'module': 'studies.regime', 'class': 'Regime',
-        'help': 'Classify the motion at one operating point, with its evidence.', 'needs_out': False,
-        'summary': 'result',
+        'help': 'Classify the motion at one operating point, with its evidence.', 'group': 'Motions',
+        'needs_out': False, 'summary': 'result',
         'axes': {},
         'options': {},
         'run_options': {},
@@ -33,7 +33,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'attractors': {
         'module': 'studies.attractors', 'class': 'Attractors',
         'help': 'Find all attractors of one operating point, with the share of the initial states that lead to each.',
-        'needs_out': False, 'summary': 'attractors',
+        'group': 'Motions', 'needs_out': False, 'summary': 'attractors',
         'axes': {},
         'options': {
             'starts': {
@@ -55,8 +55,8 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'bifurcation': {
         'module': 'studies.bifurcation', 'class': 'Bifurcation',
-        'help': 'Scan one parameter: stroboscopic points, verdicts and exponents.', 'needs_out': True,
-        'summary': 'map',
+        'help': 'Scan one parameter: stroboscopic points, verdicts and exponents.', 'group': 'Bifurcations',
+        'needs_out': True, 'summary': 'map',
         'axes': {'axis': None},
         'options': {
             'points': {
@@ -73,7 +73,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'zones': {
         'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
-        'needs_out': True, 'summary': 'map',
+        'group': 'Motions', 'needs_out': True, 'summary': 'map',
         'axes': {'x': None, 'y': None},
         'options': {
             'starts': {
@@ -94,7 +94,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'basins': {
         'module': 'studies.basins', 'class': 'Basins', 'help': 'Map the basins of attraction over two initial values.',
-        'needs_out': True, 'summary': 'map',
+        'group': 'Motions', 'needs_out': True, 'summary': 'map',
         'axes': {'x': None, 'y': None},
         'options': {},
         'run_options': {},
@@ -102,7 +102,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'branch': {
         'module': 'studies.branch', 'class': 'Branch',
         'help': 'Follow a branch of periodic orbits along one parameter, stable or not, with all its events.',
-        'needs_out': False, 'summary': 'branch',
+        'group': 'Bifurcations', 'needs_out': False, 'summary': 'branch',
         'axes': {'axis': 2},
         'options': {
             'start': {
@@ -122,8 +122,8 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'curve': {
         'module': 'studies.curve', 'class': 'Curve',
-        'help': 'Follow the curve of an event of periodic orbits over two parameters.', 'needs_out': False,
-        'summary': 'curve',
+        'help': 'Follow the curve of an event of periodic orbits over two parameters.', 'group': 'Bifurcations',
+        'needs_out': False, 'summary': 'curve',
         'axes': {'x': 2, 'y': 2},
         'options': {
             'event': {
@@ -146,7 +146,8 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'skeleton': {
         'module': 'studies.skeleton', 'class': 'Skeleton',
-        'help': 'Find all curves of events in a window of two parameters.', 'needs_out': True, 'summary': 'skeleton',
+        'help': 'Find all curves of events in a window of two parameters.', 'group': 'Bifurcations', 'needs_out': True,
+        'summary': 'skeleton',
         'axes': {'x': 48, 'y': 24},
         'options': {
             'period': {'type': 'int', 'help': 'Largest period of the orbits; 4 by default.', 'least': 1},
@@ -167,7 +168,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'manifolds': {
         'module': 'studies.manifolds', 'class': 'Manifolds',
         'help': 'Find the saddles of a model with two coordinates, and their stable and unstable manifolds.',
-        'needs_out': True, 'summary': 'result',
+        'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
         'axes': {},
         'options': {
             'period': {
@@ -186,7 +187,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'edge_state': {
         'module': 'studies.edge_state', 'class': 'EdgeTracking',
         'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
-        'needs_out': True, 'summary': 'result',
+        'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
         'axes': {},
         'options': {
             'first': {

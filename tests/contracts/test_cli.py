@@ -70,13 +70,19 @@ def test_nothing_heavy_is_loaded(code):
     assert done.stdout.strip() == "[]"
 
 
-def test_help_lists_the_commands_in_the_order_in_which_they_are_used():
-    listed = re.findall(r"(?m)^│ ([a-z-]+) ", run("--help").stdout.partition("Commands")[2])
-    assert listed == [
-        "warmup", "paper", "simulate", "regime", "attractors", "bifurcation", "zones", "basins", "branch", "curve",
-        "skeleton", "manifolds", "edge-state", "prove-chaos", "verify", "gear", "map", "explore", "run", "finish",
-        "info", "plot", "export", "check", "script", "examples", "doctor",
+def test_help_lists_the_commands_in_groups():
+    text = run("--help").stdout
+    panels = re.split(r"(?m)^╭─ (\w+) ─+╮$", text)[1:]
+    listed = [(title, re.findall(r"(?m)^│ ([a-z-]+) ", body)) for title, body in zip(*[iter(panels)] * 2, strict=True)]
+    assert listed[1:] == [
+        ("Gears", ["gear", "map"]),
+        ("Motions", ["simulate", "regime", "attractors", "zones", "basins", "explore"]),
+        ("Bifurcations", ["bifurcation", "branch", "curve", "skeleton", "manifolds", "edge-state"]),
+        ("Runs", ["run", "finish", "info", "plot", "export", "check"]),
+        ("Proof", ["prove-chaos", "verify", "script", "paper"]),
+        ("Install", ["examples", "warmup", "doctor"]),
     ]
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_version():

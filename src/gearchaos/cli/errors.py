@@ -26,19 +26,14 @@ class Commands(TyperGroup):
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         with reported():  # --version and --help print while arguments are parsed
-            _check_stdout()
+            if sys.stdout is None:  # results would be lost, or written to the next file that is opened
+                raise InputError("stdout", "must be open", "closed", "Send it to a file, or to /dev/null.")
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         with reported(), warnings.catch_warnings():
             warnings.simplefilter("ignore", DesignWarning)  # commands print them in their own words
             return super().invoke(ctx)
-
-
-def _check_stdout() -> None:
-    """Raise `InputError` if stdout is closed: results would be lost, or written to the next file that is opened."""
-    if sys.stdout is None:
-        raise InputError("stdout", "must be open", "closed", "Send it to a file, or to /dev/null.")
 
 
 @contextmanager

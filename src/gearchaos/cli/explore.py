@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import webbrowser
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
     from gearchaos.studyfile import LoadedStudy
 
 
-@app.command()
+@app.command(rich_help_panel="Motions")
 def explore(
     study: StudyPath = None,
     sets: Sets = None,
@@ -80,18 +78,11 @@ def _serve(running: Any, page: str | None) -> None:
     loop = running.io_loop
     if page:
         loop.add_callback(webbrowser.open, page)
-    with _interrupt_stops(loop):
-        loop.start()
-    running.stop()
-
-
-@contextlib.contextmanager
-def _interrupt_stops(loop: Any) -> Iterator[None]:
-    """Let Ctrl-C stop a loop of Tornado, unless it is ignored, as in a background job."""
     before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:
+    if before is signal.default_int_handler:  # it is ignored in a background job
         signal.signal(signal.SIGINT, lambda *_: loop.asyncio_loop.call_soon_threadsafe(loop.stop))
     try:
-        yield
+        loop.start()
     finally:
         signal.signal(signal.SIGINT, before)
+    running.stop()

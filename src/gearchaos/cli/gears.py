@@ -11,11 +11,10 @@ import typer
 
 from gearchaos.cli import startup
 from gearchaos.cli.errors import announce_compilation, say
-from gearchaos.cli.maps import MapOutput
 from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
 from gearchaos.errors import InputError
-from gearchaos.files import write_bytes
+from gearchaos.files import DATA_SUFFIXES, write_bytes
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -56,7 +55,7 @@ FactorPlot = Annotated[
 All = Annotated[bool, typer.Option("--all", help="Also every quantity with its formula and source, and every warning.")]
 
 
-@app.command()
+@app.command(rich_help_panel="Gears")
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torques = None,
     plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, every: All = False,
@@ -144,7 +143,7 @@ def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesig
     return load_design(path, values)
 
 
-@app.command("map")
+@app.command("map", rich_help_panel="Gears")
 def operating_map(
     gears: GearsPath,
     speed: Annotated[
@@ -161,8 +160,9 @@ def operating_map(
     json_out: Json = False,
 ) -> None:
     """Map where the teeth of given gears separate, and their motions, over speed and torque in rpm and N m."""
-    output = MapOutput(out, plot, json_out)
-    output.check()
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis
     from gearchaos.studies.zones import Zones
 
@@ -170,4 +170,5 @@ def operating_map(
     loaded = load(gears, sets, physical=True, axes=axes.values())
     study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
-    output.write("map", dataset, axes.values())
+    save(dataset, out)
+    report(Found("map", dataset, dataset, loaded, True, tuple(axes.values()), out, plot), "map", json_out)

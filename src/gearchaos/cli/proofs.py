@@ -1,4 +1,4 @@
-"""The commands that prove a chaotic set and check certificates."""
+"""The commands that prove and check: chaotic sets, certificates, scripts for other tools, the 2008 paper."""
 
 from __future__ import annotations
 
@@ -7,17 +7,24 @@ from typing import Annotated
 
 import typer
 
+from gearchaos.cli import completion
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, Sets, StudyPath, app, initial_values, load
+from gearchaos.cli.options import Json, Sets, StudyPath, app, initial_values, load, read_study
 from gearchaos.cli.output import check_output, print_json
 from gearchaos.cli.proof_options import write_certificate
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.files import write_bytes
 
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
 
+TOOLS = {"scipy": "scipy", "julia": "dynamicalsystems.jl"}
+"""The tools of `gearchaos.script` by the names of ``--for``."""
 
-@app.command()
+_SUFFIXES = {"scipy": ".py", "julia": ".jl"}
+
+
+@app.command(rich_help_panel="Proof")
 def prove_chaos(
     study: StudyPath = None,
     sets: Sets = None,
@@ -44,7 +51,7 @@ def prove_chaos(
         print(result.in_words())
 
 
-@app.command()
+@app.command(rich_help_panel="Proof")
 def verify(
     files: Annotated[
         list[Path] | None, typer.Argument(metavar="FILE...", help="Certificates, JSON.", readable=False)
@@ -78,3 +85,55 @@ def verify(
         print(f"{file}: {'proved' if result.proved else 'refused'}", *result.lines, sep="\n  ", flush=True)
     if not all(result.proved for result in results):
         raise typer.Exit(REFUSED)
+
+
+@app.command(rich_help_panel="Proof")
+def script(
+    study: StudyPath = None,
+    sets: Sets = None,
+    tool: Annotated[
+        str, typer.Option("--for", metavar="scipy|julia", help="Tool that runs the script.",
+                          autocompletion=completion.choices("scipy", "julia"))
+    ] = "scipy",
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Script to write; otherwise on stdout.", readable=False)
+    ] = None,
+) -> None:
+    """Write the model as a stand-alone script for SciPy or DynamicalSystems.jl, to check a result there."""
+    if tool not in TOOLS:
+        raise unknown_name("--for", tool, TOOLS)
+    check_output("--out", out, (_SUFFIXES[tool],))
+    from gearchaos.interchange.scripts import script as text_of
+
+    text = text_of(read_study(study, sets).model, TOOLS[tool])
+    if out is None:
+        print(text, end="")
+    else:
+        write_bytes(out, text.encode())
+        say(f"wrote {out}")
+
+
+@app.command(rich_help_panel="Proof")
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.", readable=False)],
+    figures: Annotated[str | None, typer.Option(metavar="2,6,9", help="Only these figures.")] = None,
+    quality: Annotated[str, typer.Option(
+        metavar="draft|paper", help="Number of cells and columns.", autocompletion=completion.choices("draft", "paper"),
+    )] = "paper",
+) -> None:
+    """Reproduce the 2008 paper: a report with every figure, and every claim compared with computed values."""
+    try:
+        numbers = None if figures is None else [int(part) for part in figures.split(",")]
+    except ValueError:
+        rule = "must be numbers with commas between"
+        raise InputError("--figures", rule, figures, "E.g. --figures 2,6,9.") from None
+    from gearchaos.flow import cache_is_empty
+    from gearchaos.paper.report import build
+    from gearchaos.paper.settings import chosen_figures
+    from gearchaos.studies.warmup import warmup as compile_kernels
+
+    chosen_figures(numbers)  # checked before anything is compiled
+    if cache_is_empty():
+        say("compiling the kernels, once after an install or an update")
+        list(compile_kernels((2, 4)))  # those of both of the paper's models at the same time, one core each
+    raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))

@@ -45,7 +45,7 @@ COARSE = 8
 """Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def run(
     study: StudyPath,
     out: Annotated[str, typer.Option("--out", metavar="DIR.zarr", help="Store, new or of an earlier run, or s3://….")],
@@ -78,7 +78,7 @@ def run(
     _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def finish(store: StorePath, json_out: Json = False) -> None:
     """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
     from gearchaos.store.running.run import finish_store
@@ -151,7 +151,7 @@ def _study(path: Path | None, sets: list[str] | None, texts: list[str] | None, r
     return loaded.study(study_class(loaded.kind), **axes, **coarse)
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def info(store: StorePath, json_out: Json = False) -> None:
     """Show the progress of a run: whether it is running, tiles done, rate, failures, and how to continue it."""
     from gearchaos.store.files.folder import open_folder
@@ -170,7 +170,7 @@ def info(store: StorePath, json_out: Json = False) -> None:
         print_run(found)
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def plot(
     result: Annotated[
         str, typer.Argument(metavar="FILE.nc|DIR.zarr", help="Saved data, or a store of a run, or its URL.")
@@ -206,13 +206,14 @@ def plot(
     if width is not None and style is None:
         raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
     from gearchaos.store.reading.load import is_store
+    from gearchaos.studies import load as read_file
 
     if is_store(result):
         dataset, options = _from_store(result, colour, physical)
     else:
-        dataset, options = _in_units(_from_file(result), physical), {}
+        dataset, options = _in_units(read_file(result), physical), {}
     _say_dimensionless(dataset)
-    options["over"] = None if over is None else _in_units(_from_file(over), physical)
+    options["over"] = None if over is None else _in_units(read_file(over), physical)
     draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
@@ -234,13 +235,6 @@ def _say_dimensionless(dataset: xr.Dataset) -> None:
 
     if "gears" in dataset.attrs and not is_physical(dataset):
         say("results of these gears are dimensionless; --physical gives them in µm, mm/s, N and Hz")
-
-
-def _from_file(path: str) -> xr.Dataset:
-    """The Dataset of a saved file."""
-    from gearchaos.studies import load as read_file
-
-    return read_file(path)
 
 
 def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Dataset, dict[str, Any]]:
@@ -291,7 +285,7 @@ def _default_picture(result: str, colour: str) -> Path:
     return named.with_name(f"{named.stem}{suffix}.png")
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def export(
     store: StorePath,
     out: Out,
@@ -319,7 +313,7 @@ def export(
         say_written([out])
 
 
-@app.command()
+@app.command(rich_help_panel="Runs")
 def check(store: StorePath, json_out: Json = False) -> None:
     """Verify all checksums of a store; exit code 0 if it is undamaged, 1 if anything is damaged.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -28,14 +28,11 @@ from gearchaos.cli.options import (
     study_axes,
     study_option,
 )
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, draw_dossier, print_json, save
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json, save
 from gearchaos.cli.proof_options import check_proof, proof_of
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
 
-if TYPE_CHECKING:
-    from gearchaos.studies import Verdict
-    from gearchaos.studyfile import LoadedStudy
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
     """The command of a study, with the signature from which Typer makes its options."""
@@ -84,7 +81,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     part = next((Path(f"{out}.part") for o in entry["run_options"].values() if o["type"] == "part"), None)
     if part is not None:
         of_run["journal"] = part
-    from gearchaos.cli.summaries import SUMMARIES, Found
+    from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.registry import study_class
 
     chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
@@ -93,10 +90,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     save(found.dataset, out)
     if part is not None:
         part.unlink(missing_ok=True)
-    draw(found.dataset, plot)
-    document, show = SUMMARIES[entry["summary"]]
-    content = document(found)
-    print_json(content) if json_out else show(found, content)
+    report(found, entry["summary"], json_out)
 
 
 def _options(
@@ -142,7 +136,12 @@ def regime(
     verdict = chosen.verdict()
     proof = proof_of(verdict, certificate) if prove else None
     if json_out:
-        document = _regime_document(verdict, loaded, physical)
+        document = verdict.to_dict()
+        if physical and loaded.pair is not None:
+            from gearchaos.gears.scales import scaled_numbers
+
+            values, units = scaled_numbers({**document, "omega": loaded.model.omega}, loaded.pair.scales)
+            document = {**values, "units": units}
         print_json(document if proof is None else {**document, "proof": proof.to_dict()})
     else:
         from gearchaos.cli.tables.motions import print_regime
@@ -157,18 +156,9 @@ def regime(
         draw_dossier(motion, f"{verdict.label}: {verdict.reason}", plot)
 
 
-def _regime_document(verdict: Verdict, loaded: LoadedStudy, physical: bool) -> dict[str, Any]:
-    """The JSON document of a verdict; in physical units it also has the mesh frequency, and the units by name."""
-    if not physical or loaded.pair is None:
-        return verdict.to_dict()
-    from gearchaos.gears.scales import scaled_numbers
-
-    values, units = scaled_numbers({**verdict.to_dict(), "omega": loaded.model.omega}, loaded.pair.scales)
-    return {**values, "units": units}
-
-
 _OWN = {"regime": regime}
 """Commands that print a verdict and not a Dataset."""
 
 for _kind, _entry in catalogue.STUDIES.items():
-    app.command(_kind.replace("_", "-"))(_OWN.get(_kind) or study_command(_kind, _entry))
+    app.command(_kind.replace("_", "-"), rich_help_panel=_entry["group"])(
+        _OWN.get(_kind) or study_command(_kind, _entry))

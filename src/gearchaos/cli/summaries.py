@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearchaos.cli import documents
-from gearchaos.cli.maps import MapOutput
 from gearchaos.cli.options import in_units
-from gearchaos.cli.tables.branches import print_branch, print_curve, print_skeleton
-from gearchaos.cli.tables.maps import print_map, print_result
-from gearchaos.cli.tables.motions import print_attractors, print_section
+from gearchaos.cli.output import draw, print_json, say_proofs
+from gearchaos.cli.tables import branches, maps, motions
+from gearchaos.quantities import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,33 +61,36 @@ class Found(NamedTuple):
         return in_units(self.plain, self.loaded, physical=True)
 
 
-def _section(found: Found) -> Document:
-    return {**documents.section(found.dataset), **found.units(documents.section_units)}
-
-
-def _attractors(found: Found) -> Document:
-    return {**documents.attractor_list(found.dataset), **found.units(documents.attractor_units)}
-
-
 def _map(found: Found) -> Document:
-    return MapOutput(found.out, found.plot, True).document(found.kind, found.dataset, found.axes)
-
-
-def _curve(found: Found) -> Document:
-    return documents.curve_document(found.dataset, *(axis.name for axis in found.axes))
+    """The JSON document of a map; how many cells are proved is also said on stderr."""
+    document = maps.map_document(found.dataset)
+    say_proofs(document)
+    axes = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in found.axes]
+    return {"study": found.kind, **found.files, "axes": axes, **document}
 
 
 SUMMARIES: dict[str, tuple[Callable[[Found], Document], Callable[[Found, Document], None]]] = {
-    "section": (_section, lambda found, _: print_section(found.in_units)),
-    "attractors": (_attractors, lambda found, _: print_attractors(found.in_units, found.loaded.model)),
-    "map": (_map, lambda found, content: print_map(content, found.dataset)),
-    "branch": (lambda found: documents.branch_document(found.dataset, found.plain),
-               lambda found, content: print_branch(content, found.dataset)),
-    "curve": (_curve, lambda found, content: print_curve(
-        content, found.dataset, *(axis.name for axis in found.axes))),
-    "skeleton": (lambda found: {"study": found.kind, **found.files, **documents.skeleton_document(found.dataset)},
-                 lambda found, content: print_skeleton(content)),
-    "result": (lambda found: {"study": found.kind, **found.files, **documents.result_document(found.dataset)},
-               lambda found, content: print_result(content)),
+    "section": (lambda found: {**motions.section(found.dataset), **found.units(motions.section_units)},
+                lambda found, _: motions.print_section(found.in_units)),
+    "attractors": (lambda found: {**motions.attractor_list(found.dataset), **found.units(motions.attractor_units)},
+                   lambda found, _: motions.print_attractors(found.in_units, found.loaded.model)),
+    "map": (_map, lambda found, content: maps.print_map(content, found.dataset)),
+    "branch": (lambda found: branches.branch_document(found.dataset, found.plain),
+               lambda found, content: branches.print_branch(content, found.dataset)),
+    "curve": (lambda found: branches.curve_document(found.dataset, *(axis.name for axis in found.axes)),
+              lambda found, content: branches.print_curve(
+                  content, found.dataset, *(axis.name for axis in found.axes))),
+    "skeleton": (lambda found: {"study": found.kind, **found.files, **branches.skeleton_document(found.dataset)},
+                 lambda found, content: branches.print_skeleton(content)),
+    "result": (lambda found: {"study": found.kind, **found.files, **maps.result_document(found.dataset)},
+               lambda found, content: maps.print_result(content)),
 }
 """The document of a result, and how it is printed, by the `Study.summary` of its study."""
+
+
+def report(found: Found, summary: str, json_out: bool) -> None:
+    """Draw a result, and print it by the entry ``summary`` of `SUMMARIES`."""
+    draw(found.dataset, found.plot)
+    document, show = SUMMARIES[summary]
+    content = document(found)
+    print_json(content) if json_out else show(found, content)

@@ -11,6 +11,7 @@ from gearchaos.datasets import variable
 from gearchaos.dynamics import ON_ATTRACTOR, Classification, ClassificationState, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.initial_value_problems import Motions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,7 +120,7 @@ class AttractorSet:
 
         ``options`` are those of `final_states`.
         """
-        return self.match(final_states(self.flow, w, self.point, **options))
+        return self.match(final_states(Motions.at(self.flow, w, self.point), **options))
 
     def count_starts(self, index: np.ndarray) -> None:
         """Set the count of each attractor to the number of starts (initial states) that lead to it.
@@ -137,16 +138,11 @@ class AttractorSet:
         index = np.full(len(final["label"]), -1, dtype=np.int32)
         for first in range(0, len(index), _TILE):
             tile = slice(first, first + _TILE)
-            index[tile] = self._match_tile({n: v[tile] for n, v in final.items()})
-        return index
-
-    def _match_tile(self, final: dict[str, np.ndarray]) -> np.ndarray:
-        """`match` for at most `_TILE` motions."""
-        index = np.full(len(final["label"]), -1, dtype=np.int32)
-        kinds = np.stack([final[n] for n in ("label", "period", "neutral")])
-        for kind in np.unique(kinds[:, np.isin(final["label"], ON_ATTRACTOR)], axis=1).T:
-            same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
-            index[same] = self._match_kind({n: v[same] for n, v in final.items()})
+            part = {n: v[tile] for n, v in final.items()}
+            kinds = np.stack([part[n] for n in ("label", "period", "neutral")])
+            for kind in np.unique(kinds[:, np.isin(part["label"], ON_ATTRACTOR)], axis=1).T:
+                same = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
+                index[first + same] = self._match_kind({n: v[same] for n, v in part.items()})
         return index
 
     def _match_kind(self, final: dict[str, np.ndarray]) -> np.ndarray:
@@ -213,10 +209,10 @@ class AttractorSet:
 
 
 def final_states(
-    flow: ExactFlow, w: np.ndarray, point: int = 0, *, settings: Classification | None = None,
-    progress: str | None = None, threads: int | None = None,
+    motions: Motions, *, settings: Classification | None = None, progress: str | None = None,
+    threads: int | None = None,
 ) -> dict[str, np.ndarray]:
-    """Classify the motions from initial states w (d, L) at one parameter point, for `AttractorSet.match`.
+    """Classify L motions at one parameter point, for `AttractorSet.match`.
 
     Returns
     -------
@@ -228,16 +224,13 @@ def final_states(
     ``settings``, ``progress`` and ``threads`` are those of `classify_batch`.
     """
 
-    def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        return flow, w[:, tile].copy(), np.full(len(tile), point)
-
-    def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+    def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         variables = found.variables()
         chosen = {n: variables[n] for n in ("label", "period", *_VERDICT_VARIABLES)}
         return {**chosen, "neutral": found.reason == Reason.NEUTRAL, "w": found.w.T}
 
     return classify_batch(
-        initial_states, collect, np.arange(w.shape[1]), settings=settings, response=False, progress=progress,
+        motions.take, collect, np.arange(len(motions.points)), settings=settings, response=False, progress=progress,
         threads=threads,
     )
 

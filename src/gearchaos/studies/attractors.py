@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,7 +21,7 @@ from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, f
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.options import option
 from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
 from gearchaos.studies.study import ClassifyingStudy, Results
@@ -135,7 +135,7 @@ class Attractors(ClassifyingStudy):
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         name, w = "attractors" if progress else None, self._initial_states[:, items]
-        return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
+        return final_states(Motions.at(self._flow, w), settings=self.classification, progress=name, threads=threads)
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors, settings = AttractorSet(self._flow), self.classification
@@ -143,7 +143,12 @@ class Attractors(ClassifyingStudy):
         attractors.count_starts(index)
         ends: np.ndarray = np.empty(0, dtype=int)
         if self.sweep:
-            ends = attractors.find(_swept_states(self.model, self.sweep), settings=settings, threads=threads)
+            value, (name, least, most, count) = _check_sweep(self.model, self.sweep), astuple(self.sweep)
+            up = swept_initial_values(self.model, Axis(name, least, value, count), True)
+            down = swept_initial_values(self.model, Axis(name, value, most, count), False)
+            reached = vary(replace(self.model, initial={}), {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up})
+            w = initial_state(reached, switched_system(vary(self.model, {}))).T
+            ends = attractors.find(w, settings=settings, threads=threads)
         rank = attractors.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
@@ -176,15 +181,6 @@ def _check_sweep(model: MeshModel, sweep: Axis) -> float:
         raise InputError(f"sweep {sweep.name}", f"must run from below to above the model's value {value:g}",
                          f"{sweep.start:g}:{sweep.stop:g}")
     return value
-
-
-def _swept_states(model: MeshModel, sweep: Axis) -> np.ndarray:
-    """States (d, 2) in which sweeps up and down reach the model's value of the swept parameter."""
-    value = _check_sweep(model, sweep)
-    up = swept_initial_values(model, Axis(sweep.name, sweep.start, value, sweep.count), True)
-    down = swept_initial_values(model, Axis(sweep.name, value, sweep.stop, sweep.count), False)
-    ends = {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up}
-    return initial_state(vary(replace(model, initial={}), ends), switched_system(vary(model, {}))).T
 
 
 def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:

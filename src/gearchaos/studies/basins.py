@@ -22,7 +22,7 @@ from gearchaos.studies.attractor_set import NOT_COMPUTED, AttractorSet, attracto
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.options import axis_option
 from gearchaos.studies.plane import at_cells, check_plane
 from gearchaos.studies.study import ClassifyingStudy, Results
@@ -104,7 +104,7 @@ class Basins(ClassifyingStudy):
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         w = initial_state(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
         name = "basins" if progress else None
-        return final_states(self._flow, w, settings=self.classification, progress=name, threads=threads)
+        return final_states(Motions.at(self._flow, w), settings=self.classification, progress=name, threads=threads)
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         attractors = AttractorSet(self._flow)

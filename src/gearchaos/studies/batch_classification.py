@@ -10,13 +10,14 @@ import numpy as np
 
 from gearchaos.dynamics import STAGES, Classification, ClassificationState, Verdicts, conclude
 from gearchaos.execute import tiles
-from gearchaos.flow import WIDTH, ExactFlow
+from gearchaos.flow import WIDTH
+from gearchaos.studies.initial_value_problems import Motions
 
-InitialStates = Callable[[np.ndarray], tuple[ExactFlow, np.ndarray, np.ndarray]]
-"""Function from the numbers (L,) of motions to their flow, initial states (d, L) and parameter points (L,)."""
+InitialStates = Callable[[np.ndarray], Motions]
+"""Function from the numbers (L,) of motions to these, in their initial states; such as `Motions.take`."""
 
-Collect = Callable[[np.ndarray, ExactFlow, np.ndarray, Verdicts], dict[str, np.ndarray]]
-"""Function from the numbers (L,) of motions, their flow, points (L,) and verdicts to results, (L, ...) by name."""
+Collect = Callable[[np.ndarray, Motions, Verdicts], dict[str, np.ndarray]]
+"""Function from numbers (L,) of motions, these in their final states, and verdicts to results, (L, ...) by name."""
 
 _MAX_SECTIONS = 1_100_000
 """Largest number of stroboscopic states that a tile records at once."""
@@ -123,8 +124,8 @@ class BatchClassifier:
             The other motions of the tile.
         """
         chosen = unresolved.take(tile)
-        flow, w, points = self.initial_states(chosen.number)
-        state = ClassificationState(flow, points, self.settings, w, all_exponents=False)
+        motions = self.initial_states(chosen.number)
+        state = ClassificationState(motions.flow, motions.points, self.settings, motions.w, all_exponents=False)
         state.resume(chosen.checkpoint)
         STAGES[stage](state)
         resolved, rest = np.flatnonzero(state.resolved), state.unresolved
@@ -134,7 +135,7 @@ class BatchClassifier:
             return number, {}, remaining
         state = state.take(resolved)
         verdicts = conclude(state, response=self.response)
-        return number, self.collect(number, state.flow, state.points, verdicts), remaining
+        return number, self.collect(number, Motions(state.flow, verdicts.w, state.points), verdicts), remaining
 
 
 class _Results:

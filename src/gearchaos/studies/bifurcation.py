@@ -12,7 +12,6 @@ from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory, max_items
 from gearchaos.execute.tiles import interleaved
-from gearchaos.flow import ExactFlow
 from gearchaos.model import COORDINATES, state_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -20,7 +19,7 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
+from gearchaos.studies.initial_value_problems import InitialValueProblems, Motions, initial_value_problems
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.plane import corners, shared_coordinates
 from gearchaos.studies.sections import steady_sections
@@ -71,6 +70,7 @@ class Bifurcation(ClassifyingStudy):
 
     kind: ClassVar[str] = "bifurcation"
     rank: ClassVar[int] = 4
+    group: ClassVar[str] = "Bifurcations"
     gridded: ClassVar[bool] = True
     item_dims: ClassVar[tuple[str, ...]] = ("point",)
     needs_out: ClassVar[bool] = True
@@ -134,14 +134,15 @@ class Bifurcation(ClassifyingStudy):
         """Results of N columns, from the values (N,) of the axis and of initial values by name."""
         model = self.model if self.mode == "fixed" else replace(self.model, initial={})
 
-        def initial_states(columns: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            return initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names).motions
+        def initial_states(columns: np.ndarray) -> InitialValueProblems:
+            return initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
 
-        def collect(columns: np.ndarray, flow: ExactFlow, at: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        def collect(columns: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
             if not self.points:
                 return found.variables()
             batch = vary(model, {n: v[columns] for n, v in values.items()})
-            problems = InitialValueProblems(batch, flow, initial_state(batch, flow.system).T.copy(), at)
+            start = initial_state(batch, motions.flow.system).T.copy()
+            problems = InitialValueProblems(motions.flow, start, motions.points, batch)
             sections = steady_sections(problems, found, self.points)
             return found.variables() | {f"section_{name}": value for name, value in sections.items()}
 

@@ -123,6 +123,7 @@ class Branch(FollowingStudy):
 
     kind: ClassVar[str] = "branch"
     rank: ClassVar[int] = 7
+    group: ClassVar[str] = "Bifurcations"
     summary: ClassVar[str] = "branch"
     model_words: ClassVar[str] = "The branch begins at its own value of the parameter."
 

@@ -17,6 +17,7 @@ from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import InitialStates, classify_batch
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.plane import at_cells, shared_coordinates
 from gearchaos.studies.sweep import swept_initial_values
 
@@ -26,16 +27,15 @@ SAME_CENTRE = 1e-6
 _NO_CONTACT = CONTACTS.index("none")
 
 
-def signature(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+def signature(motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
     """The variables by which the motions of a cell are distinguished, and their response; arrays (L,) by name.
 
-    ``points`` (L,) are the parameter points of the L motions with the verdicts ``found``.
-
+    The motions are in the final states of the verdicts ``found``.
     ``centre_z`` and ``centre_z_dot`` are the means of z and z' over the stroboscopic points of an orbit, and 0 for
     other motions: all chaotic motions of a cell count as one, and so do all quasi-periodic ones.
     """
-    centre, longest = np.zeros((2, len(points))), int(found.period.max(initial=0))
-    sections = flow.advance(found.w, found.period, points=points, sections=longest).sections
+    centre, longest = np.zeros((2, len(motions.points))), int(found.period.max(initial=0))
+    sections = motions.flow.advance(motions.w, found.period, points=motions.points, sections=longest).sections
     for n in np.unique(found.period[found.period > 0]):
         same = np.flatnonzero(found.period == n)
         centre[:, same] = sections[longest - n :, :2, same].mean(axis=0)
@@ -98,13 +98,13 @@ def _from_further_starts(
     base = replace(model, initial={}) if model.kind == "single" else model
     names = shared_coordinates(model, x, y)
 
-    def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+    def initial_states(number: np.ndarray) -> Motions:
         position, condition = np.divmod(number, starts)
         positions, points = np.unique(position, return_inverse=True)
         flow = ExactFlow(switched_system(vary(model, at_cells(x, y, cells[positions])), names))
         initial = {n: v[condition] for n, v in conditions.items()}
         batch = vary(base, at_cells(x, y, cells[position]) | initial)
-        return flow, initial_state(batch, flow.system).T.copy(), points
+        return Motions(flow, initial_state(batch, flow.system).T.copy(), points)
 
     numbers = (order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
     found = _classified(initial_states, numbers, "more starts", **options)
@@ -119,12 +119,10 @@ def _from_sweeps(
     up, down = (_sweep_rows(model, x, row_values, upwards, **options) for upwards in (True, False))
     base, count, names = replace(model, initial={}), len(cells), shared_coordinates(model, x, y)
 
-    def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+    def initial_states(number: np.ndarray) -> Motions:
         direction, position = np.divmod(number, count)
         initial = {n: np.where(direction == 0, up[n][position], down[n][position]) for n in up}
-        batch = vary(base, at_cells(x, y, cells[position]) | initial)
-        system = switched_system(batch, names)
-        return ExactFlow(system), initial_state(batch, system).T.copy(), np.arange(len(number))
+        return initial_value_problems(base, at_cells(x, y, cells[position]) | initial, names)
 
     found = _classified(initial_states, np.concatenate([order, order.astype(np.int64) + count]), "swept", **options)
     return {n: v.reshape(2, -1).T for n, v in found.items()}

@@ -79,6 +79,7 @@ class Curve(FollowingStudy):
 
     kind: ClassVar[str] = "curve"
     rank: ClassVar[int] = 8
+    group: ClassVar[str] = "Bifurcations"
     summary: ClassVar[str] = "curve"
     model_words: ClassVar[str] = (
         "The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along "

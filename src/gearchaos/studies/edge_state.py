@@ -64,6 +64,7 @@ class EdgeTracking(ClassifyingStudy, WholeStudy):
 
     kind: ClassVar[str] = "edge_state"
     rank: ClassVar[int] = 11
+    group: ClassVar[str] = "Bifurcations"
     needs_out: ClassVar[bool] = True
     returns: ClassVar[str] = "EdgeState"
     model_words: ClassVar[str] = "The operating point."

@@ -15,12 +15,12 @@ import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box, spread
-from gearchaos.flow import ExactFlow, Measure
+from gearchaos.flow import Measure
 from gearchaos.model import MeshModel
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.coexistence import SAME_CENTRE, signature
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -171,16 +171,16 @@ class FollowedMotions:
     ) -> list[Motion]:
         """The motions from states w (d, L) at speeds (L,)."""
 
-        def initial_states(number: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
+        def initial_states(number: np.ndarray) -> Motions:
             values, points = np.unique(speeds[number], return_inverse=True)
             flow = initial_value_problems(self.model, {"speed": values}, self._names).flow
-            return flow, w[:, number].copy(), points
+            return Motions(flow, w[:, number].copy(), points)
 
-        def collect(_: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
+        def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
             periods = np.where(found.period > 0, found.period, settings.averaging_periods)
-            measures = flow.advance(found.w, periods, points=points, measured=True).measures
+            measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
             return {
-                **signature(flow, points, found), "dynamic_factor": found.variables()["dynamic_factor"],
+                **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
                 "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T,
             }
 

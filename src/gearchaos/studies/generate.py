@@ -70,7 +70,8 @@ def _entry(study: type[Study]) -> dict[str, Any]:
     options = file_options(study).values()
     return {
         "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
-        "help": _first_sentence(_docstring(study)), "needs_out": study.needs_out, "summary": study.summary,
+        "help": _first_sentence(_docstring(study)), "group": study.group, "needs_out": study.needs_out,
+        "summary": study.summary,
         "axes": {o.name: o.count for o in options if o.is_axis},
         "options": {o.name: _command_option(o) for o in options if not o.is_axis},
         "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -13,34 +14,42 @@ from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 
 
-class InitialValueProblems(NamedTuple):
-    """Equations and initial states of L trajectories.
+@dataclass(frozen=True)
+class Motions:
+    """L motions of one flow.
 
     Attributes
     ----------
-    batch : Batch
-        The model with the parameters and initial values of each of them.
     flow : ExactFlow
         The exact flow of their parameter points.
     w : (d, L)
-        Initial states at phase 0.
+        Their states at phase 0.
     points : (L,)
         Numbers of their parameter points in the flow.
     """
 
-    batch: Batch
     flow: ExactFlow
     w: np.ndarray
     points: np.ndarray
 
-    @property
-    def motions(self) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-        """Flow, initial states and parameter points, as `batch_classification.InitialStates` returns them."""
-        return self.flow, self.w, self.points
+    @classmethod
+    def at(cls, flow: ExactFlow, w: np.ndarray, point: int = 0) -> Motions:
+        """The motions from states w (d, L) at one parameter point of a flow."""
+        return Motions(flow, w, np.full(w.shape[1], point))
 
-    def take(self, which: np.ndarray) -> InitialValueProblems:
-        """Those of the trajectories with these indices."""
-        return InitialValueProblems(self.batch.take(which), self.flow, self.w[:, which], self.points[which])
+    def take(self, which: np.ndarray) -> Self:
+        """Those with these indices."""
+        return replace(self, w=self.w[:, which].copy(), points=self.points[which])
+
+
+@dataclass(frozen=True)
+class InitialValueProblems(Motions):
+    """Motions from initial values; ``batch`` is the model with the parameters and initial values of each of them."""
+
+    batch: Batch
+
+    def take(self, which: np.ndarray) -> Self:
+        return replace(super().take(which), batch=self.batch.take(which))
 
 
 def initial_value_problems(
@@ -61,4 +70,4 @@ def initial_value_problems(
     batch = vary(model, values or {})
     system = switched_system(batch, names)
     w = initial_state(batch, system).T.copy()
-    return InitialValueProblems(batch, ExactFlow(system, samples), w, np.arange(batch.size))
+    return InitialValueProblems(ExactFlow(system, samples), w, np.arange(batch.size), batch)

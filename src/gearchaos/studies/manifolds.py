@@ -71,6 +71,7 @@ class Manifolds(WholeStudy):
 
     kind: ClassVar[str] = "manifolds"
     rank: ClassVar[int] = 10
+    group: ClassVar[str] = "Bifurcations"
     needs_out: ClassVar[bool] = True
     model_words: ClassVar[str] = "The operating point; its relative motion must have two coordinates, z and z_dot."
 

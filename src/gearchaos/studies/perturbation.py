@@ -14,6 +14,7 @@ from gearchaos.dynamics import ON_ATTRACTOR, Classification, Label, Reason, Verd
 from gearchaos.flow import ExactFlow
 from gearchaos.studies.attractor_set import Attractor, AttractorSet
 from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.initial_value_problems import Motions
 
 _MAX_POINTS = 16
 """Largest number of stroboscopic points of the attractor that are perturbed."""
@@ -71,25 +72,18 @@ class _Search:
     def leaves(self, w: np.ndarray, progress: str | None = None) -> np.ndarray:
         """Whether motions from w (d, L) settle on another attractor or diverge, (L,)."""
 
-        def initial_states(tile: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            return self.flow, w[:, tile].copy(), np.zeros(len(tile), dtype=int)
-
-        def collect(_: np.ndarray, __: ExactFlow, ___: np.ndarray, found: Verdicts) -> dict[str, np.ndarray]:
-            return {"leaves": np.isin(found.label, _DECIDED) & ~self._returned(found)}
+        def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+            attractor, neutral = self.attractor, found.reason == Reason.NEUTRAL
+            alike = np.flatnonzero((found.label == attractor.label) & (found.period == attractor.period)
+                                   & (neutral == attractor.neutral))
+            leaves = np.isin(found.label, _DECIDED)
+            leaves[alike[AttractorSet(self.flow).contains(attractor, found.w[:, alike])]] = False
+            return {"leaves": leaves}
 
         return classify_batch(
-            initial_states, collect, np.arange(w.shape[1]), settings=self.settings, response=False, progress=progress,
-            threads=self.threads,
+            Motions.at(self.flow, w).take, collect, np.arange(w.shape[1]), settings=self.settings, response=False,
+            progress=progress, threads=self.threads,
         )["leaves"]
-
-    def _returned(self, found: Verdicts) -> np.ndarray:
-        """Whether motions ended on the attractor, (L,)."""
-        attractor, neutral = self.attractor, found.reason == Reason.NEUTRAL
-        same = (found.label == attractor.label) & (found.period == attractor.period) & (neutral == attractor.neutral)
-        candidates = np.flatnonzero(same)
-        out = np.zeros(len(found.label), dtype=bool)
-        out[candidates] = AttractorSet(self.flow).contains(attractor, found.w[:, candidates])
-        return out
 
     def first(self, directions: np.ndarray, progress: str | None) -> Perturbation | None:
         """The shortest perturbation tried in directions (D, d) after which a motion leaves; None if none does."""

@@ -12,10 +12,10 @@ from gearchaos.dynamics import Verdicts
 from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError
 from gearchaos.execute import tiles
-from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel
 from gearchaos.proof.batch import OrbitToProve, prove_in_process
 from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, Proved
+from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.proofs import write_verifier
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _BATCH = 1000
 Found = dict[str, np.ndarray]
 
 
-def orbit_points(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> Found:
+def orbit_points(motions: Motions, found: Verdicts) -> Found:
     """The states (n, d) at τ = k T of the periodic orbits among the verdicts (L,), as ``orbit``, (L,) of object.
 
     They are those to which Newton's method converged for the verdict. Other motions have None.
@@ -35,7 +35,7 @@ def orbit_points(flow: ExactFlow, points: np.ndarray, found: Verdicts) -> Found:
     out = np.full(len(found.period), None, dtype=object)
     periodic = np.flatnonzero(found.period > 0)
     if len(periodic):
-        states = sections(flow, found.w[:, periodic].copy(), points[periodic], found.period[periodic])
+        states = sections(motions.flow, found.w[:, periodic].copy(), motions.points[periodic], found.period[periodic])
         for motion, orbit in zip(periodic, states, strict=True):
             out[motion] = orbit
     return {"orbit": out}

@@ -60,7 +60,7 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         positions, ends = np.concatenate(requested), np.cumsum([len(r) for r in requested])
         new = compute(cells[positions])
         put(found, new, positions, len(cells))
-        codes = np.split(_motion_codes(new), ends[:-1])
+        codes = np.split(new["label"].astype(np.int64) * 2**32 + new["period"], ends[:-1])
         following = [_next_request(part, received) for part, received in zip(running, codes, strict=True)]
         running = [part for part, request in zip(running, following, strict=True) if request is not None]
         requested = [request for request in following if request is not None]
@@ -79,11 +79,6 @@ def _parts(cells: np.ndarray, columns: int) -> list[np.ndarray]:
     order = np.argsort(number, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
     return [positions.reshape(len(np.unique(row[positions])), -1) for positions in parts]
-
-
-def _motion_codes(found: dict[str, np.ndarray]) -> np.ndarray:
-    """One integer (L,) for each combination of label and period."""
-    return found["label"].astype(np.int64) * 2**32 + found["period"]
 
 
 def put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.ndarray, count: int) -> None:
@@ -160,18 +155,11 @@ class _Refinement:
         complete = computed.all(axis=0)
         mixed = complete & (code != code[0]).any(axis=0)
         finer = binary_dilation(mixed, np.ones((3, 3))) & complete if with_neighbours else mixed
-        self._infer(complete & ~finer, rows, columns)
-        return self.lattice(spacing // 2) & _cells_of_blocks(finer, rows, columns, self.positions.shape)
-
-    def _infer(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        """Give the cells of some blocks that are not computed the motion code of a corner of their block.
-
-        ``blocks`` (R - 1, C - 1) says which blocks of the lattice with ``rows`` (R,) and ``columns`` (C,).
-        """
-        inside = _cells_of_blocks(blocks, rows, columns, self.positions.shape) & ~self.computed
-        i, j = np.nonzero(inside)
+        inside = _cells_of_blocks(complete & ~finer, rows, columns, self.positions.shape) & ~self.computed
+        i, j = np.nonzero(inside)  # inferred from a corner of their block
         at = rows[np.searchsorted(rows, i, side="right") - 1], columns[np.searchsorted(columns, j, side="right") - 1]
         self.code[i, j] = self.code[at]
+        return self.lattice(spacing // 2) & _cells_of_blocks(finer, rows, columns, self.positions.shape)
 
     def contradicted(self) -> np.ndarray:
         """Inferred cells with a computed cell nearby that has another motion code, (rows, columns) of bool."""

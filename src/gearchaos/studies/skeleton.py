@@ -89,6 +89,7 @@ class Skeleton(WholeStudy):
 
     kind: ClassVar[str] = "skeleton"
     rank: ClassVar[int] = 9
+    group: ClassVar[str] = "Bifurcations"
     needs_out: ClassVar[bool] = True
     summary: ClassVar[str] = "skeleton"
     run_options: ClassVar[tuple[Option, ...]] = (

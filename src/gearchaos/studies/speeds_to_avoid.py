@@ -19,7 +19,7 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.dynamic_factor import by_standards, loaded
+from gearchaos.studies.dynamic_factor import by_standards, loaded, quasi_static_ratio
 from gearchaos.studies.followed_motions import (
     MOST_SPEEDS,
     RESOLUTION,
@@ -34,7 +34,6 @@ from gearchaos.studies.followed_motions import (
     worst,
 )
 from gearchaos.studies.operating_map import operating_axis
-from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:

@@ -64,6 +64,8 @@ class Study(HasCard, ABC):
         Dimensions of the results of one work item of a gridded study.
     needs_out : bool
         Whether its command must be given a file for its result.
+    group : str
+        The group of commands in which the help of the program lists it.
     summary : str
         What its command prints: a name in `gearchaos.cli.summaries`.
     returns : str
@@ -80,6 +82,7 @@ class Study(HasCard, ABC):
     gridded: ClassVar[bool] = False
     item_dims: ClassVar[tuple[str, ...]] = ()
     needs_out: ClassVar[bool] = False
+    group: ClassVar[str] = "Motions"
     summary: ClassVar[str] = "result"
     returns: ClassVar[str] = "xr.Dataset"
     model_words: ClassVar[str] = ""

@@ -14,7 +14,7 @@ import numpy as np
 from gearchaos.dynamics import Verdicts
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import WIDTH, ExactFlow
+from gearchaos.flow import WIDTH
 from gearchaos.model import state_names
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis
@@ -22,7 +22,7 @@ from gearchaos.studies.batch_classification import InitialStates, classify_batch
 from gearchaos.studies.coexistence import coexisting, signature
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.proofs import check_installed
@@ -154,13 +154,9 @@ class Zones(ClassifyingStudy):
 
     @cached_property
     def initial_states(self) -> InitialStates:
-        """Function from the numbers (L,) of cells to their flow, initial states (d, L) and parameter points (L,)."""
+        """Function from the numbers (L,) of cells to their motions."""
         names = shared_coordinates(self.model, self.x, self.y)
-
-        def initial_states(cells: np.ndarray) -> tuple[ExactFlow, np.ndarray, np.ndarray]:
-            return initial_value_problems(self.model, at_cells(self.x, self.y, cells), names).motions
-
-        return initial_states
+        return lambda cells: initial_value_problems(self.model, at_cells(self.x, self.y, cells), names)
 
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
         """Results of cells (N,), which are whole rows if there is more than one start."""
@@ -179,25 +175,17 @@ class Zones(ClassifyingStudy):
             out |= coexisting(self.model, self.x, self.y, cells, order, out, self.starts - 1, **options)
             del out["centre_z"], out["centre_z_dot"]
         if self.prove:
-            out |= self._proofs(cells, out.pop("orbit"), progress, threads)
+            at, orbits = at_cells(self.x, self.y, cells), out.pop("orbit")  # None where the motion is not periodic
+            models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
+                      for i, orbit in enumerate(orbits)]
+            files = certificate_files(self.certificates, cells, self.x.count)
+            out |= proofs(models, orbits, files, progress=progress, threads=threads)
         return out
 
-    def _proofs(
-        self, cells: np.ndarray, orbits: np.ndarray, progress: bool, threads: int | None
-    ) -> dict[str, np.ndarray]:
-        """The proofs of the orbits in cells (N,), which are None where the motion is not periodic."""
-        at = at_cells(self.x, self.y, cells)
-        models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
-                  for i, orbit in enumerate(orbits)]
-        files = certificate_files(self.certificates, cells, self.x.count)
-        return proofs(models, orbits, files, progress=progress, threads=threads)
-
-    def _collect(
-        self, _: np.ndarray, flow: ExactFlow, points: np.ndarray, found: Verdicts
-    ) -> dict[str, np.ndarray]:
+    def _collect(self, _: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         """The variables of the verdicts, and what `coexisting` and proofs need."""
-        out = found.variables() | (signature(flow, points, found) if self.starts > 1 else {})
-        return out | orbit_points(flow, points, found) if self.prove else out
+        out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
+        return out | orbit_points(motions, found) if self.prove else out
 
 
 zones = function_of(Zones)

@@ -1,17 +1,75 @@
-"""The tables of branches and curves."""
+"""Branches and curves, as JSON and as tables of text."""
 
 from __future__ import annotations
 
+import json
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
 from gearchaos.cli.tables.text import print_table, unit_after
+from gearchaos.datasets import motions
+from gearchaos.gears.results import is_physical
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import xarray as xr
+
+
+def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of a branch: number of points, range, ends, events in order, stable intervals, jumps.
+
+    After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips,
+    with ``--pitchforks`` the branches of asymmetric orbits, and in physical units the unit of the
+    parameter.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The branch, in physical units if these are wanted.
+    found : Dataset
+        The dimensionless branch: states are initial values, as ``--start`` takes them.
+    """
+    whole = {name: json.loads(dataset.attrs[name]) for name in ("closed", "range", "ends", "stable")}
+    events = [_event(dataset, found, i) for i in range(dataset.sizes["event"])]
+    out = {"points": dataset.sizes["point"], "closed": whole.pop("closed"), "range": whole["range"],
+           "ends": whole["ends"], "events": events, "stable": whole["stable"],
+           "jumps": [_jump(dataset, i) for i in range(dataset.sizes["jump"])]}
+    settings = json.loads(dataset.attrs["settings"])
+    if settings["pitchforks"]:
+        out["asymmetric"] = json.loads(dataset.attrs["asymmetric"])
+    if settings["cascade"]:
+        out |= {name: json.loads(dataset.attrs[name]) for name in ("cascade", "feigenbaum")}
+    if is_physical(dataset):
+        out["units"] = {"value": dataset["event_value"].attrs["units"]}
+    return out
+
+
+def _event(dataset: xr.Dataset, found: xr.Dataset, number: int) -> dict[str, Any]:
+    """One event of a branch as JSON."""
+    at, start = dataset.isel(event=number), found.isel(event=number)
+    prefix = "event_section_"
+    parts = (at[f"event_multipliers_{part}"].values.tolist() for part in ("real", "imag"))
+    return {
+        "kind": str(at["event_kind"].item()), "value": at["event_value"].item(), "period": at["event_period"].item(),
+        "multipliers": [list(pair) for pair in zip(*parts, strict=True)],
+        "boundary": at["event_boundary"].item() or None,
+        "state": {str(n).removeprefix(prefix): start[n].item() for n in start.data_vars if str(n).startswith(prefix)},
+        "residual": at["event_residual"].item(),
+    }
+
+
+def _jump(dataset: xr.Dataset, number: int) -> dict[str, Any]:
+    """One jump from a branch as JSON."""
+    at = dataset.isel(jump=[number])
+    return {
+        "value": at["jump_value"].item(), "direction": {1: "up", -1: "down"}[at["jump_direction"].item()],
+        "event": at["jump_event"].item(), "to": motions(at["jump_label"], at["jump_period"])[0],
+        "on_branch": at["jump_point"].item() >= 0,
+    }
+
 
 def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     """Print a branch of periodic orbits: where it ends and is stable, jumps, its events in order."""
@@ -82,6 +140,23 @@ def _print_events(events: Sequence[Mapping[str, Any]], name: str, unit: str) -> 
     print_table(table)
 
 
+def curve_document(dataset: xr.Dataset, x: str, y: str) -> dict[str, Any]:
+    """The JSON document of a curve: its points, its points of codimension 2, and its ends, none if it is closed.
+
+    It has the units of both parameters if the curve is in physical ones.
+    """
+    points = zip(dataset[x].values.tolist(), dataset[y].values.tolist(), strict=True)
+    special = zip(*(dataset[f"special_{name}"].values.tolist() for name in ("kind", x, y)), strict=True)
+    out = {
+        "points": [{x: a, y: b} for a, b in points],
+        "codimension2": [{"kind": kind, x: a, y: b} for kind, a, b in special],
+        "ends": json.loads(dataset.attrs["ends"]),
+    }
+    if is_physical(dataset):
+        out["units"] = {name: dataset[name].attrs["units"] for name in (x, y)}
+    return out
+
+
 def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -> None:
     """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
     table, units = Table(show_header=False), {name: unit_after(dataset, name) for name in (x, y)}
@@ -90,6 +165,7 @@ def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -
     table.add_row("curve", f"{len(document['points'])} points, {ranges}")
     if not document["ends"]:
         table.add_row("ends", "none: it is closed")
+
     def place(point: Mapping[str, Any]) -> str:
         return ", ".join(f"{name} = {_number(point[name], unit)}{unit}" for name, unit in units.items())
 
@@ -98,6 +174,17 @@ def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -
     for special in document["codimension2"]:
         table.add_row(special["kind"], place(special))
     print_table(table)
+
+
+def skeleton_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of a skeleton: numbers of curves by kind and period, of points, of events without curve."""
+    kinds = zip(dataset["curve_kind"].values.tolist(), dataset["curve_period"].values.tolist(), strict=True)
+    counts = sorted(Counter(kinds).items(), key=lambda item: (item[0][1], item[0][0]))
+    return {
+        "curves": [{"kind": kind, "period": period, "count": count} for (kind, period), count in counts],
+        "points": dataset.sizes["point"], "codimension2": dict(Counter(dataset["special_kind"].values.tolist())),
+        "failed": json.loads(dataset.attrs["failed"]),
+    }
 
 
 def print_skeleton(document: dict[str, Any]) -> None:

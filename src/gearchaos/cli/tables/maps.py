@@ -1,12 +1,16 @@
-"""What maps, bifurcation diagrams and basins have found, in two lines."""
+"""What maps, bifurcation diagrams, basins and any other result have found, as JSON and in a few lines."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.tables.text import plain_table, print_table, shown, unit_after
+from gearchaos.datasets import motions
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.quantities import quantity
+from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +20,33 @@ _WIDTH = 80
 
 _TEETH = {"permanent": "in contact", "one-sided": "separate", "two-sided": "hit both flanks", "none": "no contact"}
 """Contact states in words."""
+
+
+def map_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
+    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
+    if "basin_entropy" in dataset:
+        shares = dataset["attractor_fraction"].values.tolist()
+        names = motions(dataset["attractor_label"], dataset["attractor_period"])
+        measures = {name: dataset[name].item() for name in ("basin_entropy", "uncertainty_exponent")}
+        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
+    names = motions(dataset["label"], dataset["period"])
+    codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
+    return {
+        "cells": {name: names.count(name) for name in sorted(set(names))},
+        "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
+        "largest": _largest(dataset), **({"proofs": proof_counts([dataset])} if "proved" in dataset else {}),
+    }
+
+
+def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """The largest dynamic factor, or without static load V_RMS, of a map, and where; None if all diverge."""
+    for name in ("dynamic_factor", "v_rms"):
+        known = dataset[name].where(abs(dataset[name]) < math.inf)
+        if known.notnull().any():
+            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
+            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
+    return None
 
 
 def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
@@ -35,9 +66,17 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
         one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
         _print_shares(f"teeth{one}", contact, cells)
     else:
-        motions = sorted(found["cells"].items(), key=lambda item: -item[1])
-        _print_shares("motions", [(name, count / size) for name, count in motions], cells)
-    print(_largest(found["largest"], dataset))
+        counts = sorted(found["cells"].items(), key=lambda item: -item[1])
+        _print_shares("motions", [(name, count / size) for name, count in counts], cells)
+    print(_largest_in_words(found["largest"], dataset))
+
+
+def result_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of any result: its dimensions, and smallest and largest value and unit of each variable."""
+    known = {str(n): v for n, v in dataset.data_vars.items() if v.dtype.kind in "fiub" and v.notnull().any()}
+    ranges = {n: {"least": v.min().item(), "most": v.max().item(), "units": v.attrs.get("units", "")}
+              for n, v in known.items()}
+    return {"sizes": {str(n): size for n, size in dataset.sizes.items()}, "variables": ranges}
 
 
 def print_result(found: Mapping[str, Any]) -> None:
@@ -59,7 +98,7 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
     print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
 
 
-def _largest(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
+def _largest_in_words(largest: Mapping[str, Any] | None, dataset: xr.Dataset) -> str:
     """The largest dynamic factor, or V_RMS, and where it is."""
     if largest is None:
         return "no motion is bounded"

@@ -1,16 +1,17 @@
-"""The tables of one operating point: section, verdict, attractors."""
+"""What is found at one operating point, as JSON and as tables of text: section, verdict, attractors."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli.documents import attractor_list, attractor_units, section, section_units
 from gearchaos.cli.tables.text import plain_table, print_table, shown
+from gearchaos.datasets import motions
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.results import is_physical
 from gearchaos.gears.scales import Scales, unit_of
 from gearchaos.gears.units import measured
-from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, quantity
+from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,22 @@ if TYPE_CHECKING:
 
 _SHOWN_ROWS = 20
 """Most rows of a stroboscopic section that are printed."""
+
+
+def section(dataset: xr.Dataset) -> dict[str, list[float]]:
+    """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
+    return {short: dataset[name].values.tolist() for short, name in _section_names(dataset).items()}
+
+
+def section_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The units of `section`, by the same names."""
+    return {short: dataset[name].attrs["units"] for short, name in _section_names(dataset).items()}
+
+
+def _section_names(dataset: xr.Dataset) -> dict[str, str]:
+    """The names of the variables of a stroboscopic section, by the names of their coordinates."""
+    parts = map(parse, map(str, dataset.data_vars))
+    return {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
 
 
 def print_section(dataset: xr.Dataset) -> None:
@@ -67,7 +84,7 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
 
 def _quasi_static(model: MeshModel, *factors: float | None) -> str:
     """The quasi-static ratio to be read beside dynamic factors; empty without any, or if no stiffness jumps."""
-    from gearchaos.studies.quasi_static import quasi_static_ratio
+    from gearchaos.studies.dynamic_factor import quasi_static_ratio
 
     known = any(factor is not None and math.isfinite(factor) for factor in factors)
     ratio = quasi_static_ratio(model) if known else 1.0
@@ -87,6 +104,46 @@ def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
     rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
     numbers = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)] for v, ends in rows]
     return "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in numbers)
+
+
+def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of the attractors of one operating point.
+
+    It has an entry for each attractor, the fraction of initial states that diverge or stay undecided, the number of
+    initial states, and the index of the attractor in which each sweep ends.
+    """
+    rows = []
+    for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
+        one = {n: dataset[f"attractor_{n}"].values[i].item() for n in _ATTRACTOR_FIELDS}
+        period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
+        rows.append({"label": label, "period": period or None, "contact": contact, **one, **_kick(dataset, i)})
+    undecided = float((dataset["attractor"] < 0).mean())
+    ends = {n: int(dataset[f"attractor_{n}"]) for n in ("up", "down") if f"attractor_{n}" in dataset}
+    swept = {f"swept_{n}": i if i >= 0 else None for n, i in ends.items()}
+    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"]), **swept}
+
+
+def _kick(dataset: xr.Dataset, number: int) -> dict[str, Any]:
+    """The smallest destabilising perturbation of one attractor; empty if it was not computed."""
+    if "attractor_kick" not in dataset:
+        return {}
+    parts = ("attractor_kick_change", "attractor_kick_point")
+    names = dataset["coordinate"].values.tolist()
+    change, point = (dict(zip(names, dataset[n].values[number].tolist(), strict=True)) for n in parts)
+    return {"kick": dataset["attractor_kick"].values[number].item(), "kick_change": change, "kick_point": point}
+
+
+_ATTRACTOR_FIELDS = (
+    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
+    "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
+)
+"""The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
+
+
+def attractor_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The physical units in `attractor_list`, by key; empty for a dimensionless result."""
+    units = {name: dataset[f"attractor_{name}"].attrs["units"] for name in _ATTRACTOR_FIELDS}
+    return {name: unit for name, unit in units.items() if unit != quantity(name).unit}
 
 
 def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import time
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.table import Table
 
 from gearchaos.cli.tables.text import print_table
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 def print_run(found: dict[str, Any]) -> None:
     """Print the progress of a run.
@@ -21,8 +19,15 @@ def print_run(found: dict[str, Any]) -> None:
     table = Table(show_header=False)
     table.add_row("study", found["study"])
     table.add_row("state", _state(found))
-    for row in _tiles_rows(found):
-        table.add_row(*row)
+    lost, share, missing = found["tiles_lost"], found["pieces_done"] / found["pieces"], found["missing"]
+    whole = f"; {found['tiles_done']} are whole" if lost else ""
+    done = f"{found['tiles_done'] + lost} of {found['tiles']}"
+    table.add_row("tiles done", f"{done}{whole} ({share:.1%} of the work items)")
+    if lost:
+        from gearchaos.store.reading.missing_words import listed
+
+        arrays = listed(missing["arrays"])
+        table.add_row("to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged")
     if found["pieces_per_second"] is not None and found["seconds_left"]:
         table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
         table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
@@ -31,22 +36,17 @@ def print_run(found: dict[str, Any]) -> None:
     table.add_row("on disk", f"{found['bytes'] / 1e6:,.1f} MB")
     for number, error in found["failed"].items():
         table.add_row(f"tile {number} failed", error)
-    for row in _missing_rows(found):
-        table.add_row(*row)
+    if found["tiles_done"] and missing["pieces"]:
+        table.add_row("without results,\nby position from 0", "\n".join(
+            ", ".join(f"{name} {first}:{stop}" for name, (first, stop) in block.items())
+            for block in missing["pieces"]))
+    if missing["files"]:
+        more = missing["file_count"] - len(missing["files"])
+        table.add_row("missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)]))
+    for name, writer in ({} if found["finished"] else found["writers"]).items():
+        if not writer["ended"]:
+            table.add_row(f"writer {name}", _activity(writer))
     print_table(table)
-
-
-def _tiles_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """How many tiles are done, and how many of them have lost results."""
-    lost, share = found["tiles_lost"], found["pieces_done"] / found["pieces"]
-    whole = f"; {found['tiles_done']} are whole" if lost else ""
-    done = f"{found['tiles_done'] + lost} of {found['tiles']}"
-    yield "tiles done", f"{done}{whole} ({share:.1%} of the work items)"
-    if lost:
-        from gearchaos.store.reading.missing_words import listed
-
-        arrays = listed(found["missing"]["arrays"])
-        yield "to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged"
 
 
 def _state(found: dict[str, Any]) -> str:
@@ -60,21 +60,6 @@ def _state(found: dict[str, Any]) -> str:
         return f"{'damaged' if damaged else 'not finished'}; to continue: gearchaos finish {store}"
     shard = " --shard I/N" if writers and "all" not in writers else ""
     return f"not finished; to continue: gearchaos run STUDY.toml --out {store}{shard}"
-
-
-def _missing_rows(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What is missing of a store: work items, files, and the writers that are not done."""
-    missing = found["missing"]
-    if found["tiles_done"] and missing["pieces"]:
-        yield "without results,\nby position from 0", "\n".join(
-            ", ".join(f"{name} {first}:{stop}" for name, (first, stop) in block.items()) for block in missing["pieces"])
-    if missing["files"]:
-        more = missing["file_count"] - len(missing["files"])
-        yield "missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)])
-    if not found["finished"]:
-        for name, writer in found["writers"].items():
-            if not writer["ended"]:
-                yield f"writer {name}", _activity(writer)
 
 
 def _activity(writer: dict[str, Any]) -> str:

@@ -1,0 +1,76 @@
+"""The commands of an installation: example study files, compiled kernels, and a check of what works."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gearchaos.cli.errors import say
+from gearchaos.cli.options import Json, app
+from gearchaos.cli.output import print_json
+from gearchaos.errors import InputError
+from gearchaos.files import check_target, read_bytes, write_bytes
+
+FAILED = 1
+"""Exit code if something that is required, or an optional part that is installed, does not work."""
+
+_WORDS = {"ok": "ok", "failed": "FAILED", "missing": "missing"}
+
+
+@app.command(rich_help_panel="Install")
+def examples(
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FOLDER", help="Where they are written; made if it does not exist.")
+    ] = Path("examples"),
+) -> None:
+    """Write the study files that the manual uses: figures of the paper, and gear pairs."""
+    if out.exists() and not out.is_dir():
+        raise InputError("--out", "must be a folder", str(out), "Choose another name.")
+    out.mkdir(parents=True, exist_ok=True)
+    folder = Path(str(files("gearchaos"))) / "examples"
+    if not folder.is_dir():  # the sources are installed so that they can be edited
+        folder = Path(__file__).parents[3] / "examples"
+    contents = {out / source.name: source.read_bytes() for source in sorted(folder.iterdir())}
+    for file, content in contents.items():
+        check_target("--out", file)
+        if file.exists() and read_bytes(file) != content:  # its user may have changed it
+            raise InputError("--out", "must not have other files of the same names", str(file),
+                             "Rename it, or choose another folder.")
+    for file, content in contents.items():
+        write_bytes(file, content)
+    say(f"wrote {len(contents)} files into {out}")
+
+
+@app.command(rich_help_panel="Install")
+def warmup() -> None:
+    """Compile all kernels now, so that no later command has to."""
+    from gearchaos.studies.warmup import MODELS
+    from gearchaos.studies.warmup import warmup as run
+
+    say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
+    for dimension, seconds in run():
+        say(f"{dimension} coordinates: ready after {seconds:.0f} s")
+
+
+@app.command(rich_help_panel="Install")
+def doctor(json_out: Json = False) -> None:
+    """Check this installation: packages, folders, kernels, a known orbit, optional parts; say what to mend."""
+    from gearchaos.installation.checks import Check, checks
+
+    found: list[Check] = []
+    for check in checks():
+        found.append(check)
+        if not json_out:
+            print(f"{_WORDS[check.status]:8} {check.name}: {check.detail}", flush=True)
+            if check.mend:
+                print(f"         → {check.mend}", flush=True)
+    failed = [check.name for check in found if check.status == "failed"]
+    if json_out:
+        print_json({"ok": not failed, "checks": [asdict(check) for check in found]})
+    else:
+        print(f"failed: {', '.join(failed)}" if failed else "all that is required works")
+    raise typer.Exit(FAILED if failed else 0)
