@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.curve_data import CurveData
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.skeleton import CurveData
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.flow import ExactFlow
 

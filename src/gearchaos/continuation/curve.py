@@ -10,12 +10,12 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
-from gearchaos.continuation.closing import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
 from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, EventState, event_equations
 from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.same_orbit import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.errors import InputError
 

@@ -108,7 +108,7 @@ class _Growth:
         length: float, spacing: float, region: np.ndarray,
     ) -> None:
         self.flow, self.sign, self.length, self.spacing, self.region = flow, sign, length, spacing, region
-        monodromy = _monodromy(saddle, number)
+        monodromy = saddle.monodromy_at(number)
         values, vectors = np.linalg.eig(np.linalg.inv(monodromy) if stable else monodromy)
         unstable = int(np.argmax(np.abs(values)))
         multiplier = float(values[unstable].real)
@@ -180,11 +180,3 @@ class _Growth:
         """Lengths (N − 1,) of the pieces with both ends in the region; 0 for the others."""
         inside = self._inside(points)
         return np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0)
-
-
-def _monodromy(cycle: Cycle, number: int) -> np.ndarray:
-    """Derivative (d, d) of Pⁿ at point ``number`` of a cycle."""
-    product = np.eye(cycle.points.shape[1])
-    for matrix in np.roll(cycle.result.monodromy, -number, axis=0):
-        product = matrix @ product
-    return product

@@ -10,10 +10,9 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, length
 from gearchaos.continuation.branch import HALVED, MIRRORED, Branch, End, follow_one_way
-from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.events import FLIP, Event
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import Cycle, CycleEquations
 
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""

@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, torus
-from gearchaos.dynamics.labels import Label, Reason
+from gearchaos.dynamics import lyapunov, time_series
 from gearchaos.dynamics.response import compute_response
-from gearchaos.dynamics.series import time_sum
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
-from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.dynamics.time_series import time_sum
+from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 
 _CHAOS_INTERVAL = 2560
@@ -218,12 +217,12 @@ def _classify_tori(state: ClassificationState, motions: np.ndarray, z: np.ndarra
     planar = _is_planar(state, motions)
     if np.all(planar):
         return
-    halves = np.stack(torus.half_averages(growth)) / state.period_length(motions)
+    halves = np.stack(time_series.half_averages(growth)) / state.period_length(motions)
     zero = np.abs(halves[:, 0]).max(axis=0) < _ZERO_EXPONENT
-    smooth = (torus.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[motions] & ~planar
+    smooth = (time_series.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[motions] & ~planar
     tori = motions[smooth]
     state.assign(tori, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
-    state.verdicts.rotation[tori] = torus.dominant_frequency(z[:, smooth])
+    state.verdicts.rotation[tori] = time_series.dominant_frequency(z[:, smooth])
     low, high = np.sort(halves[:, :, smooth], axis=0)
     state.set_exponents(tori, (low + high) / 2, low, high)
 

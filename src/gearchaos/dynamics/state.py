@@ -7,10 +7,9 @@ from dataclasses import InitVar, dataclass, field
 import numpy as np
 
 from gearchaos.dynamics import lyapunov, orbits
-from gearchaos.dynamics.labels import Label, Reason
-from gearchaos.dynamics.recurrence import EXACT, candidates
+from gearchaos.dynamics.orbits import EXACT, candidates
 from gearchaos.dynamics.settings import Classification
-from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
 from gearchaos.flow import DIVERGED, OK, ExactFlow
 
 _CANDIDATES = 3

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.curve_data import CurveData, on_curve, same_curve
 from gearchaos.continuation.lines import Line, line_seeds
-from gearchaos.continuation.skeleton import CurveWork
+from gearchaos.continuation.skeleton import CurveData, CurveWork, on_curve, same_curve
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import BRANCH_POINTS, SKELETON_LINES
 from gearchaos.explorer.view.state import View
