@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -186,5 +187,3 @@ def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found
-
-

@@ -285,18 +285,13 @@ def _end_between(
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):
-        return _at_half_period(equations, last, point), AT_FLIP
+        before = last.data.cycle.half_period_difference
+        found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
+        return found or last, AT_FLIP
     returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
     return None
-
-
-def _at_half_period(equations: EventEquations, last: Point, point: Point) -> Point:
-    """The point between two others at which an orbit has half the period; the first one where it is not located."""
-    before = last.data.cycle.half_period_difference
-    found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
-    return found or last
 
 
 def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:

@@ -34,7 +34,6 @@ _ENDED = 1e-2
 """An image whose extent is less than this share of the spacing lies on an attractor, where the branch ends."""
 
 
-
 @dataclass(frozen=True, eq=False)
 class Manifold:
     """One branch of a manifold.
@@ -125,9 +124,10 @@ class _Growth:
             shares, points = self._resolved_image(shares, images)
             pieces.append(points[1:])
             count += len(points)
-            covered += float(self._inside_lengths(points).sum())
+            inside = self._inside(points)
+            covered += float(np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0).sum())
             before, extent = extent, float(np.ptp(points, axis=0).max())
-            ended = not np.any(self._inside(points)) or extent < min(before, _ENDED * self.spacing)
+            ended = not np.any(inside) or extent < min(before, _ENDED * self.spacing)
             if covered >= self.length or ended:
                 return np.concatenate(pieces), True
             if count > _MAX_POINTS:
@@ -175,8 +175,3 @@ class _Growth:
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """Whether points (N, 2) lie in the region."""
         return np.all((points >= self.region[:, 0]) & (points <= self.region[:, 1]), axis=1)
-
-    def _inside_lengths(self, points: np.ndarray) -> np.ndarray:
-        """Lengths (N − 1,) of the pieces with both ends in the region; 0 for the others."""
-        inside = self._inside(points)
-        return np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0)

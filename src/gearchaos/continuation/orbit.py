@@ -209,7 +209,8 @@ def find_cycle(
     converged, name, steady = False, "", np.zeros((0, family.dimension))
     if period is not None:
         check_period(period)
-        guess = _iterates(family, values, family.initial_states(values[None])[0], period)
+        w = family.initial_states(values[None]).T.copy()
+        guess = polishing.sections(family.exact_flow(values[None]), w, np.zeros(1, int), np.array([period]))[0]
         cycle = converge(family, guess, values)
         converged = cycle.converged and minimal(family, cycle).period == period
         if converged and (near or np.abs(cycle.points[0] - guess[0]).max() < SAME_POINT):
@@ -278,12 +279,6 @@ def _steady_motion(
     if found.label[0] != Label.PERIODIC:
         return name, np.zeros((0, family.dimension))
     return name, polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
-
-
-def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> np.ndarray:
-    """A state and its images under the stroboscopic map, (n, d)."""
-    flow = family.exact_flow(values[None])
-    return polishing.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
 
 
 def _no_orbit(

@@ -219,9 +219,10 @@ def find_curves(
         Events whose curve could not be followed, and why.
     """
     done = {} if journal is None else journal
+    inside = [np.linspace(*bounds[1 - along], 2 * search.lines[along] + 1)[1::2] for along in (0, 1)]
     work = {
         f"line {along} {i}": Line(model, axes, bounds, along, value, search.cells[along], search.starts, search.period)
-        for along in (0, 1) for i, value in enumerate(_inner(bounds[1 - along], search.lines[along]))
+        for along in (0, 1) for i, value in enumerate(inside[along])
     }
     with bar("lines" if progress else None, len(work), sum(name in done for name in work)) as advance:
         missing = (name for name in work if name not in done)
@@ -285,8 +286,3 @@ def _submit_next(
             break
         group.add(done[group.work_name], spans)
     advance(group.next - before)
-
-
-def _inner(bounds: tuple[float, float], count: int) -> np.ndarray:
-    """Equidistant values inside a range, (count,)."""
-    return np.linspace(*bounds, 2 * count + 1)[1::2]

@@ -103,9 +103,13 @@ def cascade(
     count : int
         Number of doublings; there are fewer where no doubled orbit or no further flip is found.
     """
+
+    def passed_flip(branch: Branch) -> bool:
+        return any(e.kind == FLIP for e in branch.events)
+
     for _ in range(count):
         try:
-            branch = follow_doubled(family, flip, bounds, settings, until=_lost_by_flip)
+            branch = follow_doubled(family, flip, bounds, settings, until=passed_flip)
         except Stopped:
             return
         next_flip = next((e for e in branch.events if e.kind == FLIP), None)
@@ -113,8 +117,3 @@ def cascade(
         if next_flip is None:
             return
         flip = next_flip
-
-
-def _lost_by_flip(branch: Branch) -> bool:
-    """Whether the branch has passed a flip."""
-    return any(e.kind == FLIP for e in branch.events)

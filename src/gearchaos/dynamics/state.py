@@ -178,7 +178,9 @@ class ClassificationState:
             found = self._with_minimal_periods(guess, motions[tried])
             distance = np.abs(last - found.w).max(axis=0)
             reached = found.stable & (distance < _MAX_DISTANCE)
-            reached[reached] = self._approaching(last[:, reached], motions[tried[reached]], found.take(reached))
+            reached[reached] = orbits.approaching(
+                self.flow, last[:, reached], self.points[motions[tried[reached]]], found.take(reached),
+                _APPROACH_PERIODS)
             self._assign_orbits(motions[tried[reached]], found.take(reached), Reason.ORBIT)
             neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
             self._assign_orbits(motions[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
@@ -193,10 +195,6 @@ class ClassificationState:
         if len(again):
             found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
         return found
-
-    def _approaching(self, w: np.ndarray, motions: np.ndarray, found: orbits.Orbits) -> np.ndarray:
-        """`orbits.approaching` for motions in the states w (d, motions)."""
-        return orbits.approaching(self.flow, w, self.points[motions], found, _APPROACH_PERIODS)
 
     def _assign_orbits(self, motions: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
         """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""
