@@ -55,8 +55,8 @@ def unstable_orbit():
 def test_a_motion_that_leaves_an_orbit_is_never_classified_as_on_it(monkeypatch):
     """Even with falsified multipliers that make every orbit stable."""
     flow, found = unstable_orbit()
-    true = orbits._multipliers
-    monkeypatch.setattr(orbits, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
+    true = orbits.floquet_multipliers
+    monkeypatch.setattr(orbits, "floquet_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
     state, sections = state_at(flow, found.w + 1e-5, 3)
     assert candidates(sections, 1, 1)[0, 0] == 1
     assert orbits.polish(flow, sections[-1], state.points, np.array([1])).stable[0]

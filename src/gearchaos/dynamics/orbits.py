@@ -18,7 +18,7 @@ _MAX_NEWTON_ITERATIONS = 12
 SAME_POINT = 1e-6
 """Points of converged orbits are the same if no coordinate differs by more than this.
 
-Newton's method finds them to 1e-10 and better, and different points of an orbit are seldom nearer than 1e-4.
+It leaves room for a residual of 1e-10, of which multipliers near 1 make a larger difference of points.
 """
 
 _DEFECTIVE = 1e8
