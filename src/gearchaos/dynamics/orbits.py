@@ -139,10 +139,11 @@ def polish(
 def floquet_multipliers(monodromy: np.ndarray) -> np.ndarray:
     """Eigenvalues (…, d) of monodromy matrices (…, d, d), complex, largest modulus first.
 
-    Those of equal modulus stay in the order of LAPACK, on every machine.
+    Those of equal modulus stay in the order of LAPACK for a single matrix, and in any order for many.
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
-    return np.take_along_axis(values, np.argsort(-np.abs(values), axis=-1, kind="stable"), axis=-1)
+    order = np.argsort(-np.abs(values), axis=-1, kind="stable" if monodromy.ndim == 2 else None)
+    return np.take_along_axis(values, order, axis=-1)
 
 
 def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
