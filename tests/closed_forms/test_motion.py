@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, torus
+from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, time_series
 from gearchaos.dynamics.lyapunov import from_growth
-from gearchaos.dynamics.spectrum import amplitudes, spectral_class
+from gearchaos.dynamics.time_series import amplitudes, spectral_class
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow, near_returns, newton_iteration, start_newton_search
 from gearchaos.model import MeshModel, vary
@@ -148,15 +148,15 @@ def test_birkhoff_digits_tell_a_curve_from_a_fractal():
     logistic[0] = 0.3
     for i in range(999):
         logistic[i + 1] = 3.9 * logistic[i] * (1 - logistic[i])
-    assert np.all(torus.agreeing_digits(smooth) > 6)
-    assert np.all(torus.agreeing_digits(logistic) < 3)
+    assert np.all(time_series.agreeing_digits(smooth) > 6)
+    assert np.all(time_series.agreeing_digits(logistic) < 3)
 
 
 def test_a_rotation_number_is_found_far_beyond_the_resolution_of_the_spectrum():
     n = np.arange(2000)[:, None]
     rho = np.array([0.1234567, (np.sqrt(5) - 1) / 4])
     series = np.cos(2 * np.pi * rho * n) + 0.2 * np.cos(2 * np.pi * 2 * rho * n + 1.0)
-    np.testing.assert_allclose(torus.dominant_frequency(series), rho, atol=1e-10)
+    np.testing.assert_allclose(time_series.dominant_frequency(series), rho, atol=1e-10)
 
 
 def test_a_torus_has_zero_exponent_and_a_rotation_number():
@@ -166,7 +166,7 @@ def test_a_torus_has_zero_exponent_and_a_rotation_number():
     assert abs(found.exponent[0, 0]) < 1e-4
     assert 0 < found.rotation[0] < 0.5
     later = flow.advance(found.w, 4000, sections=4000).sections[:, 0]
-    assert found.rotation[0] == pytest.approx(torus.dominant_frequency(later)[0], abs=1e-7)
+    assert found.rotation[0] == pytest.approx(time_series.dominant_frequency(later)[0], abs=1e-7)
 
 
 def test_transient_chaos_is_followed_to_its_end_and_flagged():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal.windows import blackmanharris
 
-from gearchaos.dynamics import torus
-from gearchaos.dynamics.spectrum import _blackman_harris, amplitudes, spectral_class
+from gearchaos.dynamics import time_series
+from gearchaos.dynamics.time_series import _blackman_harris, amplitudes, spectral_class
 
 
 @pytest.mark.parametrize("n", [64, 511, 512])
@@ -56,24 +56,24 @@ def test_amplitudes_are_those_of_the_cosines():
 def test_weighted_averages_are_of_either_half():
     """The weights exp(−1/t(1 − t)) are even about the middle, so a line has its mean there."""
     n = np.arange(2001)[:, None] * np.array([[1.0, -2.0]])
-    first, second = torus.half_averages(n)
+    first, second = time_series.half_averages(n)
     np.testing.assert_allclose(first, [500.5, -1001.0])
     np.testing.assert_allclose(second, [1500.5, -3001.0])
     t = np.arange(1, 1001) / 1001
     weight = np.exp(-1 / (t * (1 - t)))
-    np.testing.assert_allclose(torus.half_averages(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
+    np.testing.assert_allclose(time_series.half_averages(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
 
 
 @pytest.mark.parametrize("rho", [0.0123, 0.25 - 1e-3, 0.4877])
 def test_a_frequency_is_found_with_either_phase(rho):
     n = np.arange(1500)[:, None]
     series = 3.0 + np.cos(2 * np.pi * rho * n + np.array([0.0, 1.0, 2.0]))
-    np.testing.assert_allclose(torus.dominant_frequency(series), rho, atol=1e-11)
+    np.testing.assert_allclose(time_series.dominant_frequency(series), rho, atol=1e-11)
 
 
 def test_digits_are_of_the_series_and_its_square_in_standard_deviations():
     """A symmetric motion whose size grows has the mean of its square in doubt, not its own."""
     n = np.arange(1000)[:, None]
     steady, growing = np.cos(n), (1 + n / 1000) * np.cos(n)
-    assert torus.agreeing_digits(steady)[0] > 6 and torus.agreeing_digits(1e6 + 1e-3 * steady)[0] > 6
-    assert torus.agreeing_digits(growing)[0] < 1
+    assert time_series.agreeing_digits(steady)[0] > 6 and time_series.agreeing_digits(1e6 + 1e-3 * steady)[0] > 6
+    assert time_series.agreeing_digits(growing)[0] < 1

@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, lyapunov, orbits, torus
+from gearchaos.dynamics import (
+    Classification,
+    ClassificationState,
+    Label,
+    Reason,
+    classify,
+    lyapunov,
+    orbits,
+    time_series,
+)
 from gearchaos.dynamics.lyapunov import from_growth
-from gearchaos.dynamics.recurrence import candidates
+from gearchaos.dynamics.orbits import candidates
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
@@ -46,8 +55,8 @@ def unstable_orbit():
 def test_a_motion_that_leaves_an_orbit_is_never_classified_as_on_it(monkeypatch):
     """Even with falsified multipliers that make every orbit stable."""
     flow, found = unstable_orbit()
-    true = orbits._multipliers
-    monkeypatch.setattr(orbits, "_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
+    true = orbits.floquet_multipliers
+    monkeypatch.setattr(orbits, "floquet_multipliers", lambda matrix: 0.9 * true(matrix) / np.abs(true(matrix)).max())
     state, sections = state_at(flow, found.w + 1e-5, 3)
     assert candidates(sections, 1, 1)[0, 0] == 1
     assert orbits.polish(flow, sections[-1], state.points, np.array([1])).stable[0]
@@ -217,7 +226,7 @@ def test_a_verdict_whose_exponents_miss_their_sum_by_a_millionth_is_not_trusted(
 ])
 def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents, digits, label):
     """Exponents of the halves and digits are made up, on a torus."""
-    true = torus.half_averages
+    true = time_series.half_averages
 
     def halves(series):
         if series.ndim == 2:
@@ -229,8 +238,8 @@ def test_a_torus_has_both_halves_at_zero_and_four_digits(monkeypatch, exponents,
         return out
 
     flow, w = flow_of(kind="full", omega=1.05, eps1=0.04)
-    monkeypatch.setattr(torus, "half_averages", halves)
-    monkeypatch.setattr(torus, "agreeing_digits", lambda series: np.full(series.shape[1], digits))
+    monkeypatch.setattr(time_series, "half_averages", halves)
+    monkeypatch.setattr(time_series, "agreeing_digits", lambda series: np.full(series.shape[1], digits))
     found = classify(flow, w, settings=Classification(doublings=0), response=False)
     assert found.label[0] == label
     if label == Label.QUASI_PERIODIC:
@@ -252,8 +261,8 @@ def test_half_runs_that_differ_are_no_torus():
     """A series that drifts has other averages in its two halves; one on a circle has the same to many digits."""
     n = np.arange(2000)[:, None]
     circle = np.cos(0.7 * n)
-    assert torus.agreeing_digits(circle)[0] > 8 > 1 > torus.agreeing_digits(circle + n / 2000)[0]
-    first, second = torus.half_averages(n.astype(float))
+    assert time_series.agreeing_digits(circle)[0] > 8 > 1 > time_series.agreeing_digits(circle + n / 2000)[0]
+    first, second = time_series.half_averages(n.astype(float))
     assert (first[0], second[0]) == (pytest.approx(499.5), pytest.approx(1499.5))
 
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.curve_data import CurveData
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.skeleton import CurveData
 from gearchaos.dynamics import Classification, Label, classify, orbits
-from gearchaos.flow import ExactFlow
 
 CURVE, BASIN, UNEXPLAINED = 1, 2, 3
 """Why a motion ends at the side of a cell: a curve of its family, a basin boundary, or neither was found."""
@@ -137,14 +136,10 @@ def _continues(
     found = classify(flow, family.initial_states(values).T.copy(), settings=settings, response=False)
     same = (found.label == Label.PERIODIC) & (found.period == period)
     there = orbits.polish(family.exact_flow(beyond), found.w, points, period)
-    near = _distance(flow, found.w, there.w) < _SAME_FAMILY
+    size = np.maximum(1.0, np.abs(found.w).max(axis=0))
+    near = np.abs(found.w - there.w).max(axis=0) / size < _SAME_FAMILY
     shorter = orbits.minimal_period(family.exact_flow(beyond), there.w, points, period) < period
     return same & there.stable & near & ~shorter
-
-
-def _distance(flow: ExactFlow, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Largest difference of a coordinate of states (d, S), relative to the larger of 1 and the largest coordinate."""
-    return np.abs(first - second).max(axis=0) / np.maximum(1.0, np.abs(first).max(axis=0))
 
 
 def _near(polyline: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -14,10 +14,10 @@ import numpy as np
 
 from gearchaos.errors import InputError
 
-_TOLERANCE = 1e-12
-"""Largest residual of a converged point."""
+TOLERANCE = 1e-12
+"""Newton's method ends at a residual of at most this: no equation is violated by more."""
 
-_ACCEPTED = 1e-10
+ACCEPTED = 1e-10
 """Largest residual of a point whose residual Newton's method cannot lower any more."""
 
 _ITERATIONS = 8
@@ -117,6 +117,11 @@ def length(weights: np.ndarray, vector: np.ndarray) -> float:
     return float(np.sqrt(np.sum(weights * vector * vector)))
 
 
+def along(weights: np.ndarray, origin: Point, u: np.ndarray) -> float:
+    """Distance of unknowns u (N + 1,) from a point along its tangent."""
+    return float(np.sum(weights * origin.tangent * (u - origin.u)))
+
+
 def correct(
     equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray, step: float = 0.0
 ) -> Point:
@@ -153,7 +158,7 @@ def correct(
             stalled, best = False, (u, residual, jacobian, data)
         else:
             stalled = True
-        if best[1] <= _TOLERANCE or (stalled and best[1] <= _ACCEPTED):
+        if best[1] <= TOLERANCE or (stalled and best[1] <= ACCEPTED):
             break
         if stalled and residual > 1e3 * best[1]:
             raise Stopped("Newton's method diverges")
@@ -161,7 +166,7 @@ def correct(
         u = u + change
     assert best is not None
     u, residual, jacobian, data = best
-    if residual > _ACCEPTED:
+    if residual > ACCEPTED:
         raise Stopped("Newton's method does not converge")
     return _point(equations, u, jacobian, tangent, residual, data, step)
 
@@ -252,13 +257,13 @@ def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], dist
     """
     first, last = pair
     full = float(np.sum(weights * origin.tangent * (last.u - first.u)))
-    passed = distance - float(np.sum(weights * origin.tangent * (first.u - origin.u)))
+    passed = distance - along(weights, origin, first.u)
     share = passed / full if full else 0.0
     slopes = (p.tangent * full / max(float(np.sum(weights * p.tangent * origin.tangent)), 1e-3) for p in pair)
     start, end = slopes
     a, b = share * share * (3 - 2 * share), share * (1 - share)
     guess = first.u + a * (last.u - first.u) + b * ((1 - share) * start - share * end)
-    return guess + (distance - float(np.sum(weights * origin.tangent * (guess - origin.u)))) * origin.tangent
+    return guess + (distance - along(weights, origin, guess)) * origin.tangent
 
 
 def at_value(equations: Equations, point: Point, index: int, value: float) -> Point | None:

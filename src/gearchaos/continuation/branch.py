@@ -18,13 +18,12 @@ from gearchaos.continuation.arclength import (
     follow,
     point_of,
 )
-from gearchaos.continuation.closing import joins_half_period, returned_start
-from gearchaos.continuation.cycles import CycleEquations, unknowns
 from gearchaos.continuation.event_search import find_events, turns_at_branch_point
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK, Event, flip_test, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import count_unstable
-from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.same_orbit import joins_half_period, returned_start
+from gearchaos.continuation.shooting import Cycle, CycleEquations, converge, unknowns
 from gearchaos.errors import InputError
 
 AXIS_END, CLOSED, POINT_LIMIT = "end of the axis", "returns to its start", "point limit"
@@ -284,7 +283,7 @@ def _half_period_end(equations: CycleEquations, last: Point, point: Point) -> Po
         return converge(family, guess, np.array([value]))
 
     value = _root_near(lambda v: flip_test(half(v)), float(end.u[-1]))
-    if value is None or half(value).residual > ACCEPTED:
+    if value is None or not half(value).converged:
         return end
     u = np.append(np.tile(half(value).points, (2, 1)).ravel(), value)
     f, _, data = equations.evaluate(u)
@@ -311,7 +310,7 @@ def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float
     crossing = _cross(equations, last, point, beyond)
     points = crossing.u[:-1].reshape(equations.period, -1)
     cycle = converge(equations.family, points, np.array([bound]))
-    if cycle.residual > ACCEPTED or np.abs(cycle.points - points).max() > _MOVED:
+    if not cycle.converged or np.abs(cycle.points - points).max() > _MOVED:
         return crossing
     return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step)
 

@@ -13,10 +13,19 @@ from itertools import combinations
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Equations, Point
+from gearchaos.continuation.arclength import Equations, Point, along
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.events import FLIP, FOLD, GRAZE, MIN_DIVERGENCE, NEIMARK_SACKER, locate
-from gearchaos.continuation.extrema import match
+from gearchaos.continuation.event_search import match
+from gearchaos.continuation.events import (
+    FLIP,
+    FOLD,
+    GRAZE,
+    MIN_DIVERGENCE,
+    NEIMARK_SACKER,
+    critical_pair,
+    locate,
+    of_data,
+)
 from gearchaos.continuation.shooting import Cycle
 
 _RESONANCES = {"1:1": 0.0, "1:4": np.pi / 2, "1:3": 2 * np.pi / 3, "1:2": np.pi}
@@ -52,22 +61,16 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
     for name, test in _tests(kind, first.data, equations):
         before, after = test(first.data), test(last.data)
         if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
-            point = locate(equations, first, last, _of_point(test))
-            if point is not None and (not name.endswith("neimark-sacker") or _complex_pair(point.data.cycle)):
+            point = locate(equations, first, last, of_data(test))
+            if point is not None and _belongs(name, point.data.cycle):
                 found.append(SpecialPoint(name, point))
     found += _second_grazes(equations, first, last, kind)
-    return sorted(found, key=lambda s: float(np.sum(equations.weights * first.tangent * (s.point.u - first.u))))
+    return sorted(found, key=lambda s: along(equations.weights, first, s.point.u))
 
 
-def _complex_pair(cycle: Cycle) -> bool:
-    """Whether the two multipliers whose product is nearest to 1 are complex; real ones belong to a neutral saddle."""
-    nearest = min(combinations(cycle.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
-    return abs(nearest[0].imag) > MIN_DIVERGENCE
-
-
-def _of_point(test: Callable[[EventState], float]) -> Callable[[Point], float]:
-    """A test function of a state as one of a point."""
-    return lambda point: test(point.data)
+def _belongs(name: str, cycle: Cycle) -> bool:
+    """Whether an orbit is a point of this kind: two real multipliers with the product 1 belong to a neutral saddle."""
+    return not name.endswith("neimark-sacker") or abs(critical_pair(cycle)[0].imag) > MIN_DIVERGENCE
 
 
 def _tests(
@@ -184,5 +187,3 @@ def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found
-
-

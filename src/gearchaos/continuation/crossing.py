@@ -103,9 +103,7 @@ class _Grazes:
 
     def gap(self, cycle: Cycle) -> float:
         """How far the extremum of an orbit lies above the boundary."""
-        lag = np.abs((cycle.extrema[:, 0] - self.instant + cycle.period / 2) % cycle.period - cycle.period / 2)
-        near = np.argmin(lag + np.abs(cycle.extrema[:, 1] - self.boundary))
-        return float(cycle.extrema[near, 1] - self.boundary)
+        return float(cycle.extrema[cycle.nearest_extremum(self.instant, self.boundary), 1] - self.boundary)
 
     def point(self, origin: Point, distance: float, gap: float) -> Point:
         """The orbit at a distance from a graze along its curve, with a gap."""

@@ -10,12 +10,12 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
-from gearchaos.continuation.closing import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
 from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, EventState, event_equations
 from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.same_orbit import has_half_period, joins_half_period, returned_start
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.errors import InputError
 
@@ -285,18 +285,13 @@ def _end_between(
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):
-        return _at_half_period(equations, last, point), AT_FLIP
+        before = last.data.cycle.half_period_difference
+        found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
+        return found or last, AT_FLIP
     returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
     if returned is not None:
         return returned, CLOSED
     return None
-
-
-def _at_half_period(equations: EventEquations, last: Point, point: Point) -> Point:
-    """The point between two others at which an orbit has half the period; the first one where it is not located."""
-    before = last.data.cycle.half_period_difference
-    found = locate(equations, last, point, lambda p: float(before @ p.data.cycle.half_period_difference))
-    return found or last
 
 
 def _moved_to(equations: EventEquations, point: Point, bound: tuple[int, float] | None) -> Point:

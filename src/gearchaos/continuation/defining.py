@@ -147,8 +147,7 @@ class EventEquations:
         if self.kind != GRAZE:
             return True
         before, after = (s.cycle.extrema[s.extremum] for s in (first, last))
-        lag = (after[0] - before[0] + self.period / 2) % self.period - self.period / 2
-        return bool(abs(lag) < 0.05 and abs(before[1] - after[1]) < 1e-6)
+        return bool(abs(last.cycle.lag(after[0], before[0])) < 0.05 and abs(before[1] - after[1]) < 1e-6)
 
     def accept(self, state: EventState) -> None:
         """Note that the curve has reached this orbit."""
@@ -224,10 +223,8 @@ class GrazeEquations(EventEquations):
         extrema = cycle.extrema
         if not np.all(np.isfinite(cycle.result.w)) or len(extrema) == 0:
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
-        lag = np.abs((extrema[:, 0] - self.instant + self.period / 2) % self.period - self.period / 2)
-        gap = extrema[:, 1] - self.boundary
-        number = int(np.argmin(lag + np.abs(gap)))
-        return gap[[number]], cycle.extremum_derivatives(number)[None], EventState(cycle, number)
+        number = cycle.nearest_extremum(self.instant, self.boundary)
+        return extrema[[number], 1] - self.boundary, cycle.extremum_derivatives(number)[None], EventState(cycle, number)
 
 
 def critical_matrix(cycle: Cycle, multiplier: complex) -> np.ndarray:

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, minimal
-from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.orbit import Orbit
+from gearchaos.continuation.same_orbit import SAME_ATTRACTOR, minimal
+from gearchaos.continuation.shooting import Cycle, converge
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.settings import SINGLE_MOTION
@@ -28,9 +29,6 @@ _APART = 1e-4
 
 _BETWEEN = 15
 """States tried at once between the two."""
-
-_SAME_POINT = 1e-4
-"""An orbit is an attractor known already if one of its points is one of the attractor's, up to this distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ class _Attractors:
 
     def _number(self, label: int, period: int, section: np.ndarray) -> int:
         for number, (other, n, points) in enumerate(self.known):
-            near = np.linalg.norm(points - section[0], axis=1).min() < _SAME_POINT
+            near = np.linalg.norm(points - section[0], axis=1).min() < SAME_ATTRACTOR
             if (label, period) == (other, n) and (near or label != Label.PERIODIC):
                 return number
         self.known.append((label, period, section))
@@ -163,7 +161,7 @@ def _saddle_near(family: ParameterFamily, values: np.ndarray, state: np.ndarray,
     for n in range(1, period + 1):
         guess = orbits.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([n]))[0]
         cycle = converge(family, guess, values)
-        if cycle.residual > ACCEPTED or np.linalg.norm(cycle.points[0] - state) > 10 * _APART:
+        if not cycle.converged or np.linalg.norm(cycle.points[0] - state) > 10 * _APART:
             continue
         cycle = minimal(family, cycle)
         if np.sum(np.abs(cycle.multipliers) > 1.0) == 1:

@@ -1,16 +1,21 @@
-"""All events between two neighbouring points of a branch."""
+"""All events between two neighbouring points of a branch: changes of stability, grazes, roots of a user's functions.
+
+At a graze an extremum of z touches a boundary of contact. Extrema appear and vanish in pairs, a maximum and a minimum,
+and pass from the end of the cycle to its beginning; `match` says which is which on neighbouring cycles.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import combinations
+from functools import partial
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Equations, Point
+from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between
 from gearchaos.continuation.events import (
     FLIP,
     FOLD,
+    GRAZE,
     HALVINGS,
     MIN_DIVERGENCE,
     NEIMARK_SACKER,
@@ -18,17 +23,23 @@ from gearchaos.continuation.events import (
     PITCHFORK,
     Event,
     branch_test,
+    critical_pair,
     flip_test,
     locate,
     middle,
+    of_data,
     pair_test,
 )
-from gearchaos.continuation.grazes import find_grazes
 from gearchaos.continuation.orbit import count_unstable
 from gearchaos.continuation.shooting import Cycle
 
 _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0}
 """By how many the number of multipliers outside the unit circle can change at an event."""
+
+_BISECTIONS = 60
+
+_TOUCHING = 1e-9
+"""Largest distance of an extremum of z from a boundary that it touches."""
 
 
 def find_events(
@@ -37,22 +48,47 @@ def find_events(
     """All events between two neighbouring points, in order along the branch."""
     found = _changes_of_stability(equations, first, last) + find_grazes(equations, first, last)
     for name, function in (user or {}).items():
-        found += _user_events(equations, first, last, name, function)
-    return sorted(found, key=lambda e: float(np.sum(equations.weights * first.tangent * (e.point.u - first.u))))
+        if function(first.data) * function(last.data) < 0:
+            point = locate(equations, first, last, of_data(function))
+            if point is not None:
+                found.append(Event(name, point, defect=abs(function(point.data))))
+    return sorted(found, key=lambda e: along(equations.weights, first, e.point.u))
 
 
 def _changes_of_stability(equations: Equations, first: Point, last: Point, halvings: int = HALVINGS) -> list[Event]:
-    """The events of multipliers between two points; those of both halves where they do not explain how the number of
-    multipliers outside the unit circle changes, since two of them can hide each other."""
-    found = [event for search in _SEARCHES for event in search(equations, first, last)]
+    """The events of multipliers between two points.
+
+    Those of both halves where they do not explain how the number of multipliers outside the unit circle changes, since
+    two of them can hide each other.
+    """
+    found = []
+    for kind, test in _tests(first, last):
+        point = locate(equations, first, last, test)
+        if point is not None:
+            found.append(_at_multiplier(kind, point))
     change = abs(count_unstable(last.data.multipliers) - count_unstable(first.data.multipliers))
     if halvings == 0 or change <= sum(_CHANGES[event.kind] for event in found):
         return found
-    between = middle(equations, first, last)
-    if between is None:
+    between_both = middle(equations, first, last)
+    if between_both is None:
         return found
-    halves = ((first, between), (between, last))
+    halves = ((first, between_both), (between_both, last))
     return [event for a, b in halves for event in _changes_of_stability(equations, a, b, halvings - 1)]
+
+
+def _tests(first: Point, last: Point) -> Iterator[tuple[str, Callable[[Point], float]]]:
+    """The kinds of events of multipliers between two points, and the functions that change their signs there."""
+    if turns_at_branch_point(first, last):
+        yield PITCHFORK, _parameter_slope
+    elif _parameter_slope(first) * _parameter_slope(last) < 0:
+        yield FOLD, _parameter_slope
+    elif first.orientation * last.orientation < 0:
+        crosses = branch_test(first.data) * branch_test(last.data) < 0
+        yield PITCHFORK, of_data(branch_test) if crosses else lambda p: float(p.orientation)
+    if flip_test(first.data) * flip_test(last.data) < 0:
+        yield FLIP, of_data(flip_test)
+    if len(first.data.multipliers) > 2 and pair_test(first.data) * pair_test(last.data) < 0:
+        yield NEIMARK_SACKER, of_data(pair_test)
 
 
 def _parameter_slope(point: Point) -> float:
@@ -66,52 +102,212 @@ def turns_at_branch_point(first: Point, last: Point) -> bool:
     return first.orientation * last.orientation < 0 and _parameter_slope(first) * _parameter_slope(last) < 0
 
 
-def _folds(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if _parameter_slope(first) * _parameter_slope(last) < 0 and not turns_at_branch_point(first, last):
-        point = locate(equations, first, last, _parameter_slope)
-        if point is not None:
-            yield Event(FOLD, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
+def _at_multiplier(kind: str, point: Point) -> Event:
+    """The event at a point; a pair of real multipliers with the product 1 is that of a neutral saddle."""
+    if kind == NEIMARK_SACKER:
+        a, b = critical_pair(point.data)
+        kind = NEIMARK_SACKER if abs(a.imag) > MIN_DIVERGENCE else NEUTRAL_SADDLE
+        return Event(kind, point, defect=float(abs(a * b - 1.0)))
+    critical = -1.0 if kind == FLIP else 1.0
+    return Event(kind, point, defect=float(np.abs(point.data.multipliers - critical).min()))
 
 
-def _branch_points(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if first.orientation * last.orientation < 0:
-        point = locate(equations, first, last, _branch_point_test(first, last))
-        if point is not None:
-            yield Event(PITCHFORK, point, defect=float(np.abs(point.data.multipliers - 1.0).min()))
+def find_grazes(equations: Equations, first: Point, last: Point, halvings: int = HALVINGS) -> list[Event]:
+    """The grazes between two points.
+
+    Those of both halves where extrema cannot be followed so far, or one may touch a boundary twice.
+    """
+    index, new = match(first.data.extrema, last.data.extrema, first.data.period)
+    if not (halvings and _may_touch_twice(equations, first, last, index)):
+        found = list[Event | None]()
+        for search in _graze_searches(equations, first, last, index, new):
+            found.append(search())
+            if found[-1] is None and halvings:
+                break
+        else:
+            return [event for event in found if event is not None]
+    point = middle(equations, first, last)
+    if point is None:
+        return []
+    return find_grazes(equations, first, point, halvings - 1) + find_grazes(equations, point, last, halvings - 1)
 
 
-def _branch_point_test(first: Point, last: Point) -> Callable[[Point], float]:
-    """A function of a point that changes its sign at the branch point between two others."""
-    if turns_at_branch_point(first, last):
-        return _parameter_slope
-    if branch_test(first.data) * branch_test(last.data) < 0:
-        return lambda p: branch_test(p.data)
-    return lambda p: float(p.orientation)
+def _graze_searches(
+    equations: Equations, first: Point, last: Point, index: np.ndarray, new: list[tuple[int, int]]
+) -> Iterator[Callable[[], Event | None]]:
+    """A search for each extremum, and each pair of extrema that appears or vanishes, that must touch a boundary."""
+    for number, other in enumerate(index):
+        for boundary in (1, -1) if other >= 0 else ():
+            gap = first.data.extrema[number, 1] - boundary
+            if gap * (last.data.extrema[other, 1] - boundary) < 0:
+                yield partial(_graze, equations, first, last, number, boundary)
+    vanished = np.flatnonzero(index < 0).tolist()
+    for point, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
+        for pair in pairs:
+            for boundary in (1, -1):
+                low, high = sorted(point.data.extrema[list(pair), 1])
+                if low < boundary < high:
+                    yield partial(_graze_of_new_pair, equations, first, last, point is last, boundary, pair)
 
 
-def _flips(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if flip_test(first.data) * flip_test(last.data) < 0:
-        point = locate(equations, first, last, lambda p: flip_test(p.data))
-        if point is not None:
-            yield Event(FLIP, point, defect=float(np.abs(point.data.multipliers + 1.0).min()))
+def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
+    """Whether an extremum is on one side of a boundary at both points, but perhaps on the other side between them.
+
+    The values of the extrema between the points are interpolated by cubic polynomials in Bernstein form, whose values
+    lie between the least and the largest coefficient.
+    """
+    kept = np.flatnonzero(index >= 0)
+    before, after = first.data.extrema[kept, 1], last.data.extrema[index[kept], 1]
+    full = along(equations.weights, first, last.u)
+    turned = max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
+    slopes = (first.data.extremum_slopes(first.tangent)[kept] * full / 3,
+              last.data.extremum_slopes(last.tangent)[index[kept]] * full / (3 * turned))
+    coefficients = np.stack([before, before + slopes[0], after - slopes[1], after])
+    for boundary in (1, -1):
+        beyond = coefficients > boundary
+        if np.any((beyond[0] == beyond[3]) & (np.any(beyond, axis=0) != np.all(beyond, axis=0))):
+            return True
+    return False
 
 
-def _pairs(equations: Equations, first: Point, last: Point) -> Iterator[Event]:
-    if len(first.data.multipliers) > 2 and pair_test(first.data) * pair_test(last.data) < 0:
-        point = locate(equations, first, last, lambda p: pair_test(p.data))
-        if point is not None:
-            a, b = min(combinations(point.data.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
-            kind = NEIMARK_SACKER if abs(a.imag) > MIN_DIVERGENCE else NEUTRAL_SADDLE
-            yield Event(kind, point, defect=float(abs(a * b - 1.0)))
+def _graze(equations: Equations, first: Point, last: Point, number: int, boundary: int) -> Event | None:
+    """The graze of an extremum of the first point that is also one of the last; None if it cannot be followed there."""
+
+    def gap(point: Point) -> float:
+        other = _matched(first, point, number)
+        return float("nan") if other < 0 else float(point.data.extrema[other, 1] - boundary)
+
+    point = locate(equations, first, last, gap)
+    other = -1 if point is None else _matched(first, point, number)
+    if point is None or other < 0:
+        return None
+    defect = abs(float(point.data.extrema[other, 1] - boundary))
+    return Event(GRAZE, point, boundary, other, defect) if defect < _TOUCHING else None
 
 
-def _user_events(
-    equations: Equations, first: Point, last: Point, name: str, function: Callable[[Cycle], float]
-) -> Iterator[Event]:
-    if function(first.data) * function(last.data) < 0:
-        point = locate(equations, first, last, lambda p: function(p.data))
-        if point is not None:
-            yield Event(name, point, defect=abs(function(point.data)))
+def _matched(first: Point, point: Point, number: int) -> int:
+    """Index at another point of an extremum of the first one, −1 if it is not there."""
+    if point is first:
+        return number
+    return int(match(first.data.extrema, point.data.extrema, first.data.period)[0][number])
 
 
-_SEARCHES = (_folds, _branch_points, _flips, _pairs)
+def _graze_of_new_pair(
+    equations: Equations, first: Point, last: Point, forward: bool, boundary: int, pair: tuple[int, int]
+) -> Event | None:
+    """The graze of one of two extrema that exist only at the last point (``forward``), or only at the first one.
+
+    Between, they are born with one value of z; from there on one of them passes the boundary. None if the pair cannot
+    be followed to that place.
+    """
+    full = along(equations.weights, first, last.u)
+    here, there = (full, 0.0) if forward else (0.0, full)
+    own = (last if forward else first).data.extrema[list(pair), 0].mean()
+    nearest: tuple[Point, int] | None = None
+    try:
+        for _ in range(_BISECTIONS):
+            halfway = 0.5 * (here + there)
+            point = between(equations, first, last, halfway)
+            straddling = _straddling_pair(point.data, own, boundary)
+            if straddling is None:
+                there = halfway
+            else:
+                here, nearest = halfway, (point, straddling)
+    except Stopped:
+        return None
+    if nearest is None:
+        return None
+    point, number = nearest
+    defect = abs(float(point.data.extrema[number, 1] - boundary))
+    return Event(GRAZE, point, boundary, number, defect) if defect < _TOUCHING else None
+
+
+def _straddling_pair(cycle: Cycle, instant: float, boundary: int) -> int | None:
+    """The index of that extremum, of the neighbouring pair nearest to an instant, that is nearer to the boundary, if
+    the boundary lies between both."""
+    extrema, count = cycle.extrema, len(cycle.extrema)
+    best = None
+    for i in range(count):
+        j = (i + 1) % count
+        a, b = extrema[i], extrema[j]
+        lag = abs(cycle.lag(0.5 * (a[0] + b[0]), instant))
+        if (a[1] - boundary) * (b[1] - boundary) < 0 and lag < 0.1:
+            nearer = i if abs(a[1] - boundary) < abs(b[1] - boundary) else j
+            if best is None or lag < best[0]:
+                best = (lag, nearer)
+    return None if best is None else best[1]
+
+
+def match(before: np.ndarray, after: np.ndarray, period: int) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Match the extrema of two neighbouring cycles.
+
+    Parameters
+    ----------
+    before, after : (E, 3), (F, 3)
+        Instants in mesh periods, values of z, and 1 for maxima or −1 for minima, in order of time.
+    period : int
+        Length of the cycles in mesh periods.
+
+    Returns
+    -------
+    (E,)
+        Index in ``after`` of each extremum of ``before``, −1 if it has vanished.
+    list of (int, int)
+        The pairs of extrema of ``after`` that are new, by their indices.
+    """
+    kept, lost = np.arange(len(before)), []
+    left, new = np.arange(len(after)), []
+    while len(kept) > len(left):
+        kept, pair = _without_pair(before, kept, after, left, period)
+        lost.append(pair)
+    while len(left) > len(kept):
+        left, pair = _without_pair(after, left, before, kept, period)
+        new.append(pair)
+    found = np.full(len(before), -1)
+    if len(kept):
+        shift, cost = _best_rotation(before[kept], after[left], period)
+        if np.isfinite(cost):
+            found[kept] = np.roll(left, -shift)
+    return found, new
+
+
+def _best_rotation(before: np.ndarray, after: np.ndarray, period: int) -> tuple[int, float]:
+    """By how many places equally many extrema are rotated, and the sum of the differences that then remain.
+
+    The cost is infinite if maxima and minima do not alternate alike.
+    """
+    count, best = len(before), (0, np.inf)
+    if count == 0:
+        return 0, 0.0
+    for shift in range(-min(count, 4), min(count, 4) + 1):
+        rolled = np.roll(after, -shift, axis=0)
+        if np.any(rolled[:, 2] != before[:, 2]):
+            continue
+        lag = rolled[:, 0] - before[:, 0]
+        lag -= period * np.round(lag / period)
+        cost = float(np.abs(lag).sum() + np.abs(rolled[:, 1] - before[:, 1]).sum())
+        if cost < best[1]:
+            best = (shift, cost)
+    return best
+
+
+def _without_pair(
+    many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray, period: int
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Leave out the neighbouring pair of ``many[index]`` whose absence makes it most like ``few[others]``.
+
+    Returns the indices that remain, and the pair.
+    """
+    if len(index) - len(others) == 1:  # one extremum lies at the seam of the cycle, where it may be lost to rounding
+        costs = [_best_rotation(many[np.delete(index, i)], few[others], period)[1] for i in range(len(index))]
+        i = int(np.argmin(costs))
+        return np.delete(index, i), (int(index[i]), int(index[i]))
+    pairs = [(i, (i + 1) % len(index)) for i in range(len(index))]
+    if len(index) - len(others) > 2:  # too many to try all combinations: the flattest pairs go first
+        costs = [abs(many[index[i], 1] - many[index[j], 1]) for i, j in pairs]
+    else:
+        costs = [_best_rotation(many[np.delete(index, pair)], few[others], period)[1] for pair in pairs]
+        if not np.any(np.isfinite(costs)):
+            costs = [abs(many[index[i], 1] - many[index[j], 1]) for i, j in pairs]
+    pair = pairs[int(np.argmin(costs))]
+    return np.delete(index, pair), (int(index[pair[0]]), int(index[pair[1]]))

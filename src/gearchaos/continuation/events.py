@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Equations, Point, Stopped, between
+from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between
 from gearchaos.continuation.shooting import Cycle
 
 FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
@@ -81,12 +82,22 @@ def pair_test(cycle: Cycle) -> float:
     return float(np.prod([a * b - 1.0 for a, b in combinations(cycle.multipliers, 2)]).real)
 
 
+def of_data(test: Callable[[Any], float]) -> Callable[[Point], float]:
+    """A test function of what belongs to a point, such as its cycle, as one of the point."""
+    return lambda point: test(point.data)
+
+
+def critical_pair(cycle: Cycle) -> tuple[complex, complex]:
+    """The two multipliers whose product is nearest to 1."""
+    return min(combinations(cycle.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
+
+
 def locate(
     equations: Equations, first: Point, last: Point, test: Callable[[Point], float]
 ) -> Point | None:
     """The point between two others where a test function changes its sign; None where it does not, or where the orbits
     cannot be followed."""
-    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
+    full = along(equations.weights, first, last.u)
     points, values = {0.0: first, full: last}, dict[float, float]()
 
     def value(distance: float) -> float:
@@ -105,24 +116,16 @@ def locate(
         root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)
         return points[root] if root in points else between(equations, first, last, root)
     except Stopped:
-        return _bracketed(points, values, _NEAR_SINGULAR * full)
-
-
-def _bracketed(points: dict[float, Point], values: dict[float, float], gap: float) -> Point | None:
-    """The known point nearest to the root if it is bracketed by two points with a gap of at most this; else None.
-
-    At a branch point the equations are singular, so that no orbit can be corrected in the immediate neighbourhood.
-    """
-    for a, b in pairwise(sorted(values)):
-        if values[a] * values[b] <= 0 and b - a <= gap:
-            return points[a if abs(values[a]) <= abs(values[b]) else b]
-    return None
+        # at a branch point the equations are singular, so that no orbit can be corrected in the immediate neighbourhood
+        for a, b in pairwise(sorted(values)):
+            if values[a] * values[b] <= 0 and b - a <= _NEAR_SINGULAR * full:
+                return points[a if abs(values[a]) <= abs(values[b]) else b]
+        return None
 
 
 def middle(equations: Equations, first: Point, last: Point) -> Point | None:
     """The point halfway between two others, None where none is found."""
-    full = float(np.sum(equations.weights * first.tangent * (last.u - first.u)))
     try:
-        return between(equations, first, last, 0.5 * full)
+        return between(equations, first, last, 0.5 * along(equations.weights, first, last.u))
     except Stopped:
         return None

@@ -10,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from gearchaos.flow import ExactFlow, SensitivityFlow, differentiate
-from gearchaos.model import Batch, MeshModel, vary
-from gearchaos.model.coordinates import initial_state
+from gearchaos.model import COORDINATES, Batch, MeshModel, vary
+from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
 from gearchaos.quantities import find
 
@@ -116,3 +116,25 @@ class ParameterFamily:
         """Whether the equations divide by each parameter, or it must be positive for another reason; bool (Q,)."""
         found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
         return np.array([any(q is not None and q.divisor for q in group) for group in found])
+
+
+def as_initial_values(family: ParameterFamily, values: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
+    """The initial values of the model with which motions begin in dynamic states at phase 0.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+    values : (P, Q)
+        Values of the parameters.
+    states : (P, n, d)
+        n states at each parameter point.
+
+    Returns
+    -------
+    dict of str to (P, n)
+        By the names of the coordinates that the model has.
+    """
+    batch = family.batch(values)
+    error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))
+    found = to_physical(batch, family.names, states, np.zeros(states.shape[:2]), error, error_dot)
+    return {name: found[name] for name in COORDINATES[batch.model.kind]}

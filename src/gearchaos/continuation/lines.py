@@ -11,8 +11,8 @@ from gearchaos.continuation.branch import Branch, follow_branch
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.events import FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import minimal, same_cycle
-from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
+from gearchaos.continuation.same_orbit import minimal, passes, same_cycle, shift_difference
+from gearchaos.continuation.shooting import Cycle, converge
 from gearchaos.continuation.switching import doubled_start, follow_doubled
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.initial_conditions import default_box, spread
@@ -133,17 +133,12 @@ def stable_orbits(line: Line, family: ParameterFamily) -> list[Cycle]:
     out: list[Cycle] = []
     for motion, section in zip(periodic, points, strict=True):
         value = values[index[motion]]
-        if any(c.values[0] == value and _contains(c, section[0]) for c in out):
+        if any(c.values[0] == value and passes(c.points, section[0]) for c in out):
             continue
         cycle = converge(family, section, np.array([value]))
-        if cycle.residual <= ACCEPTED:
+        if cycle.converged:
             out.append(cycle)
     return out
-
-
-def _contains(cycle: Cycle, point: np.ndarray) -> bool:
-    """Whether a point (d,) is one of the cycle."""
-    return bool(np.abs(cycle.points - point).max(axis=1).min() < 1e-6)
 
 
 def _add(
@@ -176,10 +171,9 @@ def on_branch(family: ParameterFamily, branch: Branch, cycle: Cycle) -> bool:
         a, b = branch.points[i].data, branch.points[i + 1].data
         full = values[i + 1] - values[i]
         guess = a.points + (b.points - a.points) * ((value - values[i]) / full if full else 0.5)
-        shifts = [np.abs(np.roll(guess, -k, axis=0) - cycle.points).max() for k in range(cycle.period)]
-        if min(shifts) > _NEAR:
+        if shift_difference(guess, cycle.points) > _NEAR:
             continue
         found = converge(family, guess, cycle.values)
-        if found.residual <= ACCEPTED and same_cycle(minimal(family, found), cycle):
+        if found.converged and same_cycle(minimal(family, found), cycle):
             return True
     return False

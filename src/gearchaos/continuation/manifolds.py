@@ -34,7 +34,6 @@ _ENDED = 1e-2
 """An image whose extent is less than this share of the spacing lies on an attractor, where the branch ends."""
 
 
-
 @dataclass(frozen=True, eq=False)
 class Manifold:
     """One branch of a manifold.
@@ -108,7 +107,7 @@ class _Growth:
         length: float, spacing: float, region: np.ndarray,
     ) -> None:
         self.flow, self.sign, self.length, self.spacing, self.region = flow, sign, length, spacing, region
-        monodromy = _monodromy(saddle, number)
+        monodromy = saddle.monodromy_at(number)
         values, vectors = np.linalg.eig(np.linalg.inv(monodromy) if stable else monodromy)
         unstable = int(np.argmax(np.abs(values)))
         multiplier = float(values[unstable].real)
@@ -125,9 +124,10 @@ class _Growth:
             shares, points = self._resolved_image(shares, images)
             pieces.append(points[1:])
             count += len(points)
-            covered += float(self._inside_lengths(points).sum())
+            inside = self._inside(points)
+            covered += float(np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0).sum())
             before, extent = extent, float(np.ptp(points, axis=0).max())
-            ended = not np.any(self._inside(points)) or extent < min(before, _ENDED * self.spacing)
+            ended = not np.any(inside) or extent < min(before, _ENDED * self.spacing)
             if covered >= self.length or ended:
                 return np.concatenate(pieces), True
             if count > _MAX_POINTS:
@@ -175,16 +175,3 @@ class _Growth:
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """Whether points (N, 2) lie in the region."""
         return np.all((points >= self.region[:, 0]) & (points <= self.region[:, 1]), axis=1)
-
-    def _inside_lengths(self, points: np.ndarray) -> np.ndarray:
-        """Lengths (N − 1,) of the pieces with both ends in the region; 0 for the others."""
-        inside = self._inside(points)
-        return np.where(inside[:-1] & inside[1:], np.hypot(*np.diff(points, axis=0).T), 0.0)
-
-
-def _monodromy(cycle: Cycle, number: int) -> np.ndarray:
-    """Derivative (d, d) of Pⁿ at point ``number`` of a cycle."""
-    product = np.eye(cycle.points.shape[1])
-    for matrix in np.roll(cycle.result.monodromy, -number, axis=0):
-        product = matrix @ product
-    return product

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.shooting import ACCEPTED, Cycle, converge
-from gearchaos.continuation.states import as_initial_values
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.continuation.same_orbit import minimal, passes, same_cycle
+from gearchaos.continuation.shooting import Cycle, converge
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics import orbits as polishing
 from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.dynamics.orbits import SAME_POINT
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import OK, ExactFlow
@@ -24,9 +25,6 @@ from gearchaos.validation import to_float
 
 LONGEST_PERIOD = 1024
 """Largest period of an orbit, in mesh periods."""
-
-_SAME_POINT = 1e-6
-"""Points are the same if no coordinate differs by more than this."""
 
 _STARTS = 256
 """Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
@@ -211,10 +209,11 @@ def find_cycle(
     converged, name, steady = False, "", np.zeros((0, family.dimension))
     if period is not None:
         check_period(period)
-        guess = _iterates(family, values, family.initial_states(values[None])[0], period)
+        w = family.initial_states(values[None]).T.copy()
+        guess = polishing.sections(family.exact_flow(values[None]), w, np.zeros(1, int), np.array([period]))[0]
         cycle = converge(family, guess, values)
-        converged = cycle.residual <= ACCEPTED and minimal(family, cycle).period == period
-        if converged and (near or np.abs(cycle.points[0] - guess[0]).max() < _SAME_POINT):
+        converged = cycle.converged and minimal(family, cycle).period == period
+        if converged and (near or np.abs(cycle.points[0] - guess[0]).max() < SAME_POINT):
             return family, cycle
     if period is None or not near:
         name, steady = _steady_motion(family, values, settings)
@@ -223,7 +222,7 @@ def find_cycle(
                          "Give a period, or another start.")
     if period in (None, len(steady)):
         cycle = minimal(family, converge(family, steady, values))
-        if cycle.residual > ACCEPTED:
+        if not cycle.converged:
             raise _no_orbit(family, values, steady, [])
         return family, cycle
     if converged:
@@ -263,25 +262,11 @@ def as_orbit(family: ParameterFamily, cycle: Cycle) -> Orbit:
 
 def check_period(period: Any) -> None:
     """Raise `InputError` unless a period is a whole number from 1 to `LONGEST_PERIOD`."""
-    if isinstance(period, bool) or not hasattr(period, "__index__") or not 1 <= period.__index__() <= LONGEST_PERIOD:
-        raise InputError("period", f"must be a whole number of mesh periods from 1 to {LONGEST_PERIOD}", period)
-
-
-def minimal(family: ParameterFamily, cycle: Cycle) -> Cycle:
-    """The cycle over its minimal period."""
-    n = cycle.period
-    for k in (k for k in range(1, n) if n % k == 0):
-        if np.abs(np.roll(cycle.points, -k, axis=0) - cycle.points).max() < _SAME_POINT:
-            return converge(family, cycle.points[:k], cycle.values)
-    return cycle
-
-
-def same_cycle(first: Cycle, second: Cycle) -> bool:
-    """Whether two cycles are one orbit, up to a shift of phase by whole mesh periods."""
-    if first.period != second.period:
-        return False
-    return any(
-        np.abs(np.roll(first.points, -k, axis=0) - second.points).max() < _SAME_POINT for k in range(first.period))
+    try:
+        whole_number("period", period, 1, LONGEST_PERIOD)
+    except InputError:
+        rule = f"must be a whole number of mesh periods from 1 to {LONGEST_PERIOD}"
+        raise InputError("period", rule, period) from None
 
 
 def _steady_motion(
@@ -294,12 +279,6 @@ def _steady_motion(
     if found.label[0] != Label.PERIODIC:
         return name, np.zeros((0, family.dimension))
     return name, polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
-
-
-def _iterates(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> np.ndarray:
-    """A state and its images under the stroboscopic map, (n, d)."""
-    flow = family.exact_flow(values[None])
-    return polishing.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([period]))[0]
 
 
 def _no_orbit(
@@ -343,10 +322,10 @@ def search(
     cycles: list[Cycle] = []
     for lane in np.flatnonzero(found.converged):
         guess = polishing.sections(flow, found.w[:, [lane]], points[:1], np.array([period]))[0]
-        if any(np.abs(c.points - guess[0]).max(axis=1).min() < _SAME_POINT for c in cycles):
+        if any(passes(c.points, guess[0]) for c in cycles):
             continue
         cycle = converge(family, guess, values)
-        minimal_period = cycle.residual <= ACCEPTED and minimal(family, cycle).period == period
+        minimal_period = cycle.converged and minimal(family, cycle).period == period
         if minimal_period and not any(same_cycle(cycle, c) for c in cycles):
             cycles.append(cycle)
     return cycles

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.dynamics.orbits import floquet_multipliers
 from gearchaos.flow import OK, PeriodResult
 
-TOLERANCE = 1e-12
-"""A cycle has converged if P takes every point to the next one with no larger difference of a coordinate."""
-
-ACCEPTED = 1e-10
-"""A cycle whose residual cannot be made smaller counts as converged up to this."""
+_MAX_CHANGE = 0.25
+"""Largest change of `_positions` in a step."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,11 @@ class Cycle:
         return float(np.abs(self.defect).max())
 
     @property
+    def converged(self) -> bool:
+        """Whether P takes every point to the next one, as far as rounding errors let Newton's method come."""
+        return self.residual <= ACCEPTED
+
+    @property
     def half_period_difference(self) -> np.ndarray:
         """First point less that half an even period later, (d,); it is 0 for an orbit of half the period."""
         return self.points[0] - self.points[self.period // 2]
@@ -72,19 +77,22 @@ class Cycle:
         out[:, :, n * d :] = self.result.sensitivity
         return out.reshape(n * d, -1)
 
-    @cached_property
-    def monodromy(self) -> np.ndarray:
-        """Derivative (d, d) of Pⁿ at the first point."""
+    def monodromy_at(self, number: int) -> np.ndarray:
+        """Derivative (d, d) of Pⁿ at a point."""
         product = np.eye(self.points.shape[1])
-        for matrix in self.result.monodromy:
+        for matrix in np.roll(self.result.monodromy, -number, axis=0):
             product = matrix @ product
         return product
 
     @cached_property
+    def monodromy(self) -> np.ndarray:
+        """Derivative (d, d) of Pⁿ at the first point."""
+        return self.monodromy_at(0)
+
+    @cached_property
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, complex (d,), largest modulus first."""
-        values = np.linalg.eigvals(self.monodromy).astype(complex)
-        return values[np.argsort(-np.abs(values), kind="stable")]
+        return floquet_multipliers(self.monodromy)
 
     @cached_property
     def extrema(self) -> np.ndarray:
@@ -101,6 +109,14 @@ class Cycle:
             np.column_stack([k + rows[:, 0], rows[:, 1:3]])
             for k, rows in enumerate(self._trimmed("switches", "switch"))
         ])
+
+    def lag(self, instant: Any, reference: float) -> Any:
+        """By how much instants are later than another one, in mesh periods from −n/2 to n/2."""
+        return (instant - reference + self.period / 2) % self.period - self.period / 2
+
+    def nearest_extremum(self, instant: float, boundary: float) -> int:
+        """Index of the extremum of z that is nearest to an instant and a value of z."""
+        return int(np.argmin(np.abs(self.lag(self.extrema[:, 0], instant)) + np.abs(self.extrema[:, 1] - boundary)))
 
     def extremum_derivatives(self, number: int) -> np.ndarray:
         """Derivatives (n d + Q,) of z at an extremum by the points and the parameters."""
@@ -140,8 +156,11 @@ def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray, it
     for _ in range(iterations):
         if best.residual <= TOLERANCE or not np.isfinite(best.residual):
             break
-        step = _solve(best.jacobian[:, : points.size], -best.defect.ravel())
-        if step is None:
+        try:
+            step = np.linalg.solve(best.jacobian[:, : points.size], -best.defect.ravel())
+        except np.linalg.LinAlgError:
+            break
+        if not np.all(np.isfinite(step)):
             break
         improved = None
         for halving in range(6):
@@ -156,10 +175,52 @@ def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray, it
     return best
 
 
-def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-    """The solution of a linear system, or None if it is singular."""
-    try:
-        found = np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return None
-    return found if np.all(np.isfinite(found)) else None
+class CycleEquations:
+    """Orbits of period n along one parameter: n d equations for n points and the parameter.
+
+    Parameters
+    ----------
+    family : ParameterFamily
+        A model along Q = 1 parameter.
+    period : int
+        n, in mesh periods.
+    span : float
+        The change of the parameter that counts as much as a change of all points by one half backlash.
+    """
+
+    def __init__(self, family: ParameterFamily, period: int, span: float) -> None:
+        self.family, self.period, self.size = family, period, period * family.dimension
+        self.weights = np.append(np.full(self.size, 1.0 / period), 1.0 / span**2)
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, Cycle]:
+        """The defects of the cycle u, their derivatives, and the cycle."""
+        self.family.check(u[None, -1:])
+        cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
+        return cycle.defect.ravel(), cycle.jacobian, cycle
+
+    def amplitude(self, u: np.ndarray) -> float:
+        """The largest coordinate of the points."""
+        return float(np.abs(u[:-1]).max())
+
+    def resolved(self, first: Cycle, last: Cycle) -> bool:
+        """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""
+        return bool(np.abs(_positions(first.multipliers) - _positions(last.multipliers)).max() < _MAX_CHANGE)
+
+
+def _positions(multipliers: np.ndarray) -> np.ndarray:
+    """Where the multipliers lie relative to 1, −1 and the unit circle: three numbers from −1 to 1.
+
+    They are Π (μ − 1), Π (μ + 1) and Π (μ_i μ_j − 1), each factor divided by its largest value for this modulus.
+    """
+    size = 1.0 + np.abs(multipliers)
+    i, j = np.triu_indices(len(multipliers), 1)
+    products = multipliers[i] * multipliers[j]
+    return np.array([
+        np.prod((multipliers - 1.0) / size).real, np.prod((multipliers + 1.0) / size).real,
+        np.prod((products - 1.0) / (1.0 + np.abs(products))).real,
+    ])
+
+
+def unknowns(cycle: Cycle) -> np.ndarray:
+    """The points and parameter values of a cycle as one vector (n d + Q,)."""
+    return np.append(cycle.points.ravel(), cycle.values)

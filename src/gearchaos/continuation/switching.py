@@ -10,10 +10,9 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, correct, length
 from gearchaos.continuation.branch import HALVED, MIRRORED, Branch, End, follow_one_way
-from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.events import FLIP, Event
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import Cycle, CycleEquations
 
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
@@ -104,9 +103,13 @@ def cascade(
     count : int
         Number of doublings; there are fewer where no doubled orbit or no further flip is found.
     """
+
+    def passed_flip(branch: Branch) -> bool:
+        return any(e.kind == FLIP for e in branch.events)
+
     for _ in range(count):
         try:
-            branch = follow_doubled(family, flip, bounds, settings, until=_lost_by_flip)
+            branch = follow_doubled(family, flip, bounds, settings, until=passed_flip)
         except Stopped:
             return
         next_flip = next((e for e in branch.events if e.kind == FLIP), None)
@@ -114,8 +117,3 @@ def cascade(
         if next_flip is None:
             return
         flip = next_flip
-
-
-def _lost_by_flip(branch: Branch) -> bool:
-    """Whether the branch has passed a flip."""
-    return any(e.kind == FLIP for e in branch.events)

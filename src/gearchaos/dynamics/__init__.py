@@ -1,10 +1,9 @@
 """Classification of motions by recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents and spectra."""
 
-from gearchaos.dynamics.labels import ON_ATTRACTOR, REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.stages import STAGES, classify, conclude
 from gearchaos.dynamics.state import ClassificationState
-from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.dynamics.verdicts import ON_ATTRACTOR, REASONS, Label, Reason, Verdicts, motion_name
 
 __all__ = [
     "ON_ATTRACTOR",

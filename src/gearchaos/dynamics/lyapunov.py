@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.dynamics.orbits import Orbits
-from gearchaos.dynamics.series import time_last, time_sum
+from gearchaos.dynamics.time_series import time_last, time_sum
 from gearchaos.flow import ExactFlow
 
 BLOCKS = 20

@@ -1,4 +1,7 @@
-"""Periodic orbits converged to rounding errors, by Newton's method on the n-th iterate of the stroboscopic map."""
+"""Periodic orbits converged to rounding errors, by Newton's method on the n-th iterate of the stroboscopic map.
+
+Near returns of a motion are the candidates for its period, which Newton's method then confirms or rejects.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.flow import RESIDUAL, ExactFlow, Measure, newton_iteration, start_newton_search
+from gearchaos.flow import RESIDUAL, ExactFlow, Measure, near_returns, newton_iteration, start_newton_search
 
 ON_ORBIT = 1e-8
 """A state counts as on an orbit if no coordinate differs by more than this."""
 
 _MAX_NEWTON_ITERATIONS = 12
-_SAME_POINT = 1e-6
-"""An orbit has returned to a point if no coordinate differs by more than this."""
+SAME_POINT = 1e-6
+"""Points of converged orbits are the same if no coordinate differs by more than this.
+
+It leaves room for a residual of 1e-10, of which multipliers near 1 make a larger difference of points.
+"""
 
 _DEFECTIVE = 1e8
 """Condition number from which a matrix of eigenvectors counts as singular."""
@@ -28,6 +34,15 @@ does not find that velocity to better than 1e-11."""
 _MULTIPLIER_ERROR = 1e-14
 """Bound of the rounding error of the modulus of a multiplier, per mesh period of the orbit. The largest error found was
 half of it, on 28 000 undamped orbits of period 1 or 16."""
+
+_NEAR_RETURN = 1e-3
+"""Largest distance of a near return, relative to the size of the motion."""
+
+_PREVIOUS_RETURN = 0.01
+"""Largest distance of the near return one period earlier, relative to the size of the motion."""
+
+EXACT = 1e-6
+"""Largest distance of the returns of a motion that is on an orbit, relative to the size of the motion."""
 
 
 @dataclass(frozen=True)
@@ -117,14 +132,18 @@ def polish(
         active = active[: newton_iteration(search, active, run.w, run.tangent, run.status, reach, expansion)]
     multipliers = np.zeros((len(period), flow.dimension), complex)
     converged = search.residual <= RESIDUAL
-    multipliers[converged] = _multipliers(search.monodromy[converged])
+    multipliers[converged] = floquet_multipliers(search.monodromy[converged])
     return Orbits(search.w, period.copy(), search.residual, search.monodromy, multipliers)
 
 
-def _multipliers(matrix: np.ndarray) -> np.ndarray:
-    """Eigenvalues (L, d) of matrices (L, d, d), largest modulus first."""
-    values = np.linalg.eigvals(matrix).astype(complex)
-    return np.take_along_axis(values, np.argsort(-np.abs(values), axis=1), axis=1)
+def floquet_multipliers(monodromy: np.ndarray) -> np.ndarray:
+    """Eigenvalues (…, d) of monodromy matrices (…, d, d), complex, largest modulus first.
+
+    Those of equal modulus stay in the order of LAPACK for a single matrix, and in any order for many.
+    """
+    values = np.linalg.eigvals(monodromy).astype(complex)
+    order = np.argsort(-np.abs(values), axis=-1, kind="stable" if monodromy.ndim == 2 else None)
+    return np.take_along_axis(values, order, axis=-1)
 
 
 def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
@@ -201,6 +220,36 @@ def minimal_period(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: n
     for n in np.unique(period[period > 1]).tolist():
         same = np.flatnonzero(period == n)
         for k in [k for k in range(n - 1, 0, -1) if n % k == 0]:
-            returned = np.abs(after[len(after) - n + k - 1, :, same] - w[:, same].T).max(axis=1) < _SAME_POINT
+            returned = np.abs(after[len(after) - n + k - 1, :, same] - w[:, same].T).max(axis=1) < SAME_POINT
             minimal[same[returned]] = k
     return minimal
+
+
+def candidates(
+    sections: np.ndarray, longest: int, count: int, tolerance: float = _NEAR_RETURN,
+    previous_tolerance: float = _PREVIOUS_RETURN,
+) -> np.ndarray:
+    """The shortest periods at which motions nearly return.
+
+    Parameters
+    ----------
+    sections : (S, d, L)
+        Consecutive stroboscopic states, newest last.
+    longest : int
+        Longest period considered, in mesh periods. At most (S − 1)/2 is searched, since two periods must be recorded.
+    count : int
+        Number of periods returned for each motion.
+    tolerance, previous_tolerance : float
+        Largest distance of a near return and of the one a period earlier, relative to the size of the motion.
+
+    Returns
+    -------
+    (count, L) of int
+        Periods in mesh periods, shortest first; 0 where there are fewer.
+
+    Notes
+    -----
+    The return one period earlier must be a near return too: a chaotic motion sometimes passes close to its present
+    state, but seldom twice in a row.
+    """
+    return near_returns(sections, min(longest, (len(sections) - 1) // 2), tolerance, previous_tolerance, count)

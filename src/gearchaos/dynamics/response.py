@@ -59,12 +59,14 @@ def compute_response(
     m = measures
     offset = m[Measure.Z] / duration  # of the mean of z from the reference
     fraction = np.clip((m[Measure.FRONT_TIME] + m[Measure.BACK_TIME]) / duration, 0.0, 1.0)
+    front, back, permanent = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0, fraction > 1 - 1e-12
+    contact = np.select([front & back, permanent, front | back], [2, 0, 1], default=3).astype(np.int8)
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
     static = np.where(static_force == 0, np.nan, np.abs(static_force))
     return Response(
         v_rms=np.sqrt(m[Measure.VELOCITY_SQUARE] / duration),
         contact_fraction=fraction,
-        contact=_contact(m, fraction),
+        contact=contact,
         dynamic_factor=peak / static,
         z_rms=np.sqrt(np.maximum(m[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
         z_peak_to_peak=m[Measure.Z_MAX] - m[Measure.Z_MIN],
@@ -73,10 +75,3 @@ def compute_response(
         switches_per_period=m[Measure.SWITCHES] / periods,
         mesh_force_peak=peak,
     )
-
-
-def _contact(m: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Indices (L,) into `CONTACTS` from measures m (len(Measure), L); front and back flank are treated alike."""
-    front, back = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0
-    permanent = fraction > 1 - 1e-12
-    return np.select([front & back, permanent, front | back], [2, 0, 1], default=3).astype(np.int8)

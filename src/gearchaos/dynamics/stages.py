@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, torus
-from gearchaos.dynamics.labels import Label, Reason
+from gearchaos.dynamics import lyapunov, time_series
 from gearchaos.dynamics.response import compute_response
-from gearchaos.dynamics.series import time_sum
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
-from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.dynamics.time_series import time_sum
+from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 
 _CHAOS_INTERVAL = 2560
@@ -167,17 +166,11 @@ def _classify_by_exponents(state: ClassificationState, motions: np.ndarray) -> n
             chaotic = np.concatenate([chaotic, part[_exponent_run(state, part, length)]])
         motions = motions[~state.resolved[motions] & ~np.isin(motions, chaotic)]
         length *= 2
-    _classify_long_orbits(state, motions)
-    return chaotic
-
-
-def _classify_long_orbits(state: ClassificationState, motions: np.ndarray) -> None:
-    """Classify unresolved motions whose exponents are negative, but whose period is not one of the nearest returns."""
-    settings = state.settings
-    longest = min(_LONG_ORBIT * settings.longest_period, settings.longest_transient // 2)
-    settled = motions[state.verdicts.exponent_high[0, motions] < 0]
+    longest = min(_LONG_ORBIT * state.settings.longest_period, state.settings.longest_transient // 2)
+    settled = motions[state.verdicts.exponent_high[0, motions] < 0]  # their period is not one of the nearest returns
     for part in _parts(state, settled, 2 * longest + 1):
         state.classify_long_orbits(part, longest)
+    return chaotic
 
 
 def _parts(state: ClassificationState, motions: np.ndarray, sections: int) -> Iterator[np.ndarray]:
@@ -215,26 +208,19 @@ def _classify_tori(state: ClassificationState, motions: np.ndarray, z: np.ndarra
     weighted Birkhoff averages of ``growth`` (N, K, motions): tangent vectors on a torus grow slower than exponentially,
     and an interval from block means would not contain zero.
     """
-    planar = _is_planar(state, motions)
+    # damping excludes a torus of two coordinates, or of three if one is a mean rotation with weak bearing damping
+    neutral_rotation = state.flow.system.rotation_decay[state.points[motions]] < _ZERO_EXPONENT
+    planar = neutral_rotation & (state.flow.dimension <= 3)
     if np.all(planar):
         return
-    halves = np.stack(torus.half_averages(growth)) / state.period_length(motions)
+    halves = np.stack(time_series.half_averages(growth)) / state.period_length(motions)
     zero = np.abs(halves[:, 0]).max(axis=0) < _ZERO_EXPONENT
-    smooth = (torus.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[motions] & ~planar
+    smooth = (time_series.agreeing_digits(z) >= _TORUS_DIGITS) & zero & ~state.resolved[motions] & ~planar
     tori = motions[smooth]
     state.assign(tori, Label.QUASI_PERIODIC, Reason.SMOOTH_CURVE)
-    state.verdicts.rotation[tori] = torus.dominant_frequency(z[:, smooth])
+    state.verdicts.rotation[tori] = time_series.dominant_frequency(z[:, smooth])
     low, high = np.sort(halves[:, :, smooth], axis=0)
     state.set_exponents(tori, (low + high) / 2, low, high)
-
-
-def _is_planar(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
-    """Whether the relative motion has only two coordinates, (motions,) of bool: damping then excludes a torus.
-
-    A mean rotation with weak bearing damping is a third coordinate; its exponent is near zero.
-    """
-    neutral_rotation = state.flow.system.rotation_decay[state.points[motions]] < _ZERO_EXPONENT
-    return neutral_rotation & (state.flow.dimension <= 3)
 
 
 def _check_trace(state: ClassificationState) -> None:

@@ -7,10 +7,9 @@ from dataclasses import InitVar, dataclass, field
 import numpy as np
 
 from gearchaos.dynamics import lyapunov, orbits
-from gearchaos.dynamics.labels import Label, Reason
-from gearchaos.dynamics.recurrence import EXACT, candidates
+from gearchaos.dynamics.orbits import EXACT, candidates
 from gearchaos.dynamics.settings import Classification
-from gearchaos.dynamics.verdicts import Verdicts
+from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
 from gearchaos.flow import DIVERGED, OK, ExactFlow
 
 _CANDIDATES = 3
@@ -179,7 +178,9 @@ class ClassificationState:
             found = self._with_minimal_periods(guess, motions[tried])
             distance = np.abs(last - found.w).max(axis=0)
             reached = found.stable & (distance < _MAX_DISTANCE)
-            reached[reached] = self._approaching(last[:, reached], motions[tried[reached]], found.take(reached))
+            reached[reached] = orbits.approaching(
+                self.flow, last[:, reached], self.points[motions[tried[reached]]], found.take(reached),
+                _APPROACH_PERIODS)
             self._assign_orbits(motions[tried[reached]], found.take(reached), Reason.ORBIT)
             neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
             self._assign_orbits(motions[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
@@ -194,10 +195,6 @@ class ClassificationState:
         if len(again):
             found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
         return found
-
-    def _approaching(self, w: np.ndarray, motions: np.ndarray, found: orbits.Orbits) -> np.ndarray:
-        """`orbits.approaching` for motions in the states w (d, motions)."""
-        return orbits.approaching(self.flow, w, self.points[motions], found, _APPROACH_PERIODS)
 
     def _assign_orbits(self, motions: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
         """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import binary_dilation
 
-from gearchaos.dynamics.spectrum import spectral_class
+from gearchaos.dynamics.time_series import spectral_class
 from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.settings import FigureSettings, FigureStudy, symbol
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class

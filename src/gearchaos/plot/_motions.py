@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from gearchaos.dynamics import spectrum as spectra
+from gearchaos.dynamics import time_series as spectra
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._axes import axis_label, mesh_period, new_axes, widen_degenerate_axes

@@ -28,9 +28,6 @@ _VERDICT_VARIABLES = (
 NOT_COMPUTED = -2
 """Number of the attractor of a motion that an unfinished run has not computed yet."""
 
-_SAME_POINT = 1e-6
-"""Points of periodic orbits are the same if no coordinate differs by more than this."""
-
 _SECTIONS = 1024
 """Number of stroboscopic points by which motions without a period are compared."""
 
@@ -93,7 +90,7 @@ class Attractor:
         if self.neutral:
             return np.ones(w.shape[1], dtype=bool)
         if self.period:
-            return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < _SAME_POINT
+            return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < orbits.SAME_POINT
         own, others = _statistics(self.section[:, :, None]), _statistics(sections)
         deviation = own[0][1]
         error = np.hypot(own[1], others[1])

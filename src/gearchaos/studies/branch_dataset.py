@@ -11,12 +11,10 @@ import numpy as np
 
 from gearchaos.continuation.arclength import length
 from gearchaos.continuation.branch import Branch
-from gearchaos.continuation.cycles import CycleEquations
 from gearchaos.continuation.events import FOLD, Event
-from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.continuation.orbit import count_unstable
-from gearchaos.continuation.shooting import Cycle
-from gearchaos.continuation.states import as_initial_values
+from gearchaos.continuation.shooting import Cycle, CycleEquations
 from gearchaos.datasets import describe, new_dataset, variable
 from gearchaos.dynamics import Label, classify, orbits
 from gearchaos.dynamics.response import compute_response

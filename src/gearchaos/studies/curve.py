@@ -11,10 +11,10 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.curve import SETTINGS, event_at, find_event, follow_curve
-from gearchaos.continuation.curve_data import CurveData, as_data
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
+from gearchaos.continuation.skeleton import CurveData, as_data
 from gearchaos.datasets import new_dataset, provenance
 from gearchaos.errors import InputError
 from gearchaos.studies.axis import Axis

@@ -8,9 +8,8 @@ from dataclasses import MISSING, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearchaos.continuation.edge import EdgeState, track_edge
-from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.continuation.orbit import as_orbit, check_period, checked_state
-from gearchaos.continuation.states import as_initial_values
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import SINGLE_MOTION

@@ -10,9 +10,9 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Classification, Label, classify, motion_name
-from gearchaos.dynamics.labels import label_and_period
 from gearchaos.dynamics.settings import SINGLE_MOTION
-from gearchaos.dynamics.spectrum import spectral_class
+from gearchaos.dynamics.time_series import spectral_class
+from gearchaos.dynamics.verdicts import label_and_period
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.cost import Cost, estimate

@@ -220,7 +220,7 @@ def _motion_map(view: View) -> Generator[Map]:
         yield grid.map(quick, stride)
     grid.reopen(grid.unresolved())
     classifier = BatchClassifier(
-        quick.initial_states, lambda _cells, _flow, _states, found: found.variables(), FULL)
+        quick.initial_states, lambda _cells, _motions, found: found.variables(), FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:
         cells = grid.request(stride)  # by column: if x is the frequency, neighbours then share their step grids
