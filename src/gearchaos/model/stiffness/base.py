@@ -208,8 +208,8 @@ class Stiffness(ABC):
     @classmethod
     def from_pair(cls, pair: Any) -> Self | None:
         """The stiffness of a `GearPair` whose fields are given; None if it has none of this kind."""
-        given = {n: v for n, of in cls.pair_fields.items() if (v := getattr(pair, of)) not in (None, ())}
-        if not given or not given.keys() >= set(cls.stiffness_fields):
+        given = {n: v for n, of in cls.pair_fields.items() if (v := getattr(pair, of)) is not None}
+        if not given or any(given.get(name) in (None, ()) for name in cls.stiffness_fields):
             return None
         return cls(**{n: tuple(c / pair.c0 for c in v) if n in cls.stiffness_fields else v for n, v in given.items()})
 
