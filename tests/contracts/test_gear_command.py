@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
@@ -91,6 +92,9 @@ def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
     ds, (start, stop) = found.dataset, found.in_contact_from_rest[0]
     inside = ds.sel(speed=slice(start, stop))
     assert (inside["contact"].sel(motion="rest") == 0).all() and (inside["contact"].max("motion") > 0).all()
+    for motion in ds["motion"].values:  # made up: this motion alone stays in contact
+        alone = replace(found, dataset=ds.assign(contact=(ds["motion"] != motion) * xr.ones_like(ds["contact"])))
+        assert alone.in_contact_from_rest == ([(5000, 8000)] if motion == "rest" else [])
     outside, separate = found.elsewhere
     assert outside.stop < found.windows[0].start and not separate
     largest = float(ds["dynamic_factor"].sel(speed=slice(None, outside.stop)).max())

@@ -31,6 +31,16 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
         "quantity": "dynamic_factor", "value": float(where.max()), "at": {"speed": speed, "torque": torque}}
 
 
+def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
+    lines = run(*MAP, "--starts", 2, "--out", tmp_path / "m.nc").stdout.splitlines()
+    found = gc.load(tmp_path / "m.nc")
+    share = 100 * float((found.contact_worst == 0).mean())
+    assert lines[0].startswith("teeth: ") and f"{share:.3g} %" in lines[0]
+    largest = float(found.dynamic_factor.max())
+    assert lines[1].startswith(f"largest dynamic factor {largest:.4g} (initial values), at speed")
+    assert max(map(len, lines)) <= 80
+
+
 @pytest.mark.parametrize(("arguments", "first", "second"), [
     (PLANE, "motions: 1T ", "largest dynamic factor"),
     (("bifurcation", "--axis", "eps1=0:0.3:5"), "motions: ", "largest dynamic factor "),

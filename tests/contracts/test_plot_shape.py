@@ -211,7 +211,7 @@ def test_contact_is_drawn_as_named_classes():
     )
     ax = plot.level(ds, "contact", fresh().subplots())
     assert legend_words(ax) == ["in contact", "separation", "both flanks", "no contact", "diverged", "not computed"]
-    assert ax.get_legend().get_title().get_text() == "contact state"
+    assert ax.get_legend().get_title().get_text() == "contact state of one motion per cell"
     image = ax.images[0]
     colours = [matplotlib.colors.to_hex(c) for c in image.cmap(image.norm(image.get_array().compressed()))]
     assert colours == [*[c.colour for c in plot.CONTACT_CLASSES], "#111111"]

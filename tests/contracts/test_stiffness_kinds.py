@@ -51,3 +51,12 @@ def test_a_gear_pair_has_it_in_newtons_per_metre(stiffness):
     assert pair.to_model().stiffness.kind == stiffness.kind
     for name, value in stiffness.numbers().items():
         np.testing.assert_allclose(pair.to_model().stiffness.numbers()[name], value, rtol=1e-15)
+
+
+def test_a_kind_that_certificates_cannot_be_checked_for_is_refused(stiffness, monkeypatch):
+    parameters = pytest.importorskip("gearchaos.proof.parameters")
+    model = MeshModel(kind="single", omega=0.8, stiffness=stiffness)
+    assert parameters.exact_parameters(model)["stiffness"]["form"] == stiffness.form
+    monkeypatch.delitem(parameters.STIFFNESS, stiffness.form)
+    with pytest.raises(gc.InputError, match=f"stiffness must be of a form that can be verified.*'{stiffness.form}'"):
+        parameters.exact_parameters(model)

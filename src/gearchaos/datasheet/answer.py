@@ -126,7 +126,7 @@ class Answer:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.windows:
-            yield "Beside a factor: the share of the range where that motion separates, if not all."
+            yield "Beside a factor: the share of the range to avoid in that motion, if not all."
         if history := [" to ".join(dict.fromkeys((f"{start:.0f}", f"{stop:.0f}")))
                        for start, stop in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)

@@ -249,7 +249,7 @@ def level(
     ax = new_axes(ax)
     horizontal, vertical = plane(ds, name)
     extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
-    if name == "contact" and "gears" in ds.attrs:
+    if name == "contact":
         title += " of one motion per cell"  # in another one the teeth may separate
     if classes:
         draw_classes(classes[0], ax, extent, classes[1], hatch=hatch)

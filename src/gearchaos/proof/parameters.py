@@ -11,6 +11,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.model import SCALARS, STIFFNESS_FORMS, SUPPORTS, MeshModel
 from gearchaos.proof.balls import from_text, to_text
+from gearchaos.proof.verifier import STIFFNESS
 from gearchaos.quantities import parse
 
 
@@ -22,7 +23,15 @@ def exact_parameters(model: MeshModel) -> dict[str, Any]:
     dict
         ``kind``; the parameters of `docs/model.md` by name, those of the supports for ``full`` alone; ``eps`` and
         ``theta``, lists from harmonic 1 on; ``stiffness``, a dict with its ``form`` and values.
+
+    Raises
+    ------
+    InputError
+        For a kind of stiffness that the program which checks certificates does not know.
     """
+    if model.stiffness.form not in STIFFNESS:
+        raise InputError("stiffness", f"must be of a form that can be verified: {', '.join(STIFFNESS)}",
+                         model.stiffness.form, "Add it to proof/verifier.py, which reads certificates in its own way.")
     names = [n for n in SCALARS if model.kind == "full" or parse(n).family not in SUPPORTS]
     return {
         "kind": model.kind,
