@@ -250,6 +250,9 @@ def test_the_mesh_force_is_shown_over_time_and_roll_angle():
     assert put[figure.figure.extra_x_ranges["roll"].id]["end"] == pytest.approx(end * 1e-3 * 50 * 360, rel=1e-6)
     assert put[figure.static.id]["location"] == pytest.approx(100 / (0.075 * np.cos(np.radians(20))))
     assert data["y"].max() == pytest.approx(trajectory["mesh_force"].values.max() * units.one("mesh_force"), rel=1e-2)
+    assert put[figure.figure.id]["visible"]
+    figure.clear()  # of a dimensionless model its axes would keep the units of the gears
+    assert not put[figure.figure.id]["visible"]
 
 
 def test_gears_of_a_model_are_those_of_the_point():

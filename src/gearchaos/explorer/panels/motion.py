@@ -86,6 +86,11 @@ class ForceFigure(_LineFigure):
         self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods / pair.n1)
         self._set(self.figure.xaxis[-1], axis_label=words)
         self._set(self.figure.yaxis[0], axis_label=units.label(motion["mesh_force"], "mesh_force"))
+        self._set(self.figure, visible=True)
+
+    def clear(self) -> None:
+        """Hide the figure: without a motion of gears its axes mean nothing."""
+        self._set(self.figure, visible=False)
 
 
 def _times_shown(tau: np.ndarray, period: float, units: Units) -> tuple[np.ndarray, np.ndarray, str]:
