@@ -1,8 +1,17 @@
 """Fixtures that several folders share."""
 
 import signal
+import sys
 
 import pytest
+
+
+@pytest.fixture(autouse=True)
+def figures_closed():
+    """No test leaves figures to the next ones: pyplot keeps them, and warns of more than 20."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture

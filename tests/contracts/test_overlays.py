@@ -2,7 +2,6 @@
 
 import json
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -13,12 +12,6 @@ from tests.contracts.test_cli import refused, run
 
 MODEL = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05)
 PLANE = ("omega=0.5:1.1:12", "eps1=0.03:0.08:8")
-
-
-@pytest.fixture(autouse=True)
-def _few_figures():
-    """Those of tests before, in the same process, are closed."""
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from importlib import import_module
 from pathlib import Path
 
 import matplotlib as mpl
-import matplotlib.pyplot as plt
 import pytest
 
 import gearchaos
@@ -21,10 +20,8 @@ def modules_with_examples() -> list[str]:
 
 @pytest.fixture(autouse=True)
 def _no_screen():
-    """Pictures go to no screen, and none stays open."""
+    """Pictures go to no screen."""
     mpl.use("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("name", modules_with_examples())

@@ -36,14 +36,10 @@ def test_a_script_runs_and_draws(script, tmp_path, monkeypatch):
 
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
-    plt.close("all")
     text = _COUNT.sub(r"\g<1>12", script.read_text(encoding="utf-8"))
-    try:
-        with mpl.rc_context():
-            exec(compile(text, str(script), "exec"), {"__name__": "__main__"})
-        assert plt.get_fignums() and all(plt.figure(n).axes for n in plt.get_fignums())
-    finally:
-        plt.close("all")
+    with mpl.rc_context():
+        exec(compile(text, str(script), "exec"), {"__name__": "__main__"})
+    assert plt.get_fignums() and all(plt.figure(n).axes for n in plt.get_fignums())
 
 
 def test_the_readme_shows_six_pictures_of_the_gallery_that_load_fast():
