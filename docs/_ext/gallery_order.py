@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 QUESTIONS = [
-    "which_speeds_to_avoid", "when_does_it_rattle", "what_does_a_coarser_accuracy_grade_cost",
+    "which_speeds_to_avoid", "when_do_the_teeth_hit_both_flanks", "what_does_a_coarser_accuracy_grade_cost",
     "does_the_direction_of_a_run_up_matter", "how_loud_does_the_mesh_get_as_torque_falls", "how_do_the_teeth_meet",
     "how_stiff_is_the_mesh", "what_excites_the_mesh", "which_motion_is_where", "how_much_damping_is_enough",
     "what_bounds_the_zone_of_doubled_periods", "where_is_more_than_one_motion_possible",

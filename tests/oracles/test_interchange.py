@@ -24,7 +24,7 @@ MODELS = {
     "steps": (MeshModel(kind="full", omega=0.9, stiffness=SteppedStiffness((1.2, 0.8, 1.05), (0.1, 0.4, 0.8)),
                         error=TransmissionError((0.05, 0.02, 0.0), (0.3, 1.0))), 20),
     "one level": (MeshModel.of(omega=0.7, contact_ratio=1.0, eps1=0.1, zeta=0.05), 20),
-    "rattling": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
+    "on both flanks": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
     "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 20),
 }
 RUN = ("import runpy, sys; sys.argv[1:] = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__'); "
