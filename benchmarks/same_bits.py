@@ -40,7 +40,7 @@ def models() -> dict[str, object]:
 
 
 def text(proof) -> str:
-    return json.dumps(proof.to_dict()) if proof else repr(proof)
+    return json.dumps({k: v for k, v in proof.to_dict().items() if k != "seconds"}) if proof else repr(proof)
 
 
 def state_axes(model) -> tuple[str, str]:
