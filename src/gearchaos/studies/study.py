@@ -127,6 +127,10 @@ class Study(HasCard, ABC):
     def cost(self) -> Cost:
         """Upper bound of the computing time and memory."""
 
+    def estimate(self, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
+        """`cost.estimate` for motions at the operating point of the model."""
+        return estimate(switched_system(vary(self.model, {})), motions, periods, sequential, samples)
+
     @abstractmethod
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         """Results of the items with these numbers (L,), arrays (L, ...) by name."""
@@ -271,7 +275,7 @@ class WholeStudy(Study):
     @cached_property
     def cost(self) -> Cost:
         """No bound of the time: how far a branch has to be followed, is not known beforehand."""
-        return estimate(switched_system(vary(self.model, {})), 1, 0)
+        return self.estimate(1, 0)
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         content = netcdf_bytes(self.dataset(progress=progress, threads=threads))
