@@ -35,20 +35,11 @@ class Exponents:
 
 
 def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
-    """Lyapunov exponents of a run.
+    """Lyapunov exponents of a run with mesh periods (L,), from ``growth`` (N, K, L).
 
-    Parameters
-    ----------
-    growth : (N, K, L)
-        Logarithm of the growth of K orthogonal tangent vectors in each mesh period.
-    period : (L,)
-        Mesh period T in units of τ.
-
-    Returns
-    -------
-    Exponents
-        With 99 % intervals by Student's t from the means of `BLOCKS` consecutive blocks: successive periods are
-        correlated, means of long blocks much less. The first N mod `BLOCKS` periods are dropped.
+    This is the logarithm of the growth of K orthogonal tangent vectors in each mesh period. The 99 % intervals are
+    Student's from the means of `BLOCKS` consecutive blocks: successive periods are correlated, means of long blocks
+    much less. The first N mod `BLOCKS` periods are dropped.
     """
     length = len(growth) // BLOCKS
     series = time_last(growth[-length * BLOCKS :])
@@ -61,15 +52,6 @@ def from_growth(growth: np.ndarray, period: np.ndarray) -> Exponents:
 def of_orbits(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
     """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
 
-    Parameters
-    ----------
-    flow : ExactFlow
-    points : (L,)
-        Parameter point of each orbit.
-    orbits : Orbits
-
-    Notes
-    -----
     The product of the multipliers is det(monodromy) = exp(tr A · nT). Where the computed multipliers violate this, the
     smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
     norm are then taken from the growth of orthonormalised tangent vectors, and the last exponent is the trace minus the

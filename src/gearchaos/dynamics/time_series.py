@@ -89,21 +89,10 @@ def dominant_frequency(series: np.ndarray) -> np.ndarray:
 
 
 def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
-    """Amplitude spectrum of a series over whole mesh periods.
+    """Amplitude spectrum of evenly spaced samples (N, ...) over a number of whole mesh periods.
 
-    Parameters
-    ----------
-    series : (N, ...)
-        Evenly spaced samples.
-    periods : int
-        Number of mesh periods that the samples cover.
-
-    Returns
-    -------
-    orders : (N // 2 + 1,)
-        Frequencies in units of the mesh frequency.
-    amplitudes : (N // 2 + 1, ...)
-        In units of the series; the first is the absolute mean.
+    Returns the frequencies (N // 2 + 1,) in units of the mesh frequency, and the amplitudes (N // 2 + 1, ...) in units
+    of the series; the first is the absolute mean.
     """
     n = len(series)
     spectrum = np.abs(np.fft.rfft(series, axis=0) / n)
@@ -114,20 +103,9 @@ def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray
 def spectral_class(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
     """The class of motion that the spectrum of stroboscopic points suggests, as the paper reads it from its spectra.
 
-    Parameters
-    ----------
-    sections : (N, ...)
-        Consecutive stroboscopic points.
-    longest : int
-        Longest period considered, in mesh periods.
-
-    Returns
-    -------
-    label : str
-        "nT" for the smallest n at which the points repeat; otherwise "quasi-periodic" if a few spectral lines contain
-        nearly the whole power, else "chaotic".
-    period : int
-        n, or 0.
+    From consecutive points (N, ...) it is "nT" for the smallest n up to ``longest`` mesh periods at which they repeat;
+    otherwise "quasi-periodic" if a few spectral lines contain nearly the whole power, else "chaotic". Returns the label
+    and n, or 0.
     """
     for n in range(1, longest + 1):
         if len(sections) // n < 2:

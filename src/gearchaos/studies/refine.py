@@ -9,6 +9,7 @@ no lattice point and is far from every boundary is missed.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from contextlib import suppress
 
 import numpy as np
 
@@ -45,9 +46,12 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         new = compute(cells[positions])
         put(found, new, positions, len(cells))
         codes = np.split(new["label"].astype(np.int64) * 2**32 + new["period"], ends[:-1])
-        following = [_next_request(part, received) for part, received in zip(running, codes, strict=True)]
-        running = [part for part, request in zip(running, following, strict=True) if request is not None]
-        requested = [request for request in following if request is not None]
+        answered = list(zip(running, codes, strict=True))
+        running, requested = [], []
+        for requests, received in answered:
+            with suppress(StopIteration):  # raised by a part that has ended
+                requested.append(requests.send(received))
+                running.append(requests)
     found["inferred"] = np.zeros(len(cells), dtype=np.int8)
     for part in parts:
         rest, motions = part.inferred()
@@ -71,14 +75,6 @@ def put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.
         if name not in found:
             found[name] = np.full((count, *values.shape[1:]), fill_value(name, values.dtype), values.dtype)
         found[name][positions] = values
-
-
-def _next_request(part: Requests, codes: np.ndarray) -> np.ndarray | None:
-    """Send a part the motion codes that it requested; returns its next request, or None if it has ended."""
-    try:
-        return part.send(codes)
-    except StopIteration:
-        return None
 
 
 class _Refinement:
