@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label
-from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.dynamics.time_series import exponents_from_growth
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
@@ -49,7 +49,7 @@ def fixed(axes: list[Axis], transient: int) -> np.ndarray:
         settled = flow.advance(initial_state(batch, system).T.copy(), transient, sections=_SECTIONS)
         run = flow.advance(settled.w, 250, tangent=tangent, growth=True)
         flow.advance(run.w, 96, measured=True)
-        exponent = from_growth(run.growth, system.period)
+        exponent = exponents_from_growth(run.growth, system.period)
         chaotic = (exponent.low[0] > 0) & (exponent.value[0] > _POSITIVE)
         return np.where(chaotic, -1, _period(settled.sections))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearchaos.dynamics.time_series import time_sum
 from gearchaos.flow import RESIDUAL, ExactFlow, Measure, near_returns, newton_iteration, start_newton_search
 
 ON_ORBIT = 1e-8
@@ -43,6 +44,14 @@ _PREVIOUS_RETURN = 0.01
 
 EXACT = 1e-6
 """Largest distance of the returns of a motion that is on an orbit, relative to the size of the motion."""
+
+
+_MAX_LOG_DETERMINANT_ERROR = 1e-6
+"""Largest |Σ ln|μ| − tr A · nT| at which all multipliers of an orbit count as resolved."""
+
+_SMALLEST_RESOLVED = 1e-6
+"""Where they do not: the smallest multiplier that still counts as resolved, relative to the Frobenius norm of the
+monodromy matrix."""
 
 
 @dataclass(frozen=True)
@@ -183,3 +192,48 @@ def candidates(
     sometimes passes close to its present state, but seldom twice in a row.
     """
     return near_returns(sections, min(longest, (len(sections) - 1) // 2), tolerance, previous_tolerance, count)
+
+
+def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
+    """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
+
+    The product of the multipliers is det(monodromy) = exp(tr A · nT). Where the computed multipliers violate this, the
+    smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
+    norm are then taken from the growth of orthonormalised tangent vectors, and the last exponent is the trace minus the
+    sum of the others.
+    """
+    duration = orbits.period * flow.system.period[points]
+    modulus = np.abs(orbits.multipliers)
+    with np.errstate(divide="ignore"):
+        exponents = np.log(modulus).T / duration
+    error = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
+    inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
+    if len(inexact) == 0:
+        return exponents
+    norm = np.linalg.norm(orbits.monodromy[inexact], axis=(1, 2))
+    growth = _aligned_growth(flow, points[inexact], orbits.take(inexact)) / duration[inexact]
+    exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
+    exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
+    return exponents
+
+
+def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
+    """Logarithms (d, L) of the growth of orthonormal tangent vectors over one period of each orbit.
+
+    The vectors align with the Lyapunov vectors in the first period; the growth is that of the second.
+    """
+    w, tangent = orbits.w, tangent_frame(flow.dimension, len(points))
+    for _ in range(2):
+        run = flow.advance(w, orbits.period, points=points, tangent=tangent, growth=True)
+        tangent = run.tangent
+    out = np.zeros((flow.dimension, len(points)))
+    for n in np.unique(orbits.period):
+        same = np.flatnonzero(orbits.period == n)
+        out[:, same] = time_sum(run.growth[:n, :, same])
+    return out
+
+
+def tangent_frame(d: int, count: int) -> np.ndarray:
+    """Orthonormal tangent vectors in general position, the same for all motions, (d vectors, d coordinates, count)."""
+    vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
+    return np.repeat(vectors[:, :, None], count, axis=2)

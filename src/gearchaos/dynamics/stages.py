@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, time_series
+from gearchaos.dynamics import orbits, time_series
 from gearchaos.dynamics.response import compute_response
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
@@ -152,11 +152,13 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     bounded = ~np.isin(verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
     motions = np.flatnonzero(bounded & np.isnan(verdicts.trace_error))  # only their largest exponent was computed
     if len(motions):
-        frame = lyapunov.tangent_frame(state.flow.dimension, len(motions))
+        frame = orbits.tangent_frame(state.flow.dimension, len(motions))
         growth = state.advance(motions, _TRACE_CHECK_PERIODS, tangent=frame, growth=True).growth
         duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
         state.set_trace_error(motions, time_sum(growth).sum(axis=0) / duration)
-    state.mark_inconsistent(np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR))
+    wrong = np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR)
+    state.assign(wrong, Label.UNDECIDED, Reason.INCONSISTENT)
+    verdicts.period[wrong], verdicts.residual[wrong], verdicts.multipliers[wrong] = 0, np.nan, np.nan
     settled = np.isin(verdicts.label, (Label.PERIODIC, Label.QUASI_PERIODIC))
     verdicts.transient_chaos[:] = state.chaotic_so_far & settled
     if response:
@@ -196,11 +198,11 @@ def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) 
     Returns which motions are chaotic, (motions,) of bool. The first twentieth of the run, in which the tangent vectors
     align, is dropped.
     """
-    tangent = lyapunov.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
+    tangent = orbits.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
     out = state.advance(motions, length, tangent=tangent, growth=True, sections=length)
     state.record_run(motions, out.w, out.status, length)
     growth = out.growth[length // 20 :]
-    exponents = lyapunov.from_growth(growth, state.period_length(motions))
+    exponents = time_series.exponents_from_growth(growth, state.period_length(motions))
     state.set_exponents(motions, exponents.value, exponents.low, exponents.high)
     state.classify_returning(motions, out.sections, min(4 * state.settings.longest_period, length // 2))
     _classify_tori(state, motions, out.sections[:, 0], growth)

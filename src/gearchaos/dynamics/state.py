@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, orbits
+from gearchaos.dynamics import orbits
 from gearchaos.dynamics.orbits import EXACT, candidates
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
@@ -128,12 +128,6 @@ class ClassificationState:
         """Give these motions a label and a reason."""
         self.verdicts.label[motions], self.verdicts.reason[motions] = label, reason
 
-    def mark_inconsistent(self, motions: np.ndarray) -> None:
-        """Withdraw the verdicts on motions whose exponents do not sum to the trace."""
-        self.assign(motions, Label.UNDECIDED, Reason.INCONSISTENT)
-        self.verdicts.period[motions] = 0
-        self.verdicts.residual[motions], self.verdicts.multipliers[motions] = np.nan, np.nan
-
     def run_transient(self, motions: np.ndarray, periods: int) -> None:
         """Follow motions for this many mesh periods, and classify those that have reached a stable periodic orbit."""
         if len(motions) == 0:
@@ -199,7 +193,7 @@ class ClassificationState:
         verdicts.period[motions], verdicts.residual[motions] = found.period, found.residual
         verdicts.multipliers[motions] = found.multipliers
         verdicts.w[:, motions] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
-        exact = lyapunov.of_orbits(self.flow, points, found)
+        exact = orbits.lyapunov_exponents(self.flow, points, found)
         self.set_exponents(motions, exact, exact, exact)
 
     def set_exponents(self, motions: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:

@@ -63,9 +63,18 @@ class Axis:
         if not isinstance(self.name, str):
             raise InputError("axis name", "must be a text", self.name, "E.g. Axis('eps1', 0, 0.3, 400).")
         singles = _single_names(self.name)
+        example, count = f"E.g. {axis_example(self.name)}.", self.count
         for end in ("start", "stop"):
-            object.__setattr__(self, end, _number(self.name, end, getattr(self, end)))
-        object.__setattr__(self, "count", _count(self.name, self.count))
+            field, value = f"axis {self.name} {end}", getattr(self, end)
+            if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
+                raise InputError(field, "must be a number", value, example)
+            if not math.isfinite(number := float(value)):
+                raise InputError(field, "must be a finite number", number)
+            object.__setattr__(self, end, number)
+        if isinstance(count, bool) or not hasattr(count, "__index__") or not 1 <= count.__index__() <= MAX_COUNT:
+            rule = f"must be a whole number from 1 to {MAX_COUNT}"
+            raise InputError(f"axis {self.name} count", rule, count, example)
+        object.__setattr__(self, "count", count.__index__())
         if self.start > self.stop or (self.start == self.stop and self.count > 1):
             ends = f"{self.start:g}:{self.stop:g}"
             raise InputError(f"axis {self.name}", "must run from a smaller to a larger value", ends,
@@ -161,24 +170,6 @@ def _single_names(name: str) -> tuple[str, ...]:
             continue
     known = {n for model in models for n in known_names(model)} | {*_WITH_UNITS}
     raise unknown_name("axis", name, known)
-
-
-def _number(name: str, end: str, value: Any) -> float:
-    """The start or stop of the axis of this name as float; raises `InputError` unless it is a finite number."""
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
-        raise InputError(f"axis {name} {end}", "must be a number", value, f"E.g. {axis_example(name)}.")
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"axis {name} {end}", "must be a finite number", number)
-    return number
-
-
-def _count(name: str, value: object) -> int:
-    """The number of values of the axis of this name; raises `InputError` unless it is from 1 to `MAX_COUNT`."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
-        rule = f"must be a whole number from 1 to {MAX_COUNT}"
-        raise InputError(f"axis {name} count", rule, value, f"E.g. {axis_example(name)}.")
-    return value.__index__()
 
 
 def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:

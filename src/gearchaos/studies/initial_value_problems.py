@@ -91,25 +91,16 @@ def swept_initial_values(
         state = {n: np.where(np.isfinite(x), x, initial[n]) for n, x in state.items()} or initial
         for name, value in state.items():
             out[name][:, column] = value
-        state = _physical_final_state(vary(replace(model, initial={}), {**values, **state}))
+        batch = vary(replace(model, initial={}), {**values, **state})
+        system = switched_system(batch)
+        run = ExactFlow(system).advance(initial_state(batch, system).T.copy(), PERIODS_PER_VALUE)
+        w = np.where(run.status == OK, run.w, np.nan).T
+        state = _physical(batch, system.names, w, PERIODS_PER_VALUE * system.period)
+        drifting = rotation_drifts(batch, system.names)
+        if np.any(drifting):  # reset to the initial rotation: z loses digits as the difference of large x1 and x2
+            reset = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
+            state = {n: np.where(drifting, reset[n], v) if n in reset else v for n, v in state.items()}
     return out
-
-
-def _physical_final_state(batch: Batch) -> dict[str, np.ndarray]:
-    """The physical state after `PERIODS_PER_VALUE` by name, each (P,); NaN where the motion diverged.
-
-    A drifting mean rotation is reset to its initial value: after many columns z would lose digits as the difference of
-    large x1 and x2.
-    """
-    system = switched_system(batch)
-    out = ExactFlow(system).advance(initial_state(batch, system).T.copy(), PERIODS_PER_VALUE)
-    w = np.where(out.status == OK, out.w, np.nan).T
-    values = _physical(batch, system.names, w, PERIODS_PER_VALUE * system.period)
-    drifting = rotation_drifts(batch, system.names)
-    if not np.any(drifting):
-        return values
-    reset = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
-    return {n: np.where(drifting, reset[n], v) if n in reset else v for n, v in values.items()}
 
 
 def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:

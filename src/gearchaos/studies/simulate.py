@@ -113,7 +113,13 @@ class Simulate(Study):
         w, x2 = _bounded(found["sections"][0]), None
         if "x2_dot" in names:  # the bearings differ
             x2 = rotation_at_sections(self._problem, np.array([self.transient]), w[:, :, None])[0]
-        data = _section(batch, names, w, self.transient, x2)
+        number = np.arange(1, len(w) + 1)
+        tau = (self.transient + number) * batch.model.period
+        known = None if x2 is None else x2[None, 1:]
+        values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
+        data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
+        data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
+        data["tau_section"] = variable("tau", ("period",), tau)
         if self.samples:
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
@@ -137,18 +143,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
-
-
-def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int, x2: np.ndarray | None) -> dict:
-    """Variables over the periods from sections w (N, d), and from x2 (N + 1,) if the bearings differ."""
-    number = np.arange(1, len(w) + 1)
-    tau = (transient + number) * batch.model.period
-    known = None if x2 is None else x2[None, 1:]
-    values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
-    data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
-    data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
-    data["tau_section"] = variable("tau", ("period",), tau)
-    return data
 
 
 _FORCE_COMMENT = ("2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
