@@ -211,26 +211,18 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
     if len(inexact) == 0:
         return exponents
     norm = np.linalg.norm(orbits.monodromy[inexact], axis=(1, 2))
-    growth = _aligned_growth(flow, points[inexact], orbits.take(inexact)) / duration[inexact]
+    w, tangent = orbits.w[:, inexact], tangent_frame(flow.dimension, len(inexact))
+    for _ in range(2):  # the vectors align with the Lyapunov vectors in the first period; the growth is of the second
+        run = flow.advance(w, orbits.period[inexact], points=points[inexact], tangent=tangent, growth=True)
+        tangent = run.tangent
+    growth = np.zeros((flow.dimension, len(inexact)))
+    for n in np.unique(orbits.period[inexact]):
+        same = np.flatnonzero(orbits.period[inexact] == n)
+        growth[:, same] = time_sum(run.growth[:n, :, same])
+    growth /= duration[inexact]
     exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
     exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
     return exponents
-
-
-def _aligned_growth(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
-    """Logarithms (d, L) of the growth of orthonormal tangent vectors over one period of each orbit.
-
-    The vectors align with the Lyapunov vectors in the first period; the growth is that of the second.
-    """
-    w, tangent = orbits.w, tangent_frame(flow.dimension, len(points))
-    for _ in range(2):
-        run = flow.advance(w, orbits.period, points=points, tangent=tangent, growth=True)
-        tangent = run.tangent
-    out = np.zeros((flow.dimension, len(points)))
-    for n in np.unique(orbits.period):
-        same = np.flatnonzero(orbits.period == n)
-        out[:, same] = time_sum(run.growth[:n, :, same])
-    return out
 
 
 def tangent_frame(d: int, count: int) -> np.ndarray:

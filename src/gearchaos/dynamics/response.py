@@ -131,12 +131,10 @@ class Response(Columns):
         "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact")]
     dynamic_factor: Annotated[np.ndarray, Column(
         "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor")]
-    z_rms: Annotated[np.ndarray, Column(
-        "root mean square of z about its mean", variable="z_rms", stored=np.float32)]
+    z_rms: Annotated[np.ndarray, Column("root mean square of z about its mean", variable="z_rms", stored=np.float32)]
     z_peak_to_peak: Annotated[np.ndarray, Column("range of z", variable="z_peak_to_peak", stored=np.float32)]
     z_dot_rms: Annotated[np.ndarray, Column("root mean square of z'", variable="z_dot_rms", stored=np.float32)]
-    z_dot_peak_to_peak: Annotated[np.ndarray, Column(
-        "range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
+    z_dot_peak_to_peak: Annotated[np.ndarray, Column("range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
     switches_per_period: Annotated[np.ndarray, Column(
         "contact switches per mesh period", variable="switches", stored=np.float32)]
     mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]

@@ -88,10 +88,8 @@ class ClassificationState:
 
     def checkpoint(self, motions: np.ndarray) -> dict[str, np.ndarray]:
         """The data from which the next stage resumes these unresolved motions, arrays (..., motions) by name."""
-        return {
-            "w": self.verdicts.w[:, motions], "periods_run": self.verdicts.periods_run[motions],
-            "chaotic_so_far": self.chaotic_so_far[motions],
-        }
+        return {"w": self.verdicts.w[:, motions], "periods_run": self.verdicts.periods_run[motions],
+                "chaotic_so_far": self.chaotic_so_far[motions]}
 
     def resume(self, checkpoint: dict[str, np.ndarray]) -> None:
         """Set all motions to a `checkpoint`; an empty one leaves them at their initial states."""

@@ -24,10 +24,8 @@ if TYPE_CHECKING:
 _RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
 """Response measures that the Datasets report of each attractor."""
 
-_VERDICT_VARIABLES = (
-    "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
-    "periods_spent",
-)
+_VERDICT_VARIABLES = ("reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier",
+                      "rotation", "periods_spent")
 """Verdict variables that the Datasets report of each attractor, taken from one motion on it."""
 
 NOT_COMPUTED = -2
@@ -184,10 +182,8 @@ class AttractorSet:
         has the dim "point", padded with NaN.
         """
         members = self.ordered
-        out: dict[str, np.ndarray] = {
-            "label": np.array([a.label for a in members], np.int8),
-            "period": np.array([a.period for a in members], np.int32),
-        }
+        out: dict[str, np.ndarray] = {"label": np.array([a.label for a in members], np.int8),
+                                      "period": np.array([a.period for a in members], np.int32)}
         response = self._response(settings) if members else {}
         out |= {name: response[name][self.order()] if members else np.zeros(0) for name in _RESPONSE}
         out |= {name: np.array([a.verdict_variables[name] for a in members]) for name in _VERDICT_VARIABLES}

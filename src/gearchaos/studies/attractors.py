@@ -172,11 +172,9 @@ class Attractors(AttractorStudy):
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
-        options = {
-            "starts": self.starts, "seed": self.seed, "box": dict(self._box),
-            "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
-        }
-        return new_dataset(data, attrs=self.provenance(**options))
+        return new_dataset(data, attrs=self.provenance(
+            starts=self.starts, seed=self.seed, box=dict(self._box), sweep=self.sweep and asdict(self.sweep),
+            kicks=self.kicks))
 
 
 attractors = function_of(Attractors)
@@ -271,8 +269,6 @@ def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
 
     counts = [a.count for a in attractors.ordered]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
-    values = {
-        "fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],
-        "fraction_hi": [i.high for i in intervals],
-    }
+    values = {"fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],
+              "fraction_hi": [i.high for i in intervals]}
     return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), np.array(v, float)) for n, v in values.items()}

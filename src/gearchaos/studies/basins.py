@@ -102,14 +102,12 @@ class Basins(AttractorStudy):
         boundary = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
         if not np.any(plane == NOT_COMPUTED):
             boundary = dict(zip(boundary, (*entropy(plane), uncertainty_exponent(plane)), strict=True))
-        per_attractor = {
-            "attractor_fraction": np.array([a.count for a in known]) / max(1, np.sum(plane != NOT_COMPUTED)),
-            "attractor_kick": self._kicks(plane, known),
-        }
+        share = np.array([a.count for a in known]) / max(1, np.sum(plane != NOT_COMPUTED))
         data = {
             "attractor": variable("attractor", tuple(self.grid), plane),
             **attractors.variables(self.classification),
-            **{n: variable(n, ("number",), v) for n, v in per_attractor.items()},
+            "attractor_fraction": variable("attractor_fraction", ("number",), share),
+            "attractor_kick": variable("attractor_kick", ("number",), self._kicks(plane, known)),
             **{n: variable(n, (), np.array(v)) for n, v in boundary.items()},
         }
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in self.axes}

@@ -214,7 +214,12 @@ def rotation_at_sections(
     J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
     x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, end.w.T, error))
     states = np.concatenate([first[None], sections])
-    x1 = np.concatenate([x1[None], _x1_changes(flow, points, states[:-1])]).cumsum(axis=0).T
+    motions = states.shape[2]
+    flat = np.moveaxis(states[:-1], 1, 0).reshape(states.shape[1], -1)
+    bounded = np.all(np.isfinite(flat), axis=0)
+    out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, len(sections)), measured=True)
+    changes = np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(-1, motions)  # of x1 in a period
+    x1 = np.concatenate([x1[None], changes]).cumsum(axis=0).T
     decay = _decaying_rotation(problems, end.w - first, len(sections))
     return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
 
@@ -234,16 +239,6 @@ def _decaying_rotation(problems: InitialValueProblems, difference: np.ndarray, c
     from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
 
     return velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
-
-
-def _x1_changes(flow: ExactFlow, points: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """The change of x1 in the mesh period that follows each state w (S, d, L), (S, L); ``points`` (L,) as of
-    `rotation_at_sections`."""
-    count, d, motions = w.shape
-    flat = np.moveaxis(w, 1, 0).reshape(d, count * motions)
-    bounded = np.all(np.isfinite(flat), axis=0)
-    out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, count), measured=True)
-    return np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(count, motions)
 
 
 def rotation_within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:

@@ -175,8 +175,13 @@ class Zones(ClassifyingStudy):
         if self.x.name in ("omega", "speed"):  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
         most = self.cost.max_parameter_points(threads)
+
+        def collect(_: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+            out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
+            return out | orbit_points(motions, found) if self.prove else out
+
         out = classify_batch(
-            lambda tile: self.initial_states(cells[tile]), self._collect, order, settings=self.classification,
+            lambda tile: self.initial_states(cells[tile]), collect, order, settings=self.classification,
             largest=most, progress="zones" if progress else None, threads=threads)
         if self.starts > 1:
             out |= _Coexistence(self, cells, order, progress, threads, most).found(out)
@@ -188,11 +193,6 @@ class Zones(ClassifyingStudy):
             files = certificate_files(self.certificates, cells, self.x.count)
             out |= proofs(models, orbits, files, progress=progress, threads=threads)
         return out
-
-    def _collect(self, _: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-        """The variables of the verdicts, and what `coexisting` and proofs need."""
-        out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
-        return out | orbit_points(motions, found) if self.prove else out
 
 
 zones = function_of(Zones)
