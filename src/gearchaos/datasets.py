@@ -37,10 +37,8 @@ def describe(name: str) -> dict[str, str]:
 
 def flag_attributes(meanings: dict[int, str]) -> dict[str, Any]:
     """Attributes with the meanings of the integer codes of a variable, by the CF conventions."""
-    return {
-        "flag_values": np.array(list(meanings), dtype=np.int8),
-        "flag_meanings": " ".join(m.replace(" ", "_") for m in meanings.values()),
-    }
+    return {"flag_values": np.array(list(meanings), dtype=np.int8),
+            "flag_meanings": " ".join(m.replace(" ", "_") for m in meanings.values())}
 
 
 _CODE_ATTRIBUTES = {
