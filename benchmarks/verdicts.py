@@ -16,15 +16,14 @@ from functools import partial
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label
-from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.dynamics.time_series import exponents_from_growth
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.paper.settings import all_figures
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.plane import at_cells
+from gearchaos.studies.axis import Axis, at_cells
 from gearchaos.studies.zones import zones
 
 STUDY = all_figures()[2].studies["a"]
@@ -50,7 +49,7 @@ def fixed(axes: list[Axis], transient: int) -> np.ndarray:
         settled = flow.advance(initial_state(batch, system).T.copy(), transient, sections=_SECTIONS)
         run = flow.advance(settled.w, 250, tangent=tangent, growth=True)
         flow.advance(run.w, 96, measured=True)
-        exponent = from_growth(run.growth, system.period)
+        exponent = exponents_from_growth(run.growth, system.period)
         chaotic = (exponent.low[0] > 0) & (exponent.value[0] > _POSITIVE)
         return np.where(chaotic, -1, _period(settled.sections))
 

@@ -54,11 +54,11 @@ from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
 from gearchaos.studies.regime import Regime as _Regime
+from gearchaos.studies.regime import Verdict as Verdict
+from gearchaos.studies.regime import steady as steady
 from gearchaos.studies.simulate import Simulate as _Simulate
 from gearchaos.studies.skeleton import Skeleton as _Skeleton
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
-from gearchaos.studies.steady import steady as steady
-from gearchaos.studies.verdict import Verdict as Verdict
 from gearchaos.studies.zones import Zones as _Zones
 
 __version__: str

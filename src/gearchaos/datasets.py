@@ -37,10 +37,8 @@ def describe(name: str) -> dict[str, str]:
 
 def flag_attributes(meanings: dict[int, str]) -> dict[str, Any]:
     """Attributes with the meanings of the integer codes of a variable, by the CF conventions."""
-    return {
-        "flag_values": np.array(list(meanings), dtype=np.int8),
-        "flag_meanings": " ".join(m.replace(" ", "_") for m in meanings.values()),
-    }
+    return {"flag_values": np.array(list(meanings), dtype=np.int8),
+            "flag_meanings": " ".join(m.replace(" ", "_") for m in meanings.values())}
 
 
 _CODE_ATTRIBUTES = {
@@ -56,19 +54,10 @@ _CODE_ATTRIBUTES = {
 
 
 def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool = True) -> xr.Variable:
-    """A variable with the attributes that belong to its name.
+    """A variable with the attributes that belong to its name, which is that of a quantity.
 
-    Parameters
-    ----------
-    name : str
-        Name of a quantity; see `gearchaos.quantities.find`.
-    dims : tuple of str
-        One name for each dimension of ``values``.
-    values : array
-        Any shape.
-    coded : bool
-        False if the values are not the integer codes that variables of this name usually hold, as ``contact`` along a
-        trajectory, which is −1, 0 or 1; the meanings of the codes are then left out.
+    Not ``coded`` are values that are not the integer codes that variables of this name usually hold, as ``contact``
+    along a trajectory, which is −1, 0 or 1; the meanings of the codes are then left out.
     """
     import xarray as xr  # here, since it takes half a second to load, and a printed verdict needs no Dataset
 
@@ -144,21 +133,12 @@ def gridded_variable(dataset: xr.Dataset) -> str | None:
 def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
     """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 
-    Parameters
-    ----------
-    study : str
-        Name of the study, e.g. "zones".
-    model : MeshModel
-        Its model; an `OperatingModel` has gears, at the operating point of the model.
-    settings
-        The other arguments of the study, and its classification settings as ``classification``. They must be
-        serialisable as JSON.
+    An `OperatingModel` has gears, at its operating point. ``settings`` are the other arguments of the study, and its
+    classification settings as ``classification``.
     """
     gears = {"gears": gears_json(model.operating_gears)} if isinstance(model, OperatingModel) else {}
-    return {
-        "study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
-        **_versions(), **gears,
-    }
+    return {"study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
+            **_versions(), **gears}
 
 
 @cache
@@ -225,8 +205,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
 def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     """The bytes of a NetCDF file (HDF5) with checksums that holds a Dataset.
 
-    The file is made in memory, since the HDF5 library cannot recover from a full disk. This takes about as much memory
-    as the Dataset.
+    The file is made in memory, of which it takes about as much as the Dataset: the HDF5 library cannot recover from a
+    full disk.
     """
     content = io.BytesIO()
     with_checksums(dataset).to_netcdf(content, engine="h5netcdf")  # type: ignore[call-overload]

@@ -8,7 +8,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification, classify
-from gearchaos.dynamics.columns import MOTION
+from gearchaos.dynamics.response import MOTION
 from gearchaos.execute import tiles
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary

@@ -11,7 +11,7 @@ from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
 from gearchaos.model.coordinates import initial_state, reset_mean_rotation, transmission_error_at_start
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.sweep import swept_initial_values
+from gearchaos.studies.initial_value_problems import swept_initial_values
 
 FRICTIONS = (0.0, 1e-30, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 0.01, 0.05)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, time_series
-from gearchaos.dynamics.lyapunov import from_growth
-from gearchaos.dynamics.time_series import amplitudes, spectral_class
+from gearchaos.dynamics.time_series import amplitudes, exponents_from_growth, spectral_class
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow, near_returns, newton_iteration, start_newton_search
 from gearchaos.model import MeshModel, vary
@@ -136,7 +135,7 @@ def test_running_away_is_a_label():
 def test_intervals_cover_the_mean_of_noise():
     rng = np.random.default_rng(0)
     growth = rng.normal(0.3, 1.0, (2000, 1, 200))
-    found = from_growth(growth, np.full(200, 2.0))
+    found = exponents_from_growth(growth, np.full(200, 2.0))
     covered = (found.low < 0.15) & (found.high > 0.15)
     assert covered.mean() > 0.95
 

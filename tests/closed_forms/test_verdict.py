@@ -10,11 +10,9 @@ from gearchaos.dynamics import (
     Label,
     Reason,
     classify,
-    lyapunov,
     orbits,
     time_series,
 )
-from gearchaos.dynamics.lyapunov import from_growth
 from gearchaos.dynamics.orbits import candidates
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.flow import ExactFlow
@@ -121,9 +119,9 @@ def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypa
 
     def from_growth(growth, period):
         values = np.array([[value], [flow.system.trace[0] - value]])
-        return lyapunov.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
+        return time_series.Exponents(values, np.full((2, 1), low), np.full((2, 1), 2 * value - low))
 
-    monkeypatch.setattr(lyapunov, "from_growth", from_growth)
+    monkeypatch.setattr(time_series, "exponents_from_growth", from_growth)
     assert classify(flow, w, settings=SHORT, response=False).label[0] == label
 
 
@@ -131,7 +129,7 @@ def test_exponents_have_the_mean_of_blocks_and_students_interval():
     """Over 20 blocks: t = 2.860935 (0.995 quantile, 19 degrees of freedom) standard errors to either side."""
     rng = np.random.default_rng(4)
     growth, period = rng.normal(0.3, 1.0, (407, 2, 5)), np.linspace(1.0, 3.0, 5)
-    found = from_growth(growth, period)
+    found = time_series.exponents_from_growth(growth, period)
     blocks = growth[7:].reshape(20, 20, 2, 5).mean(axis=1) / period
     half = 2.860935 * blocks.std(axis=0, ddof=1) / np.sqrt(20)
     np.testing.assert_allclose(found.value, blocks.mean(axis=0), rtol=1e-12)
@@ -140,7 +138,7 @@ def test_exponents_have_the_mean_of_blocks_and_students_interval():
 
 
 def test_the_quantile_of_the_interval_is_scipys_bit_for_bit():
-    assert stdtrit(lyapunov.BLOCKS - 1, 0.5 + 0.99 / 2) == lyapunov._QUANTILE
+    assert stdtrit(time_series.BLOCKS - 1, 0.5 + 0.99 / 2) == time_series._QUANTILE
 
 
 def orbits_with(moduli):
@@ -271,19 +269,19 @@ def test_exponents_of_a_long_orbit_are_those_of_any_later_round():
     flow, w = flow_of(kind="full", omega=1.05, eps1=0.03 + 0.02 * 46 / 60)
     found = classify(flow, w, response=False)
     assert found.period[0] == 122
-    run = flow.advance(found.w, 3 * 122, tangent=lyapunov.tangent_frame(4, 1), growth=True)
+    run = flow.advance(found.w, 3 * 122, tangent=orbits.tangent_frame(4, 1), growth=True)
     later = run.growth[-122:, :, 0].sum(axis=0) / (122 * flow.system.period[0])
     np.testing.assert_allclose(found.exponent[:, 0], later, atol=2e-6)
 
 
 def test_the_first_twentieth_of_a_run_is_dropped(monkeypatch):
-    lengths, true = [], lyapunov.from_growth
+    lengths, true = [], time_series.exponents_from_growth
 
     def from_growth(growth, period):
         lengths.append(len(growth))
         return true(growth, period)
 
-    monkeypatch.setattr(lyapunov, "from_growth", from_growth)
+    monkeypatch.setattr(time_series, "exponents_from_growth", from_growth)
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
     classify(flow, w, settings=Classification(exponent_run=400, longest_transient=0), response=False)
     assert lengths[0] == 380

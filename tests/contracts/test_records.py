@@ -20,7 +20,7 @@ from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.store.writers.locks import Shard
 from gearchaos.studies import warmup
-from gearchaos.studies.plane import shared_coordinates
+from gearchaos.studies.axis import shared_coordinates
 from gearchaos.studies.study import Study
 
 VERDICTS = (Path(__file__).parents[2] / "docs" / "verdicts.md").read_text()

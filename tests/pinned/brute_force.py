@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.dynamics.lyapunov import from_growth
+from gearchaos.dynamics.time_series import exponents_from_growth
 from gearchaos.flow import OK, ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
@@ -97,7 +97,7 @@ def _label(
     tangent = np.zeros((1, flow.dimension, w.shape[1]))
     tangent[:, :2] = np.sqrt(0.5)
     out = flow.advance(w, length, points=points, tangent=tangent, growth=True)
-    found, period = from_growth(out.growth[100:], flow.system.period[points]), returned(sections)
+    found, period = exponents_from_growth(out.growth[100:], flow.system.period[points]), returned(sections)
     zero = np.abs(found.value[0]) < _ZERO
     kind = np.where(zero, "quasi-periodic", np.where(found.low[0] > 0, "chaotic", "undecided"))
     label = np.where(period > 0, np.char.add(period.astype(str), "T"), kind)

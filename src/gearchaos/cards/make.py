@@ -17,8 +17,8 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import MeshModel
+from gearchaos.studies.regime import Verdict
 from gearchaos.studies.study import Study
-from gearchaos.studies.verdict import Verdict
 
 __all__ = ["card"]
 

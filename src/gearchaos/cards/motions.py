@@ -9,9 +9,8 @@ from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.plot import MOTION_CLASSES
+from gearchaos.studies.regime import Verdict, steady
 from gearchaos.studies.simulate import simulate
-from gearchaos.studies.steady import steady
-from gearchaos.studies.verdict import Verdict
 
 _LONGEST = 16
 """Longest period, in mesh periods, of an orbit whose trajectory is drawn."""

@@ -5,16 +5,5 @@ from gearchaos.dynamics.stages import STAGES, classify, conclude
 from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.verdicts import ON_ATTRACTOR, REASONS, Label, Reason, Verdicts, motion_name
 
-__all__ = [
-    "ON_ATTRACTOR",
-    "REASONS",
-    "STAGES",
-    "Classification",
-    "ClassificationState",
-    "Label",
-    "Reason",
-    "Verdicts",
-    "classify",
-    "conclude",
-    "motion_name",
-]
+__all__ = ["ON_ATTRACTOR", "REASONS", "STAGES", "Classification", "ClassificationState", "Label", "Reason", "Verdicts",
+           "classify", "conclude", "motion_name"]

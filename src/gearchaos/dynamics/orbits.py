@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearchaos.dynamics.time_series import time_sum
 from gearchaos.flow import RESIDUAL, ExactFlow, Measure, near_returns, newton_iteration, start_newton_search
 
 ON_ORBIT = 1e-8
@@ -45,35 +46,28 @@ EXACT = 1e-6
 """Largest distance of the returns of a motion that is on an orbit, relative to the size of the motion."""
 
 
+_MAX_LOG_DETERMINANT_ERROR = 1e-6
+"""Largest |Σ ln|μ| − tr A · nT| at which all multipliers of an orbit count as resolved."""
+
+_SMALLEST_RESOLVED = 1e-6
+"""Where they do not: the smallest multiplier that still counts as resolved, relative to the Frobenius norm of the
+monodromy matrix."""
+
+
 @dataclass(frozen=True)
 class Orbits:
-    """Results of Newton's method for periodic orbits, one for each of L trajectories.
+    """Results of Newton's method for periodic orbits, one for each of L trajectories."""
 
-    Attributes
-    ----------
-    w : (d, L)
-        A point of the orbit at phase 0.
-    period : (L,)
-        Period n in mesh periods.
-    residual : (L,)
-        Largest change of a coordinate over one period of the orbit; infinite where Newton's method failed.
-    monodromy : (L, d, d)
-        Derivative at w of the map over one period of the orbit.
-    multipliers : (L, d)
-        Floquet multipliers, complex, largest modulus first.
-    """
-
-    w: np.ndarray
-    period: np.ndarray
-    residual: np.ndarray
-    monodromy: np.ndarray
-    multipliers: np.ndarray
+    w: np.ndarray  # (d, L), a point of the orbit at phase 0
+    period: np.ndarray  # (L,), in mesh periods
+    residual: np.ndarray  # (L,), largest change of a coordinate over one period; infinite where the method failed
+    monodromy: np.ndarray  # (L, d, d), derivative at w of the map over one period of the orbit
+    multipliers: np.ndarray  # (L, d), complex, largest modulus first
 
     def take(self, which: np.ndarray) -> Orbits:
         """The orbits selected by the index ``which``."""
-        return Orbits(
-            self.w[:, which], self.period[which], self.residual[which], self.monodromy[which], self.multipliers[which]
-        )
+        return Orbits(self.w[:, which], self.period[which], self.residual[which], self.monodromy[which],
+                      self.multipliers[which])
 
     def put(self, which: np.ndarray, other: Orbits) -> None:
         """Replace the orbits selected by the index ``which``."""
@@ -101,26 +95,10 @@ def polish(
     flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray, *, reach: float = 10.0,
     expansion: float = np.inf,
 ) -> Orbits:
-    """Converge guesses to periodic orbits by Newton's method.
+    """Converge guesses w (d, L) at phase 0 to orbits with periods (L,) by Newton's method.
 
-    Parameters
-    ----------
-    flow : ExactFlow
-    w : (d, L)
-        Guesses at phase 0.
-    points : (L,)
-        Parameter point of each.
-    period : (L,)
-        Period of each in mesh periods.
-    reach : float
-        Stop where a coordinate differs by more than this from the guess.
-    expansion : float
-        Stop where a multiplier has this modulus or more.
-
-    Returns
-    -------
-    Orbits
-        Not converged where Newton's method was stopped, or failed twice to halve the residual.
+    It stops where a coordinate differs by more than ``reach`` from the guess, or a multiplier has the modulus
+    ``expansion`` or more. Orbits are not converged there, and where it failed twice to halve the residual.
     """
     search, active = start_newton_search(w), np.arange(w.shape[1])
     unit = np.repeat(np.eye(flow.dimension)[:, :, None], len(active), axis=2)  # advanced to the monodromy matrices
@@ -164,46 +142,23 @@ def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, perio
     return w
 
 
-def approaching(
-    flow: ExactFlow, w: np.ndarray, points: np.ndarray, orbits: Orbits, max_periods: int
-) -> np.ndarray:
-    """Whether motions approach their stable orbits as the multipliers predict.
+def approaching(flow: ExactFlow, w: np.ndarray, points: np.ndarray, orbits: Orbits, max_periods: int) -> np.ndarray:
+    """Whether motions from states w (d, L) near their stable orbits approach them as the multipliers predict, (L,).
 
-    Parameters
-    ----------
-    flow : ExactFlow
-    w : (d, L)
-        States of the motions near their orbits, at phase 0.
-    points : (L,)
-        Parameter point of each.
-    orbits : Orbits
-        The orbit of each.
-    max_periods : int
-        Each motion is followed until its distance should have halved, for this many mesh periods at most, but at
-        least for one period of its orbit.
-
-    Returns
-    -------
-    (L,) of bool
-        Whether the distance fell by at least half of what the largest multiplier predicts, or the motion is on the
-        orbit. The distance is taken in the basis of the eigenvectors of the monodromy matrix, in which it falls
-        monotonically even where multipliers are complex.
+    The distance must fall by at least half of what the largest multiplier predicts, or the motion be on the orbit. It
+    is taken in the basis of the eigenvectors of the monodromy matrix, in which it falls monotonically even where
+    multipliers are complex. Each motion is followed until its distance should have halved, for ``max_periods`` mesh
+    periods at most, but at least for one period of its orbit.
     """
     modulus = np.abs(orbits.multipliers).max(axis=1)
     cycles = np.ceil(np.log(0.5) / np.log(np.clip(modulus, 1e-3, 1 - 1e-9)))  # periods of the orbit followed
     cycles = np.clip(cycles, 1, np.maximum(max_periods // orbits.period, 1)).astype(int)
     after = flow.advance(w, cycles * orbits.period, points=points).w
-    before, now = _eigenvector_distances(orbits, w, after)
-    return (now <= ON_ORBIT) | (now <= before * (1 + modulus**cycles) / 2)
-
-
-def _eigenvector_distances(orbits: Orbits, *states: np.ndarray) -> np.ndarray:
-    """Distances (S, L) of S states (d, L) from the orbits, in the basis of the eigenvectors of the monodromy matrix."""
     _, vectors = np.linalg.eig(orbits.monodromy)
-    defective = np.linalg.cond(vectors, "fro") > _DEFECTIVE
-    vectors[defective] = np.eye(len(orbits.w))
-    offsets = np.stack([(w - orbits.w).T for w in states], axis=2)
-    return np.linalg.norm(np.linalg.solve(vectors, offsets.astype(complex)), axis=1).T
+    vectors[np.linalg.cond(vectors, "fro") > _DEFECTIVE] = np.eye(len(orbits.w))
+    offsets = np.stack([(w - orbits.w).T, (after - orbits.w).T], axis=2)
+    before, now = np.linalg.norm(np.linalg.solve(vectors, offsets.astype(complex)), axis=1).T
+    return (now <= ON_ORBIT) | (now <= before * (1 + modulus**cycles) / 2)
 
 
 def sections(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> list[np.ndarray]:
@@ -229,27 +184,48 @@ def candidates(
     sections: np.ndarray, longest: int, count: int, tolerance: float = _NEAR_RETURN,
     previous_tolerance: float = _PREVIOUS_RETURN,
 ) -> np.ndarray:
-    """The shortest periods at which motions nearly return.
+    """The shortest periods at which motions nearly return, (count, L), shortest first; 0 where there are fewer.
 
-    Parameters
-    ----------
-    sections : (S, d, L)
-        Consecutive stroboscopic states, newest last.
-    longest : int
-        Longest period considered, in mesh periods. At most (S − 1)/2 is searched, since two periods must be recorded.
-    count : int
-        Number of periods returned for each motion.
-    tolerance, previous_tolerance : float
-        Largest distance of a near return and of the one a period earlier, relative to the size of the motion.
-
-    Returns
-    -------
-    (count, L) of int
-        Periods in mesh periods, shortest first; 0 where there are fewer.
-
-    Notes
-    -----
-    The return one period earlier must be a near return too: a chaotic motion sometimes passes close to its present
-    state, but seldom twice in a row.
+    ``sections`` (S, d, L) are consecutive stroboscopic states, newest last. Periods up to ``longest`` are searched, and
+    up to (S − 1)/2, since two periods must be recorded. The tolerances are the largest distances of a near return, and
+    of the one a period earlier, relative to the size of the motion. This must be a near return too: a chaotic motion
+    sometimes passes close to its present state, but seldom twice in a row.
     """
     return near_returns(sections, min(longest, (len(sections) - 1) // 2), tolerance, previous_tolerance, count)
+
+
+def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
+    """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
+
+    The product of the multipliers is det(monodromy) = exp(tr A · nT). Where the computed multipliers violate this, the
+    smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
+    norm are then taken from the growth of orthonormalised tangent vectors, and the last exponent is the trace minus the
+    sum of the others.
+    """
+    duration = orbits.period * flow.system.period[points]
+    modulus = np.abs(orbits.multipliers)
+    with np.errstate(divide="ignore"):
+        exponents = np.log(modulus).T / duration
+    error = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
+    inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
+    if len(inexact) == 0:
+        return exponents
+    norm = np.linalg.norm(orbits.monodromy[inexact], axis=(1, 2))
+    w, tangent = orbits.w[:, inexact], tangent_frame(flow.dimension, len(inexact))
+    for _ in range(2):  # the vectors align with the Lyapunov vectors in the first period; the growth is of the second
+        run = flow.advance(w, orbits.period[inexact], points=points[inexact], tangent=tangent, growth=True)
+        tangent = run.tangent
+    growth = np.zeros((flow.dimension, len(inexact)))
+    for n in np.unique(orbits.period[inexact]):
+        same = np.flatnonzero(orbits.period[inexact] == n)
+        growth[:, same] = time_sum(run.growth[:n, :, same])
+    growth /= duration[inexact]
+    exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
+    exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
+    return exponents
+
+
+def tangent_frame(d: int, count: int) -> np.ndarray:
+    """Orthonormal tangent vectors in general position, the same for all motions, (d vectors, d coordinates, count)."""
+    vectors = np.linalg.qr(np.ones((d, d)) + np.diag(np.arange(1.0, d + 1)))[0].T
+    return np.repeat(vectors[:, :, None], count, axis=2)

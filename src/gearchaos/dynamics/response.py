@@ -1,14 +1,116 @@
-"""Response measures of motions: velocities, loads and contact, from integrals and extrema along the motion."""
+"""Tables of arrays over many motions, and the first of them: response measures, from integrals and extrema.
+
+Each column is declared once, with its meaning, type, dimensions and the variable that it becomes in results.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Annotated, Any, Self, get_args, get_type_hints
 
 import numpy as np
 
-from gearchaos.dynamics.columns import Column, Columns
 from gearchaos.flow import Measure
+
+MOTION = "motion"
+"""Name of the dimension of the L motions."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """Declaration of a column: its quantity with unit, the type of its array, the names of its dimensions.
+
+    ``missing`` is the value of an element that is not computed, ``variable`` the name of the variable in results, None
+    for a column that these do not contain; ``stored`` is the type of that variable where it differs from ``dtype``, and
+    ``reduce`` makes its values (L,) where they are not the array itself.
+    """
+
+    meaning: str
+    dtype: type = float
+    dims: tuple[str, ...] = (MOTION,)
+    missing: Any = np.nan
+    variable: str | None = None
+    stored: type | None = None
+    reduce: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def empty(self, sizes: Mapping[str, int]) -> np.ndarray:
+        """An array of missing values; ``sizes`` are those of the dimensions by name."""
+        return np.full([sizes[dim] for dim in self.dims], self.missing, self.dtype)
+
+    def index(self, motions: Any) -> tuple[Any, ...]:
+        """Index of the array for a selection of motions, given as an index of the motion dimension."""
+        return tuple(motions if dim == MOTION else slice(None) for dim in self.dims)
+
+
+@dataclass
+class Columns:
+    """Base class of tables.
+
+    Each field of a derived dataclass is a column, ``name: Annotated[np.ndarray, Column(...)]``, or another table of
+    the same motions, ``name: Table``.
+    """
+
+    @classmethod
+    @cache
+    def _declarations(cls) -> dict[str, Column | type[Columns]]:
+        """By field, the declaration of the column, or the class of the nested table."""
+        hints = get_type_hints(cls, include_extras=True)
+        return {f.name: (get_args(hints[f.name]) or (None, hints[f.name]))[1] for f in fields(cls)}
+
+    @classmethod
+    def declared(cls) -> dict[str, Column]:
+        """The declarations of all columns by name, those of nested tables included."""
+        out: dict[str, Column] = {}
+        for name, declaration in cls._declarations().items():
+            out |= {name: declaration} if isinstance(declaration, Column) else declaration.declared()
+        return out
+
+    @classmethod
+    def empty(cls, sizes: Mapping[str, int]) -> Self:
+        """A table of missing values; ``sizes`` are those of the dimensions by name."""
+        return cls(**{name: declaration.empty(sizes) for name, declaration in cls._declarations().items()})
+
+    def _arrays(self) -> Iterator[np.ndarray]:
+        """The arrays of all columns, those of nested tables included, in the order of `declared`."""
+        for name in self._declarations():
+            value = getattr(self, name)
+            yield from value._arrays() if isinstance(value, Columns) else (value,)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The column of this name in this table or a nested one; raises `KeyError` if there is none."""
+        return dict(zip(self.declared(), self._arrays(), strict=True))[name]
+
+    def take(self, motions: Any) -> Self:
+        """A copy of the table for a selection of motions, given as an index of the motion dimension."""
+        values = {}
+        for name, declaration in self._declarations().items():
+            value = getattr(self, name)
+            if isinstance(declaration, Column):
+                values[name] = value[declaration.index(motions)].copy()
+            else:
+                values[name] = value.take(motions)
+        return type(self)(**values)
+
+    def put(self, motions: Any, other: Self) -> None:
+        """Overwrite a selection of motions with those of another table, which has as many motions as are selected."""
+        for column, own, new in zip(self.declared().values(), self._arrays(), other._arrays(), strict=True):
+            own[column.index(motions)] = new
+
+    def variables(self, *, double: bool = False) -> dict[str, np.ndarray]:
+        """The variables (L,) of results, by name and with the types that results store.
+
+        With ``double`` the variables stored in single precision are returned in double precision.
+        """
+        out: dict[str, np.ndarray] = {}
+        for column, array in zip(self.declared().values(), self._arrays(), strict=True):
+            if column.variable is not None:
+                values = array if column.reduce is None else column.reduce(array)
+                dtype = column.stored or column.dtype
+                out[column.variable] = values.astype(float if double and dtype is np.float32 else dtype, copy=False)
+        return out
+
 
 CONTACTS = ("permanent", "one-sided", "two-sided", "none")
 """Contact states of a motion: never lost; lost, but the back flank not reached; both flanks reached; no contact."""
@@ -29,12 +131,10 @@ class Response(Columns):
         "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact")]
     dynamic_factor: Annotated[np.ndarray, Column(
         "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor")]
-    z_rms: Annotated[np.ndarray, Column(
-        "root mean square of z about its mean", variable="z_rms", stored=np.float32)]
+    z_rms: Annotated[np.ndarray, Column("root mean square of z about its mean", variable="z_rms", stored=np.float32)]
     z_peak_to_peak: Annotated[np.ndarray, Column("range of z", variable="z_peak_to_peak", stored=np.float32)]
     z_dot_rms: Annotated[np.ndarray, Column("root mean square of z'", variable="z_dot_rms", stored=np.float32)]
-    z_dot_peak_to_peak: Annotated[np.ndarray, Column(
-        "range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
+    z_dot_peak_to_peak: Annotated[np.ndarray, Column("range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
     switches_per_period: Annotated[np.ndarray, Column(
         "contact switches per mesh period", variable="switches", stored=np.float32)]
     mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]
@@ -43,18 +143,10 @@ class Response(Columns):
 def compute_response(
     measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray
 ) -> Response:
-    """Response measures of L motions.
+    """Response measures of L motions, from integrals and extrema (len(Measure), L) in the rows of `flow.Measure`.
 
-    Parameters
-    ----------
-    measures : (len(Measure), L)
-        Integrals and extrema over the duration, with rows as numbered by `flow.Measure`.
-    duration : (L,)
-        Duration in units of τ.
-    periods : (L,)
-        Duration in mesh periods.
-    static_force : (L,)
-        Mesh force of the static load.
+    ``duration`` (L,) in units of τ is also given in mesh ``periods`` (L,); ``static_force`` (L,) is the mesh force of
+    the static load.
     """
     m = measures
     offset = m[Measure.Z] / duration  # of the mean of z from the reference

@@ -55,19 +55,20 @@ class Classification:
     def __post_init__(self) -> None:
         lengths = self.transient_lengths
         if isinstance(lengths, str) or not isinstance(lengths, Iterable):
-            raise InputError(_field("transient_lengths"), "must be a list of whole numbers", lengths,
+            raise InputError("classification.transient_lengths", "must be a list of whole numbers", lengths,
                              "E.g. (80, 80, 160).")
-        lengths = tuple(whole_number(_field("transient_lengths"), n, 3, _MAX_PERIODS) for n in lengths)
+        lengths = tuple(whole_number("classification.transient_lengths", n, 3, _MAX_PERIODS) for n in lengths)
         object.__setattr__(self, "transient_lengths", lengths)
         for name, (least, most) in _RANGES.items():
-            whole_number(_field(name), getattr(self, name), least, most)
+            whole_number(f"classification.{name}", getattr(self, name), least, most)
         for length in (*lengths, self.exponent_run):
             if length <= self.longest_period:
                 raise InputError("classification", f"must have runs longer than longest_period = {self.longest_period}",
                                  length, "A return after n periods shows only in more than n sections.")
         if self.exponent_run << self.doublings > _MAX_PERIODS:
-            raise InputError(_field("exponent_run"), f"must be at most {_MAX_PERIODS:,} periods after all doublings",
-                             f"{self.exponent_run} x 2^{self.doublings}", "Lower classification.doublings.")
+            raise InputError(
+                "classification.exponent_run", f"must be at most {_MAX_PERIODS:,} periods after all doublings",
+                f"{self.exponent_run} x 2^{self.doublings}", "Lower classification.doublings.")
 
     @property
     def max_periods(self) -> int:
@@ -92,14 +93,7 @@ _RANGES = {
 for each of the 20 blocks of the confidence interval."""
 
 
-def _field(name: str) -> str:
-    """Name of a field in error messages."""
-    return f"classification.{name}"
-
-
-SINGLE_MOTION = Classification(
-    exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000
-)
+SINGLE_MOTION = Classification(exponent_run=2000, doublings=2, longest_transient=20_000, averaging_periods=1000)
 """A single motion is given longer runs than a cell of a map, for chaotic transients of up to 20 000 periods."""
 
 

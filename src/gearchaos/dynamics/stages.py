@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, time_series
+from gearchaos.dynamics import orbits, time_series
 from gearchaos.dynamics.response import compute_response
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
@@ -149,12 +149,25 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     [1]
     """
     verdicts = state.verdicts
-    _check_trace(state)
-    state.mark_inconsistent(np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR))
+    bounded = ~np.isin(verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
+    motions = np.flatnonzero(bounded & np.isnan(verdicts.trace_error))  # only their largest exponent was computed
+    if len(motions):
+        frame = orbits.tangent_frame(state.flow.dimension, len(motions))
+        growth = state.advance(motions, _TRACE_CHECK_PERIODS, tangent=frame, growth=True).growth
+        duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
+        state.set_trace_error(motions, time_sum(growth).sum(axis=0) / duration)
+    wrong = np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR)
+    state.assign(wrong, Label.UNDECIDED, Reason.INCONSISTENT)
+    verdicts.period[wrong], verdicts.residual[wrong], verdicts.multipliers[wrong] = 0, np.nan, np.nan
     settled = np.isin(verdicts.label, (Label.PERIODIC, Label.QUASI_PERIODIC))
     verdicts.transient_chaos[:] = state.chaotic_so_far & settled
     if response:
-        _compute_response(state)
+        motions = np.flatnonzero(verdicts.label != Label.DIVERGED)
+        period = verdicts.period[motions]
+        periods = np.where(period > 0, period, state.settings.averaging_periods)
+        measures = state.advance(motions, periods, measured=True).measures
+        duration, force = periods * state.period_length(motions), state.flow.system.static_force[state.points[motions]]
+        verdicts.response.put(motions, compute_response(measures, duration, periods, force))
     return verdicts
 
 
@@ -185,14 +198,11 @@ def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) 
     Returns which motions are chaotic, (motions,) of bool. The first twentieth of the run, in which the tangent vectors
     align, is dropped.
     """
-    tangent = lyapunov.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
-    out = state.flow.advance(
-        state.verdicts.w[:, motions], length, points=state.points[motions], tangent=tangent, growth=True,
-        sections=length,
-    )
+    tangent = orbits.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
+    out = state.advance(motions, length, tangent=tangent, growth=True, sections=length)
     state.record_run(motions, out.w, out.status, length)
     growth = out.growth[length // 20 :]
-    exponents = lyapunov.from_growth(growth, state.period_length(motions))
+    exponents = time_series.exponents_from_growth(growth, state.period_length(motions))
     state.set_exponents(motions, exponents.value, exponents.low, exponents.high)
     state.classify_returning(motions, out.sections, min(4 * state.settings.longest_period, length // 2))
     _classify_tori(state, motions, out.sections[:, 0], growth)
@@ -221,29 +231,3 @@ def _classify_tori(state: ClassificationState, motions: np.ndarray, z: np.ndarra
     state.verdicts.rotation[tori] = time_series.dominant_frequency(z[:, smooth])
     low, high = np.sort(halves[:, :, smooth], axis=0)
     state.set_exponents(tori, (low + high) / 2, low, high)
-
-
-def _check_trace(state: ClassificationState) -> None:
-    """Record the trace error of motions with one exponent only, from a short run with all d exponents."""
-    bounded = ~np.isin(state.verdicts.reason, (Reason.OUT_OF_RANGE, Reason.CHATTER))
-    motions = np.flatnonzero(bounded & np.isnan(state.verdicts.trace_error))
-    if len(motions):
-        frame = lyapunov.tangent_frame(state.flow.dimension, len(motions))
-        out = state.flow.advance(
-            state.verdicts.w[:, motions], _TRACE_CHECK_PERIODS, points=state.points[motions], tangent=frame,
-            growth=True,
-        )
-        duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
-        state.set_trace_error(motions, time_sum(out.growth).sum(axis=0) / duration)
-
-
-def _compute_response(state: ClassificationState) -> None:
-    """Compute response measures over one period of an orbit, or over the averaging periods of other bounded motions."""
-    verdicts = state.verdicts
-    motions = np.flatnonzero(verdicts.label != Label.DIVERGED)
-    points, period = state.points[motions], verdicts.period[motions]
-    periods = np.where(period > 0, period, state.settings.averaging_periods)
-    out = state.flow.advance(verdicts.w[:, motions], periods, points=points, measured=True)
-    force = state.flow.system.static_force[points]
-    duration = periods * state.period_length(motions)
-    verdicts.response.put(motions, compute_response(out.measures, duration, periods, force))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, field
+from typing import Any
 
 import numpy as np
 
-from gearchaos.dynamics import lyapunov, orbits
+from gearchaos.dynamics import orbits
 from gearchaos.dynamics.orbits import EXACT, candidates
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
-from gearchaos.flow import DIVERGED, OK, ExactFlow
+from gearchaos.flow import DIVERGED, OK, ExactFlow, FlowResult
 
 _CANDIDATES = 3
 """Number of near returns tried for each motion, shortest period first."""
@@ -87,10 +88,8 @@ class ClassificationState:
 
     def checkpoint(self, motions: np.ndarray) -> dict[str, np.ndarray]:
         """The data from which the next stage resumes these unresolved motions, arrays (..., motions) by name."""
-        return {
-            "w": self.verdicts.w[:, motions], "periods_run": self.verdicts.periods_run[motions],
-            "chaotic_so_far": self.chaotic_so_far[motions],
-        }
+        return {"w": self.verdicts.w[:, motions], "periods_run": self.verdicts.periods_run[motions],
+                "chaotic_so_far": self.chaotic_so_far[motions]}
 
     def resume(self, checkpoint: dict[str, np.ndarray]) -> None:
         """Set all motions to a `checkpoint`; an empty one leaves them at their initial states."""
@@ -112,6 +111,10 @@ class ClassificationState:
         """The mesh period T of these motions, (motions,), in units of τ."""
         return self.flow.system.period[self.points[motions]]
 
+    def advance(self, motions: np.ndarray, periods: Any, **options: Any) -> FlowResult:
+        """`ExactFlow.advance` for these motions from their current states, which stay as they are."""
+        return self.flow.advance(self.verdicts.w[:, motions], periods, points=self.points[motions], **options)
+
     def record_run(self, motions: np.ndarray, w: np.ndarray, status: np.ndarray, periods: int) -> None:
         """Record the states w (d, motions) and statuses (motions,) of motions after a run of this many mesh periods."""
         self.verdicts.w[:, motions] = w
@@ -123,19 +126,12 @@ class ClassificationState:
         """Give these motions a label and a reason."""
         self.verdicts.label[motions], self.verdicts.reason[motions] = label, reason
 
-    def mark_inconsistent(self, motions: np.ndarray) -> None:
-        """Withdraw the verdicts on motions whose exponents do not sum to the trace."""
-        self.assign(motions, Label.UNDECIDED, Reason.INCONSISTENT)
-        self.verdicts.period[motions] = 0
-        self.verdicts.residual[motions], self.verdicts.multipliers[motions] = np.nan, np.nan
-
     def run_transient(self, motions: np.ndarray, periods: int) -> None:
         """Follow motions for this many mesh periods, and classify those that have reached a stable periodic orbit."""
         if len(motions) == 0:
             return
         longest = self.settings.longest_period
-        out = self.flow.advance(
-            self.verdicts.w[:, motions], periods, points=self.points[motions], sections=2 * longest + 1)
+        out = self.advance(motions, periods, sections=2 * longest + 1)
         self.record_run(motions, out.w, out.status, periods)
         self.classify_returning(motions, out.sections, longest)
 
@@ -146,21 +142,14 @@ class ClassificationState:
         tries only the shortest. A motion that is on its orbit returns exactly after multiples of its period alone.
         """
         length = 2 * longest + 1
-        out = self.flow.advance(self.verdicts.w[:, motions], length, points=self.points[motions], sections=length)
+        out = self.advance(motions, length, sections=length)
         self.record_run(motions, out.w, out.status, length)
         self._try_periods(motions, out.w, candidates(out.sections, longest, 1, EXACT, EXACT))
 
     def classify_returning(self, motions: np.ndarray, sections: np.ndarray, longest: int) -> None:
-        """Classify the motions that are on a periodic orbit.
+        """Classify the motions that are on an orbit of a period up to ``longest`` mesh periods.
 
-        Parameters
-        ----------
-        motions : (L,)
-            Numbers of the motions tested.
-        sections : (S, d, L)
-            Their last stroboscopic states.
-        longest : int
-            Longest period considered, in mesh periods.
+        ``sections`` (S, d, motions) are their last stroboscopic states.
         """
         self._try_periods(motions, sections[-1], candidates(sections, longest, _CANDIDATES))
 
@@ -170,20 +159,17 @@ class ClassificationState:
             tried = np.flatnonzero(~self.resolved[motions] & (period > 0))
             if len(tried) == 0:
                 continue
-            last = w[:, tried]
-            guess = orbits.polish(
-                self.flow, last, self.points[motions[tried]], period[tried], reach=_NEWTON_REACH,
-                expansion=_NEWTON_EXPANSION,
-            )
-            found = self._with_minimal_periods(guess, motions[tried])
+            some, last = motions[tried], w[:, tried]
+            guess = orbits.polish(self.flow, last, self.points[some], period[tried], reach=_NEWTON_REACH,
+                                  expansion=_NEWTON_EXPANSION)
+            found = self._with_minimal_periods(guess, some)
             distance = np.abs(last - found.w).max(axis=0)
             reached = found.stable & (distance < _MAX_DISTANCE)
             reached[reached] = orbits.approaching(
-                self.flow, last[:, reached], self.points[motions[tried[reached]]], found.take(reached),
-                _APPROACH_PERIODS)
-            self._assign_orbits(motions[tried[reached]], found.take(reached), Reason.ORBIT)
+                self.flow, last[:, reached], self.points[some[reached]], found.take(reached), _APPROACH_PERIODS)
+            self._assign_orbits(some[reached], found.take(reached), Reason.ORBIT)
             neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
-            self._assign_orbits(motions[tried[neutral]], found.take(neutral), Reason.NEUTRAL)
+            self._assign_orbits(some[neutral], found.take(neutral), Reason.NEUTRAL)
 
     def _with_minimal_periods(self, found: orbits.Orbits, motions: np.ndarray) -> orbits.Orbits:
         """The same orbits with their minimal periods, and with monodromy matrices and multipliers over these."""
@@ -205,13 +191,12 @@ class ClassificationState:
         verdicts.period[motions], verdicts.residual[motions] = found.period, found.residual
         verdicts.multipliers[motions] = found.multipliers
         verdicts.w[:, motions] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
-        exact = lyapunov.of_orbits(self.flow, points, found)
+        exact = orbits.lyapunov_exponents(self.flow, points, found)
         self.set_exponents(motions, exact, exact, exact)
 
     def set_exponents(self, motions: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
         """Record Lyapunov exponents (k, motions), k = 1 (the largest) or d (all), and the ends of their intervals."""
-        k = len(value)
-        verdicts = self.verdicts
+        k, verdicts = len(value), self.verdicts
         verdicts.exponent[:k, motions] = value
         verdicts.exponent_low[:k, motions], verdicts.exponent_high[:k, motions] = low, high
         if k == self.flow.dimension:

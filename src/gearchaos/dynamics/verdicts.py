@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from operator import itemgetter
 from typing import Annotated
 
 import numpy as np
 
-from gearchaos.dynamics.columns import MOTION, Column, Columns
-from gearchaos.dynamics.response import Response
+from gearchaos.dynamics.response import MOTION, Column, Columns, Response
 
 
 class Label(IntEnum):
@@ -106,11 +106,7 @@ COORDINATE = "coordinate"
 """Name of the dimension of the d coordinates of the dynamic state."""
 
 _EXPONENT_DIMS = (COORDINATE, MOTION)
-
-
-def _largest(exponents: np.ndarray) -> np.ndarray:
-    """The largest exponent (L,) of exponents (d, L)."""
-    return exponents[0]
+_LARGEST = itemgetter(0)  # of exponents (d, L), which are in falling order
 
 
 def _largest_modulus(multipliers: np.ndarray) -> np.ndarray:
@@ -173,13 +169,13 @@ class Verdicts(Columns):
     exponent: Annotated[np.ndarray, Column(
         "Lyapunov exponents per unit of τ, largest first: exact for an orbit, weighted Birkhoff averages for a torus, "
         "means over a run for other motions. If only the largest was computed, the others are NaN.",
-        dims=_EXPONENT_DIMS, variable="lyapunov", reduce=_largest)]
+        dims=_EXPONENT_DIMS, variable="lyapunov", reduce=_LARGEST)]
     exponent_low: Annotated[np.ndarray, Column(
         "lower end of the interval: the exponent itself for an orbit, the smaller of the averages over the two halves "
         "of the run for a torus, the end of the 99 % confidence interval for other motions",
-        dims=_EXPONENT_DIMS, variable="lyapunov_lo", reduce=_largest)]
+        dims=_EXPONENT_DIMS, variable="lyapunov_lo", reduce=_LARGEST)]
     exponent_high: Annotated[np.ndarray, Column(
-        "upper end of the interval", dims=_EXPONENT_DIMS, variable="lyapunov_hi", reduce=_largest)]
+        "upper end of the interval", dims=_EXPONENT_DIMS, variable="lyapunov_hi", reduce=_LARGEST)]
     trace_error: Annotated[np.ndarray, Column(
         "|sum of all exponents − trace of the linear part|, per unit of τ", variable="trace_error", stored=np.float32)]
     residual: Annotated[np.ndarray, Column(

@@ -2,7 +2,6 @@
 
 from gearchaos.datasets import load, motions, save
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.steady import steady
-from gearchaos.studies.verdict import Verdict
+from gearchaos.studies.regime import Verdict, steady
 
 __all__ = ["Axis", "Verdict", "load", "motions", "save", "steady"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +12,11 @@ import numpy as np
 from gearchaos.datasets import variable
 from gearchaos.dynamics import ON_ATTRACTOR, Classification, ClassificationState, Reason, Verdicts, conclude, orbits
 from gearchaos.flow import ExactFlow
+from gearchaos.model import vary
+from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.batch_classification import classify_batch
-from gearchaos.studies.initial_value_problems import Motions
+from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
+from gearchaos.studies.study import ClassifyingStudy, Results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,10 +24,8 @@ if TYPE_CHECKING:
 _RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
 """Response measures that the Datasets report of each attractor."""
 
-_VERDICT_VARIABLES = (
-    "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
-    "periods_spent",
-)
+_VERDICT_VARIABLES = ("reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier",
+                      "rotation", "periods_spent")
 """Verdict variables that the Datasets report of each attractor, taken from one motion on it."""
 
 NOT_COMPUTED = -2
@@ -45,56 +48,33 @@ _TILE = 4096
 
 @dataclass
 class Attractor:
-    """One attractor.
+    """One attractor, with a `Label`, a minimal period in mesh periods (0 where there is none) and stroboscopic points.
 
-    Attributes
-    ----------
-    label : int
-        Kind of motion, a `Label`.
-    period : int
-        Minimal period in mesh periods; 0 where there is none.
-    neutral : bool
-        Whether neighbouring motions neither approach nor leave it, as at rest without load. All neutral motions of one
-        period count as one attractor.
-    section : (n, d)
-        Stroboscopic points: all of a periodic orbit, `_SECTIONS` of any other attractor.
-    verdict_variables : dict of str to float
-        The `_VERDICT_VARIABLES` of a motion on it, by name.
-    count : int
-        Number of initial states that lead to it.
+    These are all of a periodic orbit, `_SECTIONS` of any other attractor. Neighbouring motions neither approach nor
+    leave a ``neutral`` one, as at rest without load; all neutral motions of one period count as one attractor.
     """
 
     label: int
     period: int
     neutral: bool
-    section: np.ndarray
-    verdict_variables: dict[str, float]
-    count: int = 0
+    section: np.ndarray  # (n, d)
+    verdict_variables: dict[str, float]  # the `_VERDICT_VARIABLES` of a motion on it, by name
+    count: int = 0  # of the initial states that lead to it
 
     def contains(self, w: np.ndarray, sections: np.ndarray) -> np.ndarray:
-        """Whether motions of the same kind and period are on this attractor.
+        """Whether motions of the same kind and period are on this attractor, (L,).
 
-        Parameters
-        ----------
-        w : (d, L)
-            A stroboscopic state of each motion.
-        sections : (S, d, L)
-            The S stroboscopic states of each motion that follow w; not used for periodic motions.
-
-        Returns
-        -------
-        (L,) of bool
-            Periodic motions are the same if their orbits share a point. Others are the same if in every coordinate
-            their means and standard deviations agree to a tenth of the standard deviation plus six standard errors.
+        Periodic motions in the stroboscopic states w (d, L) are the same if their orbits share a point. Others are the
+        same if in every coordinate the means and standard deviations of the ``sections`` (S, d, L) that follow agree to
+        a tenth of the standard deviation plus six standard errors.
         """
         if self.neutral:
             return np.ones(w.shape[1], dtype=bool)
         if self.period:
             return np.min([np.abs(w - p[:, None]).max(axis=0) for p in self.section], axis=0) < orbits.SAME_POINT
         own, others = _statistics(self.section[:, :, None]), _statistics(sections)
-        deviation = own[0][1]
-        error = np.hypot(own[1], others[1])
-        return np.all(np.abs(own[0] - others[0]) < _TOLERANCE * deviation + _STANDARD_ERRORS * error, axis=(0, 1))
+        margin = _TOLERANCE * own[0][1] + _STANDARD_ERRORS * np.hypot(own[1], others[1])
+        return np.all(np.abs(own[0] - others[0]) < margin, axis=(0, 1))
 
 
 def _statistics(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -120,10 +100,7 @@ class AttractorSet:
         return self.match(final_states(Motions.at(self.flow, w, self.point), **options))
 
     def count_starts(self, index: np.ndarray) -> None:
-        """Set the count of each attractor to the number of starts (initial states) that lead to it.
-
-        ``index`` (L,) has the number of the attractor of each start, −1 for none.
-        """
+        """Count the initial states that lead to each attractor, from the number (L,) of that of each, −1 for none."""
         for number, attractor in enumerate(self.members):
             attractor.count = int(np.sum(index == number))
 
@@ -176,9 +153,13 @@ class AttractorSet:
 
     def order(self) -> list[int]:
         """Numbers of the members sorted by label, period and decreasing count, as Datasets list them."""
-        return sorted(range(len(self.members)), key=lambda i: (
-            self.members[i].label, self.members[i].period, -self.members[i].count
-        ))
+        keys = [(a.label, a.period, -a.count) for a in self.members]
+        return sorted(range(len(keys)), key=keys.__getitem__)
+
+    @property
+    def ordered(self) -> list[Attractor]:
+        """The members in the `order`."""
+        return [self.members[i] for i in self.order()]
 
     def ranks(self) -> np.ndarray:
         """The position of each attractor in the `order`, followed by −1, so that the index −1 (none) gives −1."""
@@ -194,31 +175,41 @@ class AttractorSet:
         """
         return np.where(label <= 0, NOT_COMPUTED, self.ranks()[index])
 
-    def response(self, settings: Classification | None) -> dict[str, np.ndarray]:
-        """The response measures `_RESPONSE`, arrays (attractors,) by name."""
+    def variables(self, settings: Classification | None) -> dict[str, xr.Variable]:
+        """Label, period, response measures, verdict variables and section of every attractor, as Datasets contain them.
+
+        The variables are named ``attractor_...`` and have the dim "number", in the `order`; the section (z and z') also
+        has the dim "point", padded with NaN.
+        """
+        members = self.ordered
+        out: dict[str, np.ndarray] = {"label": np.array([a.label for a in members], np.int8),
+                                      "period": np.array([a.period for a in members], np.int32)}
+        response = self._response(settings) if members else {}
+        out |= {name: response[name][self.order()] if members else np.zeros(0) for name in _RESPONSE}
+        out |= {name: np.array([a.verdict_variables[name] for a in members]) for name in _VERDICT_VARIABLES}
+        out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
+        sections = np.full((2, len(members), max((len(a.section) for a in members), default=0)), np.nan)
+        for i, a in enumerate(members):
+            sections[:, i, : len(a.section)] = a.section[:, :2].T
+        names = ("attractor_section_z", "attractor_section_z_dot")
+        return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
+            n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)}
+
+    def _response(self, settings: Classification | None) -> dict[str, np.ndarray]:
+        """The response measures of the members, (attractors,) by name."""
         w = np.stack([a.section[-1] for a in self.members], axis=1)
         points = np.full(len(self.members), self.point)
         state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
         state.verdicts.label[:] = [a.label for a in self.members]
         state.verdicts.period[:] = [a.period for a in self.members]
-        response = conclude(state).variables()
-        return {n: response[n] for n in _RESPONSE}
+        return conclude(state).variables()
 
 
-def final_states(
-    motions: Motions, *, settings: Classification | None = None, progress: str | None = None,
-    threads: int | None = None,
-) -> dict[str, np.ndarray]:
+def final_states(motions: Motions, **options: Any) -> dict[str, np.ndarray]:
     """Classify L motions at one parameter point, for `AttractorSet.match`.
 
-    Returns
-    -------
-    dict of str to (L, ...)
-        ``label``, ``period``, whether the motion is ``neutral``, its final state ``w`` (L, d), `_VERDICT_VARIABLES`.
-
-    Notes
-    -----
-    ``settings``, ``progress`` and ``threads`` are those of `classify_batch`.
+    By name, (L, ...): ``label``, ``period``, whether the motion is ``neutral``, its final state ``w`` (L, d),
+    `_VERDICT_VARIABLES`. ``options`` are settings, progress and threads of `classify_batch`.
     """
 
     def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
@@ -226,33 +217,29 @@ def final_states(
         chosen = {n: variables[n] for n in ("label", "period", *_VERDICT_VARIABLES)}
         return {**chosen, "neutral": found.reason == Reason.NEUTRAL, "w": found.w.T}
 
-    return classify_batch(
-        motions.take, collect, np.arange(len(motions.points)), settings=settings, response=False, progress=progress,
-        threads=threads,
-    )
+    return classify_batch(motions.take, collect, np.arange(len(motions.points)), response=False, **options)
 
 
-def attractor_variables(attractor_set: AttractorSet, settings: Classification | None) -> dict[str, xr.Variable]:
-    """Label, period, response measures, verdict variables and section of every attractor, as Datasets contain them.
+class AttractorStudy(ClassifyingStudy):
+    """A study that finds to which attractor of one operating point each of many initial states leads."""
 
-    The variables are named ``attractor_...`` and have the dim "number", in the `AttractorSet.order`; the section (z and
-    z') also has the dim "point", padded with NaN.
-    """
-    order = attractor_set.order()
-    ordered = [attractor_set.members[i] for i in order]
-    out: dict[str, np.ndarray] = {
-        "label": np.array([a.label for a in ordered], np.int8),
-        "period": np.array([a.period for a in ordered], np.int32),
-    }
-    response = attractor_set.response(settings) if ordered else {}
-    out |= {name: response[name][order] if ordered else np.zeros(0) for name in _RESPONSE}
-    out |= {name: np.array([a.verdict_variables[name] for a in ordered]) for name in _VERDICT_VARIABLES}
-    out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
-    longest = max((len(a.section) for a in ordered), default=0)
-    sections = np.full((2, len(ordered), longest), np.nan)
-    for i, a in enumerate(ordered):
-        sections[:, i, : len(a.section)] = a.section[:, :2].T
-    names = ("attractor_section_z", "attractor_section_z_dot")
-    return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
-        n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)
-    }
+    @abstractmethod
+    def initial_values(self, items: np.ndarray) -> dict[str, np.ndarray]:
+        """The initial values (L,) by name with these numbers (L,)."""
+
+    @cached_property
+    def flow(self) -> ExactFlow:
+        """That of the operating point."""
+        return initial_value_problems(self.model).flow
+
+    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
+        w = initial_state(vary(self.model, self.initial_values(items)), self.flow.system).T
+        return final_states(Motions.at(self.flow, w), settings=self.classification,
+                            progress=self.kind if progress else None, threads=threads)
+
+    def attractors(self, found: Results) -> tuple[AttractorSet, np.ndarray]:
+        """The attractors, their initial states counted, and the number (N,) in `members` of that of each."""
+        attractors = AttractorSet(self.flow)
+        index = attractors.match(found)
+        attractors.count_starts(index)
+        return attractors, index

@@ -1,4 +1,9 @@
-"""The attractors of one operating point, found from many initial states, and the share of these that each attracts."""
+"""The attractors of one operating point, found from many initial states, and the share of these that each attracts.
+
+The smallest perturbation of the state after which a motion leaves its attractor is searched too. In the literature on
+multistability its norm is the magnitude of the minimal critical (or fatal) shock: L. Halekotte, U. Feudel, *Minimal
+fatal shocks in multistable complex networks*, Sci. Rep. 10 (2020) 11783.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +15,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
+from gearchaos.dynamics import ON_ATTRACTOR, Label, Reason, Verdicts
 from gearchaos.dynamics.initial_conditions import checked_box, default_box, spread
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, state_names, vary
 from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import switched_system
-from gearchaos.studies.attractor_set import AttractorSet, attractor_variables, final_states
+from gearchaos.studies.attractor_set import Attractor, AttractorSet, AttractorStudy
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
+from gearchaos.studies.initial_value_problems import PERIODS_PER_VALUE, Motions, swept_initial_values
 from gearchaos.studies.options import option
-from gearchaos.studies.perturbation import BYTES_PER_DIRECTION, MOTIONS_PER_DIRECTION, smallest_perturbation
-from gearchaos.studies.study import ClassifyingStudy, Results
-from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
+from gearchaos.studies.study import Results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,9 +36,33 @@ if TYPE_CHECKING:
 _CONFIDENCE = 0.95
 """Confidence level of the intervals of the shares."""
 
+_MAX_POINTS = 16
+"""Largest number of stroboscopic points of the attractor that are perturbed."""
+
+_NORMS = np.geomspace(1e-3, 4.0, 25)
+"""Norms of the perturbations tried in each random direction."""
+
+_IMPROVEMENTS = 12
+"""Number of rounds that improve the best perturbation."""
+
+_NEIGHBOURS = 32
+"""Number of directions near the best one that a round tries."""
+
+_REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
+"""Norms that a round tries in each direction, relative to the best one."""
+
+_DECIDED = (*ON_ATTRACTOR, Label.DIVERGED)
+"""Labels of motions that can have left the attractor; an undecided motion does not count."""
+
+_MOTIONS_PER_DIRECTION = _MAX_POINTS * len(_NORMS)
+"""Largest number of motions followed for each direction."""
+
+_BYTES_PER_DIRECTION = 1200 * _MOTIONS_PER_DIRECTION
+"""Upper bound of the memory that they take, in bytes."""
+
 
 @dataclass(frozen=True)
-class Attractors(ClassifyingStudy):
+class Attractors(AttractorStudy):
     """Find all attractors of one operating point, with the share of the initial states that lead to each.
 
     Its work items are the initial states, here called starts; sweeps and perturbations are computed by `finish`.
@@ -109,11 +136,10 @@ class Attractors(ClassifyingStudy):
     def cost(self) -> Cost:
         """Bound for all initial states, sweeps and perturbations; raises `InputError` if memory does not suffice."""
         check_memory("starts", self.starts)
-        check_memory("kicks", self.kicks, BYTES_PER_DIRECTION)
+        check_memory("kicks", self.kicks, _BYTES_PER_DIRECTION)
         sequential = 2 * self.sweep.count * PERIODS_PER_VALUE if self.sweep else 0
-        system = switched_system(vary(self.model, {}))
-        motions = self.starts + self.kicks * MOTIONS_PER_DIRECTION
-        return estimate(system, motions, self.classification.max_periods, sequential)
+        motions = self.starts + self.kicks * _MOTIONS_PER_DIRECTION
+        return self.estimate(motions, self.classification.max_periods, sequential)
 
     @property
     def _box(self) -> Mapping[str, tuple[float, float]]:
@@ -124,45 +150,31 @@ class Attractors(ClassifyingStudy):
         """Initial values (starts,) by name."""
         return spread(self._box, self.starts, self.seed)
 
-    @cached_property
-    def _initial_states(self) -> np.ndarray:
-        """Initial states (d, starts)."""
-        return initial_state(vary(self.model, self._starts), self._flow.system).T
-
-    @cached_property
-    def _flow(self) -> ExactFlow:
-        return initial_value_problems(self.model).flow
-
-    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
-        name, w = "attractors" if progress else None, self._initial_states[:, items]
-        return final_states(Motions.at(self._flow, w), settings=self.classification, progress=name, threads=threads)
+    def initial_values(self, items: np.ndarray) -> dict[str, np.ndarray]:
+        return {n: v[items] for n, v in self._starts.items()}
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        attractors, settings = AttractorSet(self._flow), self.classification
-        index = attractors.match(found)
-        attractors.count_starts(index)
+        (attractors, index), settings = self.attractors(found), self.classification
         ends: np.ndarray = np.empty(0, dtype=int)
         if self.sweep:
             value, (name, least, most, count) = _check_sweep(self.model, self.sweep), astuple(self.sweep)
             up = swept_initial_values(self.model, Axis(name, least, value, count), True)
             down = swept_initial_values(self.model, Axis(name, value, most, count), False)
             reached = vary(replace(self.model, initial={}), {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up})
-            w = initial_state(reached, switched_system(vary(self.model, {}))).T
+            w = initial_state(reached, self.flow.system).T
             ends = attractors.find(w, settings=settings, threads=threads)
         rank = attractors.ranks()
         swept = zip(("up", "down"), ends, strict=False)
         data = {
             "attractor": variable("attractor", ("start",), attractors.numbers(index, found["label"])),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **attractor_variables(attractors, settings), **_shares(attractors, int(np.sum(found["label"] > 0))),
+            **attractors.variables(settings), **_shares(attractors, int(np.sum(found["label"] > 0))),
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
-        options = {
-            "starts": self.starts, "seed": self.seed, "box": dict(self._box),
-            "sweep": self.sweep and asdict(self.sweep), "kicks": self.kicks,
-        }
-        return new_dataset(data, attrs=self.provenance(**options))
+        return new_dataset(data, attrs=self.provenance(
+            starts=self.starts, seed=self.seed, box=dict(self._box), sweep=self.sweep and asdict(self.sweep),
+            kicks=self.kicks))
 
 
 attractors = function_of(Attractors)
@@ -186,29 +198,77 @@ def _check_sweep(model: MeshModel, sweep: Axis) -> float:
 def _kicks(attractors: AttractorSet, directions: int, progress: bool, **options: Any) -> dict[str, Any]:
     """The smallest destabilising perturbation found of each attractor, as variables, in the `AttractorSet.order`."""
     names = attractors.flow.system.names
-    found = [
-        smallest_perturbation(
-            attractors.flow, attractors.members[i], directions, progress=f"kicks {n}" if progress else None, **options
-        ) for n, i in enumerate(attractors.order(), start=1)
-    ]
-    none = np.full(len(names), np.nan)
-    rows = {
-        "attractor_kick": np.array([p.norm if p else np.nan for p in found]),
-        "attractor_kick_change": np.array([p.change if p else none for p in found]).reshape(-1, len(names)),
-        "attractor_kick_point": np.array([p.point if p else none for p in found]).reshape(-1, len(names)),
-    }
+    found = [smallest_perturbation(attractors, a, directions, f"kicks {n}" if progress else None, **options)
+             for n, a in enumerate(attractors.ordered, start=1)]
+    norms, changes, points = zip(*found, strict=True) if found else ((), (), ())
+    rows = {"attractor_kick": np.array(norms, float),
+            "attractor_kick_change": np.array(changes, float).reshape(-1, len(names)),
+            "attractor_kick_point": np.array(points, float).reshape(-1, len(names))}
     out = {n: variable(n, ("number", "coordinate")[: v.ndim], v) for n, v in rows.items()}
     return {**out, "coordinate": ("coordinate", list(names))}
+
+
+def smallest_perturbation(
+    attractors: AttractorSet, attractor: Attractor, directions: int, progress: str | None, **options: Any
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """The smallest perturbation found after which a motion leaves an attractor.
+
+    It is the norm, the change of the state (d,), and the state at phase 0 to which the change is added; all NaN if none
+    up to the norm 4 was found. The norm is Euclidean over the d coordinates, in half backlashes and their velocities.
+    It is an upper bound of the smallest one: narrow tongues of other basins between the directions are missed. These
+    are random; the best perturbation is improved by random changes of its direction and smaller norms. ``options`` are
+    settings and threads of `classify_batch`.
+    """
+
+    def leaving(w: np.ndarray, progress: str | None = None) -> np.ndarray:
+        """Those of the motions from w (L, d) that settle on another attractor or diverge."""
+
+        def collect(_: np.ndarray, __: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+            alike = np.flatnonzero((found.label == attractor.label) & (found.period == attractor.period)
+                                   & ((found.reason == Reason.NEUTRAL) == attractor.neutral))
+            leaves = np.isin(found.label, _DECIDED)
+            leaves[alike[attractors.contains(attractor, found.w[:, alike])]] = False
+            return {"leaves": leaves}
+
+        start = Motions.at(attractors.flow, w.T).take
+        return np.flatnonzero(classify_batch(
+            start, collect, np.arange(len(w)), response=False, progress=progress, **options)["leaves"])
+
+    rng, d, section = np.random.default_rng(0), attractors.flow.dimension, attractor.section
+    units, deviation = _units(rng.normal(size=(directions, d))), 0.5
+    points = section[np.unique(np.linspace(0, len(section) - 1, _MAX_POINTS).astype(int))]
+    sizes = (len(points), directions, len(_NORMS))
+    point, direction, step = (i.ravel() for i in np.meshgrid(*(np.arange(n) for n in sizes)))
+    changes = _NORMS[step, None] * units[direction]
+    found = leaving(points[point] + changes, progress)
+    if len(found) == 0:
+        return np.nan, np.full(d, np.nan), np.full(d, np.nan)
+    best = found[np.argmin(step[found])]
+    norm, change, start = float(_NORMS[step[best]]), changes[best], points[point[best]]
+    for _ in range(_IMPROVEMENTS):
+        around = _units(change / norm + deviation * rng.normal(size=(_NEIGHBOURS, d)) / np.sqrt(d))
+        around[0] = change / norm
+        changes = (norm * _REDUCTIONS[:, None, None] * around).reshape(-1, d)
+        found = leaving(start + changes)
+        if len(found):
+            change = changes[found[0]]
+            norm = float(np.linalg.norm(change))
+        else:
+            deviation /= 2
+    return norm, change, start
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    """Unit vectors in the directions of vectors (N, d)."""
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the initial states that each attractor attracts, with its confidence interval."""
     from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
 
-    counts = [attractors.members[i].count for i in attractors.order()]
+    counts = [a.count for a in attractors.ordered]
     intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
-    values = {
-        "fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],
-        "fraction_hi": [i.high for i in intervals],
-    }
+    values = {"fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],
+              "fraction_hi": [i.high for i in intervals]}
     return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), np.array(v, float)) for n, v in values.items()}

@@ -1,4 +1,4 @@
-"""Axes: one parameter with equally spaced values, and the operating point of a design at their beginning."""
+"""Axes: one parameter with equally spaced values; the cells of a map over two; a design at the start of its axes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,15 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import OperatingModel, is_design, operating_value
-from gearchaos.model import STIFFNESS_KINDS, MeshModel, check, known_names
+from gearchaos.model import STIFFNESS_KINDS, Batch, MeshModel, check, known_names, vary
+from gearchaos.model.switched import coordinates
 from gearchaos.quantities import OPERATION, find, quantity
 
 MAX_COUNT = 1_000_000
 """Largest number of values of an axis."""
+
+_MOST_TORQUES = 256
+"""Most torques of an axis that are checked before any work: each needs the gears at this torque, some milliseconds."""
 
 _EXAMPLES = {"speed": "500:8000:200", "torque": "20:400:150"}
 """Examples of axes whose values depend on the gears; those of the others are the ranges of their quantities."""
@@ -59,9 +63,18 @@ class Axis:
         if not isinstance(self.name, str):
             raise InputError("axis name", "must be a text", self.name, "E.g. Axis('eps1', 0, 0.3, 400).")
         singles = _single_names(self.name)
+        example, count = f"E.g. {axis_example(self.name)}.", self.count
         for end in ("start", "stop"):
-            object.__setattr__(self, end, _number(self.name, end, getattr(self, end)))
-        object.__setattr__(self, "count", _count(self.name, self.count))
+            field, value = f"axis {self.name} {end}", getattr(self, end)
+            if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
+                raise InputError(field, "must be a number", value, example)
+            if not math.isfinite(number := float(value)):
+                raise InputError(field, "must be a finite number", number)
+            object.__setattr__(self, end, number)
+        if isinstance(count, bool) or not hasattr(count, "__index__") or not 1 <= count.__index__() <= MAX_COUNT:
+            rule = f"must be a whole number from 1 to {MAX_COUNT}"
+            raise InputError(f"axis {self.name} count", rule, count, example)
+        object.__setattr__(self, "count", count.__index__())
         if self.start > self.stop or (self.start == self.stop and self.count > 1):
             ends = f"{self.start:g}:{self.stop:g}"
             raise InputError(f"axis {self.name}", "must run from a smaller to a larger value", ends,
@@ -80,9 +93,8 @@ def as_axis(axis: Any, field: str = "axis") -> Axis:
     if isinstance(axis, str):
         return parse_axis(axis, field)
     if not isinstance(axis, Axis):
-        kind = f"a {type(axis).__name__}"
-        advice = "E.g. Axis('eps1', 0, 0.3, 400) or 'eps1=0:0.3:400'."
-        raise InputError(field, "must be an Axis or a text", kind, advice)
+        raise InputError(field, "must be an Axis or a text", f"a {type(axis).__name__}",
+                         "E.g. Axis('eps1', 0, 0.3, 400) or 'eps1=0:0.3:400'.")
     return axis
 
 
@@ -160,38 +172,11 @@ def _single_names(name: str) -> tuple[str, ...]:
     raise unknown_name("axis", name, known)
 
 
-def _number(name: str, end: str, value: Any) -> float:
-    """The start or stop of the axis of this name as float; raises `InputError` unless it is a finite number."""
-    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") or np.ndim(value):
-        raise InputError(f"axis {name} {end}", "must be a number", value, f"E.g. {axis_example(name)}.")
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"axis {name} {end}", "must be a finite number", number)
-    return number
-
-
-def _count(name: str, value: object) -> int:
-    """The number of values of the axis of this name; raises `InputError` unless it is from 1 to `MAX_COUNT`."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or not 1 <= value.__index__() <= MAX_COUNT:
-        rule = f"must be a whole number from 1 to {MAX_COUNT}"
-        raise InputError(f"axis {name} count", rule, value, f"E.g. {axis_example(name)}.")
-    return value.__index__()
-
-
 def at_axis_starts(model: Any, axes: Iterable[Axis]) -> Any:
     """A design without speed or torque at the first values of the axes ``speed`` and ``torque``.
 
-    Parameters
-    ----------
-    model : GearDesign or other
-        Anything but a design is returned as it is, and so is a design that has both values.
-    axes : iterable of Axis
-        The axes of the study. Of several with one name the first counts.
-
-    Returns
-    -------
-    GearDesign or other
-        Values of the design itself are kept. Without an axis for a missing value it stays missing.
+    Values of the design itself are kept, and without an axis for a missing one it stays missing. Of several axes with
+    one name the first counts. Anything but a design is returned as it is.
     """
     if not is_design(model):
         return model
@@ -210,3 +195,40 @@ def check_speed_axes(model: Any, axes: Iterable[Axis]) -> None:
     for axis in axes:
         if axis.name == "speed":
             check_speed_range(model.gears, axis.start, axis.stop)
+
+
+def check_plane(model: MeshModel, x: Axis, y: Axis) -> None:
+    """Raise `InputError` unless the axes are different, and valid for the model.
+
+    Of a long axis of torques some values are checked, with both ends; each of the others when it is computed.
+    """
+    shared = set(model.set_by(x.name)) & set(model.set_by(y.name))
+    if shared:
+        both = x.name if x.name == y.name else f"{x.name} and {y.name}, which both set {', '.join(sorted(shared))}"
+        raise InputError("axes", "must be two different parameters", both)
+    for axis in (x, y):
+        values = axis.values
+        if axis.name == "torque" and axis.count > _MOST_TORQUES:
+            values = values[np.linspace(0, axis.count - 1, _MOST_TORQUES).round().astype(int)]
+        vary(model, {axis.name: values})
+
+
+def shared_coordinates(model: MeshModel, *axes: Axis) -> tuple[str, ...]:
+    """Names of the coordinates of the dynamic state, the same for all values of the axes and so for all tiles.
+
+    A coordinate can be left out under conditions on products of parameters, which hold for all values if they hold at
+    all corners.
+    """
+    return coordinates(corners(model, *axes))
+
+
+def corners(model: MeshModel, *axes: Axis) -> Batch:
+    """The model at all combinations of the ends of the axes."""
+    ends = np.meshgrid(*([a.start, a.stop if a.count > 1 else a.start] for a in axes))
+    return vary(model, {a.name: c.ravel() for a, c in zip(axes, ends, strict=True)})
+
+
+def at_cells(x: Axis, y: Axis, cells: np.ndarray) -> dict[str, np.ndarray]:
+    """The values (L,) of both axes, by name, in the cells (L,) of a map."""
+    row, column = np.divmod(cells, x.count)
+    return {x.name: x.values[column], y.name: y.values[row]}

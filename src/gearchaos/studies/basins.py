@@ -14,25 +14,21 @@ import numpy as np
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import ExactFlow
 from gearchaos.model import state_names, vary
 from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import switched_system
-from gearchaos.studies.attractor_set import NOT_COMPUTED, AttractorSet, attractor_variables, final_states
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.cost import Cost, estimate
+from gearchaos.studies.attractor_set import NOT_COMPUTED, Attractor, AttractorStudy
+from gearchaos.studies.axis import Axis, at_cells, check_plane
+from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.options import axis_option
-from gearchaos.studies.plane import at_cells, check_plane
-from gearchaos.studies.study import ClassifyingStudy, Results
+from gearchaos.studies.study import Results
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @dataclass(frozen=True)
-class Basins(ClassifyingStudy):
+class Basins(AttractorStudy):
     """Map the basins of attraction over two initial values.
 
     Returns
@@ -94,47 +90,35 @@ class Basins(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched_system(vary(self.model, {}))
-        return estimate(system, self.x.count * self.y.count, self.classification.max_periods)
+        return self.estimate(self.x.count * self.y.count, self.classification.max_periods)
 
-    @cached_property
-    def _flow(self) -> ExactFlow:
-        return initial_value_problems(self.model).flow
-
-    def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
-        w = initial_state(vary(self.model, at_cells(self.x, self.y, items)), self._flow.system).T
-        name = "basins" if progress else None
-        return final_states(Motions.at(self._flow, w), settings=self.classification, progress=name, threads=threads)
+    def initial_values(self, items: np.ndarray) -> dict[str, np.ndarray]:
+        return at_cells(self.x, self.y, items)
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        attractors = AttractorSet(self._flow)
-        index = attractors.match(found)
-        attractors.count_starts(index)
-        known = [attractors.members[i] for i in attractors.order()]
+        attractors, index = self.attractors(found)
+        known = attractors.ordered
         plane = attractors.numbers(index, found["label"]).reshape(self.y.count, self.x.count)
         boundary = dict.fromkeys(("basin_entropy", "boundary_basin_entropy", "uncertainty_exponent"), np.nan)
         if not np.any(plane == NOT_COMPUTED):
             boundary = dict(zip(boundary, (*entropy(plane), uncertainty_exponent(plane)), strict=True))
-        per_attractor = {
-            "attractor_fraction": np.array([a.count for a in known]) / max(1, np.sum(plane != NOT_COMPUTED)),
-            "attractor_kick": self._kicks(plane, attractors),
-        }
+        share = np.array([a.count for a in known]) / max(1, np.sum(plane != NOT_COMPUTED))
         data = {
             "attractor": variable("attractor", tuple(self.grid), plane),
-            **attractor_variables(attractors, self.classification),
-            **{n: variable(n, ("number",), v) for n, v in per_attractor.items()},
+            **attractors.variables(self.classification),
+            "attractor_fraction": variable("attractor_fraction", ("number",), share),
+            "attractor_kick": variable("attractor_kick", ("number",), self._kicks(plane, known)),
             **{n: variable(n, (), np.array(v)) for n, v in boundary.items()},
         }
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in self.axes}
         return new_dataset(data, coords, self.provenance())
 
-    def _kicks(self, plane: np.ndarray, attractors: AttractorSet) -> np.ndarray:
+    def _kicks(self, plane: np.ndarray, known: list[Attractor]) -> np.ndarray:
         """Lengths (attractors,) of the smallest perturbations that leave each basin of a plane (ny, nx).
 
         NaN where the plane is not the whole state space, so that attractors do not lie in it.
         """
-        x, y, system = self.x, self.y, attractors.flow.system
-        known = [attractors.members[i] for i in attractors.order()]
+        x, y, system = self.x, self.y, self.flow.system
         corners = initial_state(vary(self.model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
         jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
         whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
@@ -154,56 +138,29 @@ _DISTANCES = (1, 2, 4, 8, 16)
 
 
 def entropy(index: np.ndarray) -> tuple[float, float]:
-    """Basin entropy and boundary basin entropy, in nats.
+    """Basin entropy and boundary basin entropy, in nats, of the number (ny, nx) of the attractor of each cell.
 
-    Parameters
-    ----------
-    index : (ny, nx)
-        Number of the attractor that each cell of a plane of initial values leads to.
-
-    Returns
-    -------
-    basin_entropy : float
-        Mean of −Σ p ln p over boxes of 5 × 5 cells, p being the shares of the attractors in a box. NaN for a plane
-        smaller than a box.
-    boundary_basin_entropy : float
-        The mean over the boxes with more than one attractor; above ln 2 the boundary is fractal. NaN if there are none.
-
-    Notes
-    -----
-    A. Daza, A. Wagemakers, B. Georgeot, D. Guéry-Odelin, M. A. F. Sanjuán, *Basin entropy*, Sci. Rep. 6 (2016) 31416.
+    They are means of −Σ p ln p, p being the shares of the attractors in a box of 5 × 5 cells: over all boxes, NaN for a
+    plane smaller than one, and over those with more than one attractor, NaN if there are none; above ln 2 the boundary
+    is fractal. A. Daza, A. Wagemakers, B. Georgeot, D. Guéry-Odelin, M. A. F. Sanjuán, *Basin entropy*, Sci. Rep. 6
+    (2016) 31416.
     """
     ny, nx = (n // _BOX * _BOX for n in index.shape)
     boxes = index[:ny, :nx].reshape(ny // _BOX, _BOX, nx // _BOX, _BOX).swapaxes(1, 2).reshape(-1, _BOX**2)
     shares = np.stack([(boxes == k).mean(axis=1) for k in np.unique(index)], axis=1)
     entropies = -np.sum(shares * np.log(np.where(shares > 0, shares, 1.0)), axis=1)
     mixed = shares.max(axis=1, initial=0.0) < 1
-    return _mean(entropies), _mean(entropies[mixed])
-
-
-def _mean(values: np.ndarray) -> float:
-    """The mean, NaN of no values."""
-    return float(values.mean()) if len(values) else float("nan")
+    basin, boundary = (float(e.mean()) if len(e) else float("nan") for e in (entropies, entropies[mixed]))
+    return basin, boundary
 
 
 def uncertainty_exponent(index: np.ndarray) -> float:
-    """The uncertainty exponent α of a basin boundary, f(ε) ~ ε^α.
+    """The uncertainty exponent α of a basin boundary, from the number (ny, nx) of the attractor of each cell.
 
-    Parameters
-    ----------
-    index : (ny, nx)
-        Number of the attractor that each cell of a plane of initial values leads to.
-
-    Returns
-    -------
-    float
-        f(ε) is the share of the cells whose neighbour at distance ε leads to another attractor. α is 1 for a smooth
-        boundary and smaller for a fractal one, whose dimension is 2 − α. NaN without a boundary, or for a plane of
-        less than 64 cells a side.
-
-    Notes
-    -----
-    C. Grebogi, S. W. McDonald, E. Ott, J. A. Yorke, *Final state sensitivity*, Phys. Lett. A 99 (1983) 415.
+    The share f(ε) ~ ε^α of the cells has a neighbour at distance ε that leads to another attractor. α is 1 for a smooth
+    boundary and smaller for a fractal one, whose dimension is 2 − α. NaN without a boundary, or for a plane of less
+    than 64 cells a side. C. Grebogi, S. W. McDonald, E. Ott, J. A. Yorke, *Final state sensitivity*, Phys. Lett. A 99
+    (1983) 415.
     """
     if min(index.shape) < 4 * _DISTANCES[-1]:
         return float("nan")
@@ -213,25 +170,13 @@ def uncertainty_exponent(index: np.ndarray) -> float:
     return float(np.polyfit(np.log(_DISTANCES), np.log(share), 1)[0])
 
 
-def smallest_perturbations(
-    index: np.ndarray, x: np.ndarray, y: np.ndarray, sections: list[np.ndarray]
-) -> np.ndarray:
-    """Distance of each attractor from the boundary of its basin, in a plane of initial values.
+def smallest_perturbations(index: np.ndarray, x: np.ndarray, y: np.ndarray, sections: list[np.ndarray]) -> np.ndarray:
+    """Distance (attractors,) of each attractor from the boundary of its basin, to the accuracy of a cell.
 
-    Parameters
-    ----------
-    index : (ny, nx)
-        Number of the attractor that each cell leads to.
-    x, y : (nx,), (ny,)
-        Coordinates of the cells, evenly spaced.
-    sections : list of (n, 2)
-        Stroboscopic points of each attractor in the coordinates of the plane.
-
-    Returns
-    -------
-    (attractors,)
-        Smallest distance of a stroboscopic point from a cell that does not lead to the attractor, to the accuracy of a
-        cell. NaN where no point lies in a cell of the attractor's own basin, or all cells lead to one attractor.
+    ``index`` (ny, nx) is the number of the attractor of each cell, x (nx,) and y (ny,) are evenly spaced, and
+    ``sections`` (n, 2) the stroboscopic points of each attractor in the same coordinates. The distance is the smallest
+    of such a point from a cell that does not lead to the attractor; NaN where no point lies in a cell of the
+    attractor's own basin, or all cells lead to one attractor.
     """
     from scipy.ndimage import distance_transform_edt  # here, since it takes a tenth of a second to load
 

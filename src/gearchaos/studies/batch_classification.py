@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -17,47 +17,33 @@ InitialStates = Callable[[np.ndarray], Motions]
 """Function from the numbers (L,) of motions to these, in their initial states; such as `Motions.take`."""
 
 Collect = Callable[[np.ndarray, Motions, Verdicts], dict[str, np.ndarray]]
-"""Function from numbers (L,) of motions, these in their final states, and verdicts to results, (L, ...) by name."""
+"""Function from numbers (L,) of motions, these in their final states, and verdicts to results, (L, ...) by name.
+
+The motions are those of `InitialStates` with other states."""
 
 _MAX_SECTIONS = 1_100_000
 """Largest number of stroboscopic states that a tile records at once."""
+
+SAME_CENTRE = 1e-6
+"""Orbits of the same period are the same if their centres differ by less than this in z and in z'."""
 
 
 def classify_batch(
     initial_states: InitialStates, collect: Collect, order: np.ndarray, *, settings: Classification | None = None,
     response: bool = True, largest: int = tiles.TILE, progress: str | None = None, threads: int | None = None,
 ) -> dict[str, np.ndarray]:
-    """Classify the motions numbered 0 to N − 1.
+    """Classify the motions numbered 0 to N − 1; returns the results of ``collect``, (N, ...) by name, by these numbers.
 
-    Parameters
-    ----------
-    initial_states : InitialStates
-    collect : Collect
-    order : (N,)
-        The numbers in the order of computation. Motions of similar mesh frequency should be neighbours, since they take
-        the same number of steps per period.
-    settings, response
-        As in `classify`.
-    largest : int
-        Largest number of motions in a tile.
-    progress : str, optional
-        Name of the progress bar.
-    threads : int, optional
-        Tiles computed at once; by default one per core.
+    ``order`` (N,) has the numbers in the order of computation. Motions of similar mesh frequency should be neighbours,
+    since they take the same number of steps per period. A tile has at most ``largest`` motions; ``settings`` and
+    ``response`` are as of `classify`, ``progress`` is the name of the progress bar.
 
-    Returns
-    -------
-    dict of str to (N, ...)
-        The results that ``collect`` returns, for all motions in the order of their numbers.
-
-    Notes
-    -----
     Lyapunov exponents are computed for few motions, and chaotic ones are followed ten times as long as others, since
     chaos may be transient. A single tile has too few of them to fill the SIMD lanes of the kernels. Therefore each
     stage of `STAGES` runs over the unresolved motions of all tiles together.
     """
     classifier = BatchClassifier(initial_states, collect, settings or Classification(), response)
-    results = _Results(len(order))
+    results: dict[str, np.ndarray] = {}
     largest = min(largest, max(WIDTH, _MAX_SECTIONS // (2 * classifier.settings.longest_period + 1)))
     unresolved = Unresolved(order)
     for stage in STAGES:
@@ -66,24 +52,22 @@ def classify_batch(
             partial(classifier.run_stage, stage, unresolved), tiles.split(len(unresolved.number), largest, threads),
             progress=progress and f"{progress}, {stage}", threads=threads,
         ):
-            results.put(resolved, found)
+            for name, value in found.items():
+                if name not in results:
+                    results[name] = np.zeros((len(order), *value.shape[1:]), value.dtype)
+                results[name][resolved] = value
             remaining[tile.start] = rest
         unresolved = concatenated([remaining[first] for first in sorted(remaining)])
         if len(unresolved.number) == 0:
             break
-    return results.arrays
+    return results
 
 
 @dataclass(frozen=True)
 class Unresolved:
-    """Motions that are not classified yet.
+    """Motions (L,) that are not classified yet, by their numbers.
 
-    Attributes
-    ----------
-    number : (L,)
-        Numbers of the motions.
-    checkpoint : dict of str to (..., L)
-        The `ClassificationState.checkpoint` of the motions after the last stage; empty before the first.
+    ``checkpoint`` (..., L) is that of their `ClassificationState` after the last stage; empty before the first.
     """
 
     number: np.ndarray
@@ -114,14 +98,7 @@ class BatchClassifier:
     ) -> tuple[np.ndarray, dict[str, np.ndarray], Unresolved]:
         """Run a stage of `STAGES` on a tile of the unresolved motions.
 
-        Returns
-        -------
-        resolved : (M,)
-            Numbers of the motions that the stage classified.
-        results : dict of str to (M, ...)
-            What ``collect`` returns for them.
-        unresolved : Unresolved
-            The other motions of the tile.
+        Returns the numbers (M,) of the motions that it classified, what ``collect`` returns for them, and the others.
         """
         chosen = unresolved.take(tile)
         motions = self.initial_states(chosen.number)
@@ -129,25 +106,24 @@ class BatchClassifier:
         state.resume(chosen.checkpoint)
         STAGES[stage](state)
         resolved, rest = np.flatnonzero(state.resolved), state.unresolved
-        number = chosen.number[resolved]
-        remaining = Unresolved(chosen.number[rest], state.checkpoint(rest))
+        number, remaining = chosen.number[resolved], Unresolved(chosen.number[rest], state.checkpoint(rest))
         if len(number) == 0:
             return number, {}, remaining
-        state = state.take(resolved)
-        verdicts = conclude(state, response=self.response)
-        return number, self.collect(number, Motions(state.flow, verdicts.w, state.points), verdicts), remaining
+        verdicts = conclude(state.take(resolved), response=self.response)
+        return number, self.collect(number, replace(motions.take(resolved), w=verdicts.w), verdicts), remaining
 
 
-class _Results:
-    """Arrays of N rows by name, filled tile by tile."""
+def signature(motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+    """The variables by which the motions of a cell are distinguished, and their response; arrays (L,) by name.
 
-    def __init__(self, count: int) -> None:
-        self.count = count
-        self.arrays: dict[str, np.ndarray] = {}
-
-    def put(self, rows: np.ndarray, values: dict[str, np.ndarray]) -> None:
-        """Put values (L, ...) by name into rows (L,); arrays are made when a name first appears."""
-        for name, value in values.items():
-            if name not in self.arrays:
-                self.arrays[name] = np.zeros((self.count, *value.shape[1:]), value.dtype)
-            self.arrays[name][rows] = value
+    The motions are in the final states of the verdicts ``found``.
+    ``centre_z`` and ``centre_z_dot`` are the means of z and z' over the stroboscopic points of an orbit, and 0 for
+    other motions: all chaotic motions of a cell count as one, and so do all quasi-periodic ones.
+    """
+    centre, longest = np.zeros((2, len(motions.points))), int(found.period.max(initial=0))
+    sections = motions.flow.advance(motions.w, found.period, points=motions.points, sections=longest).sections
+    for n in np.unique(found.period[found.period > 0]):
+        same = np.flatnonzero(found.period == n)
+        centre[:, same] = sections[longest - n :, :2, same].mean(axis=0)
+    variables = {n: found[n] for n in ("label", "period", "v_rms", "contact")}
+    return {**variables, "centre_z": centre[0], "centre_z_dot": centre[1]}

@@ -13,18 +13,20 @@ from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory, max_items
 from gearchaos.execute.tiles import interleaved
 from gearchaos.model import COORDINATES, state_names, vary
-from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.axis import Axis
+from gearchaos.studies.axis import Axis, corners, shared_coordinates
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import InitialValueProblems, Motions, initial_value_problems
+from gearchaos.studies.initial_value_problems import (
+    PERIODS_PER_VALUE,
+    InitialValueProblems,
+    initial_value_problems,
+    swept_initial_values,
+)
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.plane import corners, shared_coordinates
-from gearchaos.studies.sections import steady_sections
+from gearchaos.studies.simulate import steady_sections
 from gearchaos.studies.study import ClassifyingStudy, Results
-from gearchaos.studies.sweep import PERIODS_PER_VALUE, swept_initial_values
 
 _MAX_TILE_VALUES = 4_000_000
 """Largest number of values that the sections of a tile may have, unless the tile has only `_MIN_TILE` columns."""
@@ -119,40 +121,28 @@ class Bifurcation(ClassifyingStudy):
         return estimate(system, self.axis.count, self.classification.max_periods, sequential)
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
-        values = {self.axis.name: self.axis.values}
+        values, model = {self.axis.name: self.axis.values}, self.model
         if self.mode != "fixed":
-            values.update({n: v[0] for n, v in swept_initial_values(self.model, self.axis, self.mode == "up").items()})
-        return self._columns({n: v[items] for n, v in values.items()}, progress, threads)
+            values |= {n: v[0] for n, v in swept_initial_values(model, self.axis, self.mode == "up").items()}
+            model = replace(model, initial={})
+
+        def initial_states(columns: np.ndarray) -> InitialValueProblems:
+            return initial_value_problems(model, {n: v[items[columns]] for n, v in values.items()}, self.names)
+
+        def collect(_: np.ndarray, motions: Any, found: Verdicts) -> dict[str, np.ndarray]:
+            sections = steady_sections(motions, found, self.points) if self.points else {}
+            return found.variables() | {f"section_{name}": value for name, value in sections.items()}
+
+        most = _MAX_TILE_VALUES // max(1, self.points * len(self.names))
+        return classify_batch(
+            initial_states, collect, interleaved(len(items), threads), settings=self.classification,
+            largest=min(self.cost.max_parameter_points(threads), max(_MIN_TILE, most)),
+            progress="bifurcation" if progress else None, threads=threads,
+        )
 
     @property
     def recorded(self) -> dict[str, Any]:
         return {"points": self.points, "mode": self.mode}
-
-    def _columns(
-        self, values: dict[str, np.ndarray], progress: bool, threads: int | None
-    ) -> dict[str, np.ndarray]:
-        """Results of N columns, from the values (N,) of the axis and of initial values by name."""
-        model = self.model if self.mode == "fixed" else replace(self.model, initial={})
-
-        def initial_states(columns: np.ndarray) -> InitialValueProblems:
-            return initial_value_problems(model, {n: v[columns] for n, v in values.items()}, self.names)
-
-        def collect(columns: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-            if not self.points:
-                return found.variables()
-            batch = vary(model, {n: v[columns] for n, v in values.items()})
-            start = initial_state(batch, motions.flow.system).T.copy()
-            problems = InitialValueProblems(motions.flow, start, motions.points, batch)
-            sections = steady_sections(problems, found, self.points)
-            return found.variables() | {f"section_{name}": value for name, value in sections.items()}
-
-        (count,) = {len(v) for v in values.values()}
-        most = _MAX_TILE_VALUES // max(1, self.points * len(self.names))
-        return classify_batch(
-            initial_states, collect, interleaved(count, threads), settings=self.classification,
-            largest=min(self.cost.max_parameter_points(threads), max(_MIN_TILE, most)),
-            progress="bifurcation" if progress else None, threads=threads,
-        )
 
 
 bifurcation = function_of(Bifurcation)

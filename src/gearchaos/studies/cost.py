@@ -44,33 +44,15 @@ _MEMORY_DIVISOR = 4
 
 @dataclass(frozen=True)
 class Cost:
-    """Upper bound of what a study computes.
-
-    Attributes
-    ----------
-    motions : int
-        Number of motions, which are computed in parallel.
-    periods : int
-        Mesh periods for which each of them is followed.
-    sequential : int
-        Mesh periods that are computed one after another before or after these, as in a sweep.
-    steps : int
-        Steps in a mesh period, averaged over the parameter points.
-    table_bytes : int
-        Memory of the step matrices of one parameter point in bytes, the largest over the points.
-    dimension : int
-        Number d of coordinates of the dynamic state.
-    step_cost : float
-        Computing time of a step, relative to one with shared matrices and one harmonic.
-    """
+    """Upper bound of what a study computes: motions, in parallel, and the mesh periods for which each is followed."""
 
     motions: int
     periods: int
-    sequential: int
-    steps: int
-    table_bytes: int
-    dimension: int
-    step_cost: float = 1.0
+    sequential: int  # mesh periods computed one after another before or after these, as in a sweep
+    steps: int  # in a mesh period, averaged over the parameter points
+    table_bytes: int  # of the step matrices of one parameter point, the largest over the points
+    dimension: int  # the number d of coordinates of the dynamic state
+    step_cost: float = 1.0  # computing time of a step, relative to one with shared matrices and one harmonic
 
     def seconds(self, threads: int | None = None) -> float:
         """Upper bound of the computing time in seconds, with this many threads, by default one per core."""
@@ -110,23 +92,19 @@ class Cost:
 
 
 def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
-    """Upper bound of the computing time and memory of a study.
+    """The cost at the parameter points of a system where it is largest, such as the corners of a map.
 
-    Parameters
-    ----------
-    system : SwitchedAffine
-        The equations at the parameter points with the largest cost, such as the corners of a map.
-    motions, periods, sequential
-        As in `Cost`.
-    samples : int
-        Number of equidistant instants of a mesh period at which steps must begin; 0 for no such condition.
-
-    Raises
-    ------
-    InputError
-        If a mesh period needs more than `MAX_STEPS` steps, or the study more than a hundred years.
+    At ``samples`` equidistant instants of a mesh period steps must begin. Raises `InputError` if a mesh period needs
+    more than `MAX_STEPS` steps, or the study more than a hundred years.
     """
-    steps, d, levels = _steps(system), system.dimension, system.levels.shape[1]
+    needed, d, levels = min_steps_per_period(system), system.dimension, system.levels.shape[1]
+    worst = int(np.argmax(needed))
+    if not needed[worst] <= MAX_STEPS:
+        raise InputError(
+            "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
+            f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, the mesh frequency omega "
+            f"{system.omega[worst]:.3g}: raise omega or J, or lower zeta, zeta_support or kappa/mu.")
+    steps = np.ceil(needed) + max(levels - 2, 0)  # the number of steps on each level is rounded up
     steps = samples * np.ceil(steps / samples) if samples else steps
     shared = steps_share_matrices(system) and not samples
     numbers = d * d + d + (2 * d * system.f_cos.shape[1] if shared else 0)
@@ -136,20 +114,6 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     found = Cost(motions, periods, sequential, int(np.ceil(steps.mean())), table, d, step_cost)
     found.check_time()
     return found
-
-
-def _steps(system: SwitchedAffine) -> np.ndarray:
-    """Steps in a mesh period at all points (P,); raises `InputError` above `MAX_STEPS`."""
-    needed = min_steps_per_period(system)
-    worst = int(np.argmax(needed))
-    if needed[worst] <= MAX_STEPS:
-        return np.ceil(needed) + max(system.levels.shape[1] - 2, 0)  # the number of steps on each level is rounded up
-    raise InputError(
-        "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
-        f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, "
-        f"the mesh frequency omega {system.omega[worst]:.3g}: "
-        "raise omega or J, or lower zeta, zeta_support or kappa/mu.",
-    )
 
 
 _UNITS = ((86400 * 365.25, "year"), (86400, "day"), (3600, "hour"), (60, "minute"))

@@ -13,8 +13,7 @@ from gearchaos.continuation.skeleton import CurveData
 from gearchaos.datasets import variable
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, state_names
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.plane import check_plane
+from gearchaos.studies.axis import Axis, check_plane
 
 if TYPE_CHECKING:
     import xarray as xr

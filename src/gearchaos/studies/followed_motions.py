@@ -18,8 +18,7 @@ from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.batch_classification import classify_batch
-from gearchaos.studies.coexistence import SAME_CENTRE, signature
+from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 
 _BRIEF = 1000

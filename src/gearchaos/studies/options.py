@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import Field, dataclass, field, fields
 from functools import cache
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -19,51 +19,22 @@ RANGE = 2
 
 @dataclass(frozen=True)
 class Option:
-    """One option of a study.
-
-    Attributes
-    ----------
-    name : str
-    annotation : str
-        Its type as it is written in the class, or for an option of the run in `Study.run_options`.
-    default
-        `dataclasses.MISSING` if it must be given.
-    words : str
-        What it means; the first sentence is the help of commands.
-    type
-        Its type without None.
-    least, most : int, optional
-        Bounds of a whole number.
-    rule : Rule, optional
-        What a number must satisfy.
-    keyword : bool
-        Whether it is given by name only.
-    metavar : str
-        How commands write its value, where the type does not say it.
-    in_files : bool
-        Whether study files and commands can set it; others are for Python alone.
-    file_only : str
-        Why it has an effect only on the file that a command writes; empty if it has another.
-    is_axis : bool
-        Whether it is one of the axes of the study.
-    count : int, optional
-        Number of values of an axis whose text has none; by default a text must have one.
-    """
+    """One option of a study, or of its run (`Study.run_options`)."""
 
     name: str
-    annotation: str
-    default: Any
-    words: str
-    type: Any = None
-    least: int | None = None
+    annotation: str  # its type as it is written in the class
+    default: Any  # `dataclasses.MISSING` if it must be given
+    words: str  # what it means; the first sentence is the help of commands
+    type: Any = None  # without None
+    least: int | None = None  # bounds of a whole number
     most: int = LARGEST_INTEGER
-    rule: Rule | None = None
-    keyword: bool = True
-    metavar: str = ""
-    in_files: bool = True
-    file_only: str = ""
+    rule: Rule | None = None  # what a number must satisfy
+    keyword: bool = True  # given by name only
+    metavar: str = ""  # how commands write its value, where the type does not say it
+    in_files: bool = True  # study files and commands can set it; others are for Python alone
+    file_only: str = ""  # why it has an effect only on the file that a command writes; empty if it has another
     is_axis: bool = False
-    count: int | None = None
+    count: int | None = None  # of the values of an axis whose text has none; by default a text must have one
 
     def checked(self, value: Any, field: str = "") -> Any:
         """A value in the type of the option; raises `InputError` if it breaks its rule. None is kept if it may be left
@@ -110,27 +81,14 @@ def options_of(study: type) -> dict[str, Option]:
     """The options of a study by name, in the order of its arguments; its model is none of them."""
     types = get_type_hints(study)
     own: Sequence[Field[Any]] = [f for f in fields(study) if f.metadata]
-    ordered = sorted(own, key=lambda f: (bool(f.kw_only), f.name == "settings"))
-    return {f.name: Option(f.name, str(f.type), f.default, type=_without_none(types[f.name]), keyword=bool(f.kw_only),
-                           **f.metadata) for f in ordered}
+    out = {}
+    for f in sorted(own, key=lambda f: (bool(f.kw_only), f.name == "settings")):
+        given = [t for t in get_args(types[f.name]) if t is not NoneType]
+        without_none = given[0] if NoneType in get_args(types[f.name]) else types[f.name]
+        out[f.name] = Option(f.name, str(f.type), f.default, type=without_none, keyword=bool(f.kw_only), **f.metadata)
+    return out
 
 
 def file_options(study: type) -> dict[str, Option]:
     """Those of the options of a study that the table ``[study]`` of a study file can set."""
     return {name: each for name, each in options_of(study).items() if each.in_files and name != "settings"}
-
-
-def _without_none(annotation: Any) -> Any:
-    """An annotation without the alternative None."""
-    types = [t for t in get_args(annotation) if t is not NoneType]
-    return types[0] if NoneType in get_args(annotation) else annotation
-
-
-def check_given(values: Mapping[str, Any], known: Mapping[str, Option], kind: str) -> None:
-    """Raise `InputError` for an option that a study does not have, or one that is missing."""
-    for name in values:
-        if name not in known:
-            raise unknown_name("study option", name, known)
-    for name, each in known.items():
-        if name not in values and each.default is MISSING:
-            raise InputError(f"study.{name}", "must be given", None, f"A study of kind {kind!r} needs it.")

@@ -23,8 +23,7 @@ from gearchaos.model.coordinates import from_physical, transmission_error_at_sta
 from gearchaos.model.switched import coordinates
 from gearchaos.quantities import parse_harmonic
 from gearchaos.studies.initial_value_problems import initial_value_problems
-from gearchaos.studies.regime import regime
-from gearchaos.studies.verdict import Verdict
+from gearchaos.studies.regime import Verdict, regime
 from gearchaos.validation import to_float
 
 if TYPE_CHECKING:

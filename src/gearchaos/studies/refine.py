@@ -9,6 +9,7 @@ no lattice point and is far from every boundary is missed.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from contextlib import suppress
 
 import numpy as np
 
@@ -30,28 +31,12 @@ Requests = Generator[np.ndarray, np.ndarray]
 
 
 def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> dict[str, np.ndarray]:
-    """Compute or infer the results of cells of a map.
+    """Compute or infer the results (N,) by name of cells of a map with this number of columns.
 
-    Parameters
-    ----------
-    compute : callable
-        Function from the numbers (L,) of cells to their results, arrays (L,) by name.
-    cells : (N,)
-        Numbers of the cells; they fill whole parts of `SIDE` rows and columns of the map.
-    columns : int
-        Number of columns of the map.
-    coarse : int
-        Spacing of the first lattice, a power of two.
-
-    Returns
-    -------
-    dict of str to (N,)
-        The results. ``inferred`` is 1 where a cell was not computed: it then has the label and period of the corners of
-        its block, `Reason.INFERRED`, and fill values elsewhere.
-
-    Notes
-    -----
-    The cells that all parts request next are computed together, since a few cells cost nearly as much as many.
+    ``cells`` (N,) are their numbers; they fill whole parts of `SIDE` rows and columns of the map. ``coarse`` is the
+    spacing of the first lattice, a power of two. ``inferred`` is 1 where a cell was not computed: it then has the label
+    and period of the corners of its block, `Reason.INFERRED`, and fill values elsewhere. The cells that all parts
+    request next are computed together, since a few cells cost nearly as much as many.
     """
     parts = [_Refinement(positions) for positions in _parts(cells, columns)]
     running, found = [part.requests(coarse) for part in parts], dict[str, np.ndarray]()
@@ -61,9 +46,12 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         new = compute(cells[positions])
         put(found, new, positions, len(cells))
         codes = np.split(new["label"].astype(np.int64) * 2**32 + new["period"], ends[:-1])
-        following = [_next_request(part, received) for part, received in zip(running, codes, strict=True)]
-        running = [part for part, request in zip(running, following, strict=True) if request is not None]
-        requested = [request for request in following if request is not None]
+        answered = list(zip(running, codes, strict=True))
+        running, requested = [], []
+        for requests, received in answered:
+            with suppress(StopIteration):  # raised by a part that has ended
+                requested.append(requests.send(received))
+                running.append(requests)
     found["inferred"] = np.zeros(len(cells), dtype=np.int8)
     for part in parts:
         rest, motions = part.inferred()
@@ -89,25 +77,11 @@ def put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.
         found[name][positions] = values
 
 
-def _next_request(part: Requests, codes: np.ndarray) -> np.ndarray | None:
-    """Send a part the motion codes that it requested; returns its next request, or None if it has ended."""
-    try:
-        return part.send(codes)
-    except StopIteration:
-        return None
-
-
 class _Refinement:
-    """The refinement of one part of a map.
+    """The refinement of one part of a map, with arrays (rows, columns).
 
-    Attributes
-    ----------
-    positions : (rows, columns)
-        Positions of the cells among all cells of the computation.
-    computed : (rows, columns) of bool
-        Whether a cell is computed.
-    code : (rows, columns)
-        Motion codes, computed or inferred; 0 where neither is done yet.
+    ``positions`` are those of the cells among all cells of the computation, ``code`` their motion codes, computed or
+    inferred; 0 where neither is done yet.
     """
 
     def __init__(self, positions: np.ndarray) -> None:
@@ -180,9 +154,7 @@ def _corners(values: np.ndarray) -> np.ndarray:
     return np.stack([values[:-1, :-1], values[1:, :-1], values[:-1, 1:], values[1:, 1:]])
 
 
-def _cells_of_blocks(
-    blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, ...]
-) -> np.ndarray:
+def _cells_of_blocks(blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Whether each cell lies in or on the edge of one of the chosen blocks, bool of this shape.
 
     ``blocks`` (R - 1, C - 1) are those of the lattice with ``rows`` (R,) and ``columns`` (C,).

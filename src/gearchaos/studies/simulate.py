@@ -1,4 +1,9 @@
-"""One trajectory: its stroboscopic section, and samples in time."""
+"""One trajectory: its stroboscopic section, and samples in time; sections of steady motions, mean rotation included.
+
+Where the two bearings differ the rotation of the wheels has no closed form, and is integrated along the motion. The
+integral over each mesh period is computed from the state recorded at its start. It is exact to rounding errors, and
+all periods of a motion are computed in parallel.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +14,24 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
+from gearchaos.dynamics import Verdicts
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK
-from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error, vary
-from gearchaos.model.coordinates import to_physical, transmission_error_at_start
-from gearchaos.model.switched import switched_system
-from gearchaos.studies.cost import Cost, estimate
+from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow, Measure
+from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error
+from gearchaos.model.coordinates import (
+    bearings_differ,
+    initial_state,
+    initial_values,
+    relative_rotation,
+    to_physical,
+    transmission_error_at_start,
+    weakly_damped,
+)
+from gearchaos.model.switched import rotation_decay, switched_system
+from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
 from gearchaos.studies.options import Option, option
-from gearchaos.studies.sections import rotation_at_sections, rotation_within_periods
 from gearchaos.studies.study import PROGRESS, Results, Study
 
 if TYPE_CHECKING:
@@ -79,8 +92,7 @@ class Simulate(Study):
 
     @cached_property
     def cost(self) -> Cost:
-        system = switched_system(vary(self.model, {}))
-        return estimate(system, 1, self.periods + self.transient, samples=self.samples or 0)
+        return self.estimate(1, self.periods + self.transient, samples=self.samples or 0)
 
     @cached_property
     def _problem(self) -> InitialValueProblems:
@@ -89,8 +101,8 @@ class Simulate(Study):
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         flow, w = self._problem.flow, self._problem.w
         transient = flow.advance(w, self.transient) if self.transient else None
-        out = flow.advance(
-            transient.w if transient else w, self.periods, sections=self.periods, sample=self.samples is not None)
+        out = flow.advance(transient.w if transient else w, self.periods, sections=self.periods,
+                           sample=self.samples is not None)
         codes = {int(run.status[0]) for run in (transient, out) if run}
         status = DIVERGED if DIVERGED in codes else max(codes)
         sampled = {"samples": out.samples[None, ..., 0]} if self.samples else {}
@@ -101,7 +113,13 @@ class Simulate(Study):
         w, x2 = _bounded(found["sections"][0]), None
         if "x2_dot" in names:  # the bearings differ
             x2 = rotation_at_sections(self._problem, np.array([self.transient]), w[:, :, None])[0]
-        data = _section(batch, names, w, self.transient, x2)
+        number = np.arange(1, len(w) + 1)
+        tau = (self.transient + number) * batch.model.period
+        known = None if x2 is None else x2[None, 1:]
+        values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
+        data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
+        data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
+        data["tau_section"] = variable("tau", ("period",), tau)
         if self.samples:
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
@@ -125,18 +143,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
-
-
-def _section(batch: Batch, names: tuple[str, ...], w: np.ndarray, transient: int, x2: np.ndarray | None) -> dict:
-    """Variables over the periods from sections w (N, d), and from x2 (N + 1,) if the bearings differ."""
-    number = np.arange(1, len(w) + 1)
-    tau = (transient + number) * batch.model.period
-    known = None if x2 is None else x2[None, 1:]
-    values = to_physical(batch, names, w[None], tau[None], *transmission_error_at_start(batch), known)
-    data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
-    data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
-    data["tau_section"] = variable("tau", ("period",), tau)
-    return data
 
 
 _FORCE_COMMENT = ("2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
@@ -168,3 +174,77 @@ def _trajectory(
     data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data
+
+
+def steady_sections(problems: InitialValueProblems, verdicts: Verdicts, count: int) -> dict[str, np.ndarray]:
+    """Stroboscopic sections (L, count) of L steady motions in physical coordinates, by name of the coordinate.
+
+    They start from the states of the verdicts: a point of the orbit, or the last state of a motion without one. The
+    mean rotation is that of the motion itself.
+    """
+    batch, flow, points = problems.batch, problems.flow, problems.points
+    sections = flow.advance(verdicts.w, count, points=points, sections=count).sections
+    x2 = np.full((len(points), count), np.nan)  # where it follows from the sections
+    differ = bearings_differ(batch, flow.system.names)
+    integrated = np.flatnonzero(differ & ((verdicts.period > 0) | weakly_damped(batch)))
+    if len(integrated):
+        x2[integrated] = rotation_at_sections(
+            problems.take(integrated), verdicts.periods_run[integrated], sections[:, :, integrated],
+            verdicts.w[:, integrated])[:, 1:]
+    number = verdicts.periods_run[:, None] + np.arange(1, count + 1)
+    error, error_dot = transmission_error_at_start(batch)
+    return to_physical(
+        batch, flow.system.names, np.moveaxis(sections, (0, 1, 2), (1, 2, 0)),
+        number * flow.system.period[points, None], error[:, None], error_dot[:, None], x2)
+
+
+def rotation_at_sections(
+    problems: InitialValueProblems, before: np.ndarray, sections: np.ndarray, orbit: np.ndarray | None = None
+) -> np.ndarray:
+    """x2 (L, S + 1) of L motions from τ = 0: after ``before`` (L,) mesh periods, and at the sections (S, d, L) then.
+
+    ``orbit`` (d, L) are the states from which the sections follow, by default those that the motions have reached. The
+    mean rotation of the motions is kept.
+    """
+    batch, flow, points = problems.batch, problems.flow, problems.points
+    names, error = flow.system.names, transmission_error_at_start(batch)[0]
+    end = flow.advance(initial_state(batch, flow.system).T, before, points=points, measured=True)
+    first = end.w if orbit is None else orbit
+    x1 = initial_values(batch)["x1"] + end.measures[Measure.VELOCITY]
+    J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
+    x1 = x1 + J2 / (J1 + J2) * (relative_rotation(names, first.T, error) - relative_rotation(names, end.w.T, error))
+    states = np.concatenate([first[None], sections])
+    motions = states.shape[2]
+    flat = np.moveaxis(states[:-1], 1, 0).reshape(states.shape[1], -1)
+    bounded = np.all(np.isfinite(flat), axis=0)
+    out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, len(sections)), measured=True)
+    changes = np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(-1, motions)  # of x1 in a period
+    x1 = np.concatenate([x1[None], changes]).cumsum(axis=0).T
+    decay = _decaying_rotation(problems, end.w - first, len(sections))
+    return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
+
+
+def _decaying_rotation(problems: InitialValueProblems, difference: np.ndarray, count: int) -> np.ndarray:
+    """The rotation (L, count + 1) due to the difference in mean velocity between motions and their orbits.
+
+    ``difference`` (d, L) is the difference of the states. The velocity v e^(−rτ), which bearing damping makes decay
+    with the rate r, has the integral v τ (1 − e^(−rτ))/(rτ) at τ = 0, T, 2T, ...
+    """
+    batch, system = problems.batch, problems.flow.system
+    names = system.names
+    J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
+    relative = relative_rotation(names, difference.T, np.zeros(1), "_dot")
+    velocity = difference[names.index("x2_dot")] + J1 / (J1 + J2) * relative
+    tau = np.arange(count + 1) * system.period[problems.points, None]
+    from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
+
+    return velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
+
+
+def rotation_within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:
+    """The change of x2 (N, M) since the start of the mesh period, at M samples (N, M, d) of each of N periods."""
+    periods, count, d = samples.shape
+    first = np.nan_to_num(samples[:, 0].T)
+    flow = ExactFlow(switched_system(batch, (*names, "x2")), count)
+    w = np.concatenate([first, np.zeros((1, periods))])
+    return flow.advance(w, 1, points=np.zeros(periods, dtype=int), sample=True).samples[0, :, d].T

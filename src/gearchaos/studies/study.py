@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import Field, asdict, dataclass, field, fields
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -14,14 +14,14 @@ from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, pro
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
-from gearchaos.errors import whole_number
+from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operating import Gears, OperatingModel, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.cost import Cost, estimate
-from gearchaos.studies.options import Option, check_given, options_of
+from gearchaos.studies.options import Option, options_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,6 +127,10 @@ class Study(HasCard, ABC):
     def cost(self) -> Cost:
         """Upper bound of the computing time and memory."""
 
+    def estimate(self, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
+        """`cost.estimate` for motions at the operating point of the model."""
+        return estimate(switched_system(vary(self.model, {})), motions, periods, sequential, samples)
+
     @abstractmethod
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         """Results of the items with these numbers (L,), arrays (L, ...) by name."""
@@ -187,7 +191,13 @@ class Study(HasCard, ABC):
     @classmethod
     def of(cls, model: MeshModel, values: Mapping[str, Any]) -> Self:
         """A study from the values of its fields by name; raises `InputError` if one is missing, unknown or invalid."""
-        check_given(values, options_of(cls), cls.kind)
+        known = options_of(cls)
+        for name in values:
+            if name not in known:
+                raise unknown_name("study option", name, known)
+        for name, each in known.items():
+            if name not in values and each.default is MISSING:
+                raise InputError(f"study.{name}", "must be given", None, f"A study of kind {cls.kind!r} needs it.")
         return cls(model, **values)
 
     @property
@@ -219,15 +229,7 @@ class Study(HasCard, ABC):
 
 @dataclass(frozen=True)
 class ClassifyingStudy(Study):
-    """A study that classifies motions.
-
-    Attributes
-    ----------
-    default_settings : Classification
-        The classification settings if none are given.
-    settings : Classification
-        The classification settings of this study.
-    """
+    """A study that classifies motions, by its ``settings``; without any by the ``default_settings`` of its class."""
 
     default_settings: ClassVar[Classification] = Classification()
 
@@ -271,7 +273,7 @@ class WholeStudy(Study):
     @cached_property
     def cost(self) -> Cost:
         """No bound of the time: how far a branch has to be followed, is not known beforehand."""
-        return estimate(switched_system(vary(self.model, {})), 1, 0)
+        return self.estimate(1, 0)
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         content = netcdf_bytes(self.dataset(progress=progress, threads=threads))

@@ -11,28 +11,36 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gearchaos.dynamics import Verdicts
+from gearchaos.dynamics import ON_ATTRACTOR, Verdicts
+from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
+from gearchaos.execute import tiles
 from gearchaos.execute.machine import check_memory
-from gearchaos.flow import WIDTH
-from gearchaos.model import state_names
+from gearchaos.flow import WIDTH, ExactFlow
+from gearchaos.model import state_names, vary
+from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.batch_classification import InitialStates, classify_batch
-from gearchaos.studies.coexistence import coexisting, signature
+from gearchaos.studies.axis import Axis, at_cells, check_plane, corners, shared_coordinates
+from gearchaos.studies.batch_classification import SAME_CENTRE, InitialStates, classify_batch, signature
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
+from gearchaos.studies.initial_value_problems import (
+    PERIODS_PER_VALUE,
+    Motions,
+    initial_value_problems,
+    swept_initial_values,
+)
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.plane import at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.proofs import check_installed
 from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, Results
-from gearchaos.studies.sweep import PERIODS_PER_VALUE
 
 _COMPUTED_SHARE = 1 / 8
 """Rough estimate of the share of the cells of a refined map that are computed."""
+
+_NO_CONTACT = CONTACTS.index("none")
 
 
 @dataclass(frozen=True)
@@ -153,26 +161,30 @@ class Zones(ClassifyingStudy):
         return {"starts": self.starts, "refine": self.refine, **({"prove": 1} if self.prove else {})}
 
     @cached_property
-    def initial_states(self) -> InitialStates:
-        """Function from the numbers (L,) of cells to their motions."""
-        names = shared_coordinates(self.model, self.x, self.y)
-        return lambda cells: initial_value_problems(self.model, at_cells(self.x, self.y, cells), names)
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates of the dynamic state, the same in all cells."""
+        return shared_coordinates(self.model, self.x, self.y)
+
+    def initial_states(self, cells: np.ndarray) -> Motions:
+        """The motions of the cells with these numbers (L,)."""
+        return initial_value_problems(self.model, at_cells(self.x, self.y, cells), self.names)
 
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
         """Results of cells (N,), which are whole rows if there is more than one start."""
         order = np.arange(len(cells), dtype=cells.dtype)
         if self.x.name in ("omega", "speed"):  # so that neighbours in a tile have equal step counts
             order = np.argsort(cells % self.x.count, kind="stable").astype(cells.dtype)
-        options: dict[str, Any] = {
-            "settings": self.classification, "threads": threads, "largest": self.cost.max_parameter_points(threads),
-        }
+        most = self.cost.max_parameter_points(threads)
+
+        def collect(_: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+            out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
+            return out | orbit_points(motions, found) if self.prove else out
+
         out = classify_batch(
-            lambda tile: self.initial_states(cells[tile]), self._collect, order,
-            progress="zones" if progress else None, **options,
-        )
+            lambda tile: self.initial_states(cells[tile]), collect, order, settings=self.classification,
+            largest=most, progress="zones" if progress else None, threads=threads)
         if self.starts > 1:
-            options["progress"] = progress
-            out |= coexisting(self.model, self.x, self.y, cells, order, out, self.starts - 1, **options)
+            out |= _Coexistence(self, cells, order, progress, threads, most).found(out)
             del out["centre_z"], out["centre_z_dot"]
         if self.prove:
             at, orbits = at_cells(self.x, self.y, cells), out.pop("orbit")  # None where the motion is not periodic
@@ -182,10 +194,111 @@ class Zones(ClassifyingStudy):
             out |= proofs(models, orbits, files, progress=progress, threads=threads)
         return out
 
-    def _collect(self, _: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-        """The variables of the verdicts, and what `coexisting` and proofs need."""
-        out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
-        return out | orbit_points(motions, found) if self.prove else out
-
 
 zones = function_of(Zones)
+
+
+@dataclass(frozen=True)
+class _Coexistence:
+    """The motions that coexist in the cells (N,) of a map, which are whole rows of constant y, one after another.
+
+    ``order`` (N,) is that of the computation, as positions in ``cells``; see `classify_batch`.
+    """
+
+    study: Zones
+    cells: np.ndarray
+    order: np.ndarray
+    progress: bool
+    threads: int | None
+    largest: int
+
+    def found(self, own: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The variables (N,) that a map with several starts has, from the `signature` (N,) of the motions with one.
+
+        The worst contact state is the last one in `CONTACTS` other than "none".
+        """
+        further, swept = self._from_further_starts(), self._from_sweeps()
+        motions = {n: np.concatenate([own[n][:, None], further[n], swept[n]], axis=1) for n in swept}
+        settled: np.ndarray = np.isin(motions["label"], ON_ATTRACTOR)
+        contact = np.where(settled & (motions["contact"] != _NO_CONTACT), motions["contact"], -1).max(axis=1)
+        none, v_rms = ~np.any(settled, axis=1), motions["v_rms"]
+        up, down = ({n: v[:, i] for n, v in motions.items()} for i in (-2, -1))
+        return {
+            "attractors": _count_distinct(motions, settled),
+            "v_rms_least": np.where(none, np.nan, np.where(settled, v_rms, np.inf).min(axis=1)),
+            "v_rms_most": np.where(none, np.nan, np.where(settled, v_rms, -np.inf).max(axis=1)),
+            "contact_worst": np.where(contact < 0, _NO_CONTACT, contact).astype(np.int8),
+            "v_rms_up": up["v_rms"], "v_rms_down": down["v_rms"],
+            "hysteresis": (settled[:, -2] & settled[:, -1] & ~_same(up, down)).astype(np.int8),
+        }
+
+    def _at(self, position: np.ndarray) -> dict[str, np.ndarray]:
+        """The values of both axes, by name, in the cells at these positions."""
+        return at_cells(self.study.x, self.study.y, self.cells[position])
+
+    def _from_further_starts(self) -> dict[str, np.ndarray]:
+        """`signature` of the motions from further initial states, the same in all cells; arrays (N, starts)."""
+        model, starts = self.study.model, self.study.starts - 1
+        conditions = spread(default_box(model), starts, 0)
+        # the single model accepts only one of z and x1 as initial displacement, so the model's own is dropped
+        base = replace(model, initial={}) if model.kind == "single" else model
+
+        def initial_states(number: np.ndarray) -> Motions:
+            position, condition = np.divmod(number, starts)
+            positions, points = np.unique(position, return_inverse=True)
+            flow = ExactFlow(switched_system(vary(model, self._at(positions)), self.study.names))
+            batch = vary(base, self._at(position) | {n: v[condition] for n, v in conditions.items()})
+            return Motions(flow, initial_state(batch, flow.system).T.copy(), points)
+
+        numbers = (self.order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
+        return {n: v.reshape(-1, starts) for n, v in self._classified(initial_states, numbers, "more starts").items()}
+
+    def _from_sweeps(self) -> dict[str, np.ndarray]:
+        """`signature` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
+        up, down = (self._sweep_rows(upwards) for upwards in (True, False))
+        base, count = replace(self.study.model, initial={}), len(self.cells)
+
+        def initial_states(number: np.ndarray) -> Motions:
+            direction, position = np.divmod(number, count)
+            initial = {n: np.where(direction == 0, up[n][position], down[n][position]) for n in up}
+            return initial_value_problems(base, self._at(position) | initial, self.study.names)
+
+        numbers = np.concatenate([self.order, self.order.astype(np.int64) + count])
+        return {n: v.reshape(2, -1).T for n, v in self._classified(initial_states, numbers, "swept").items()}
+
+    def _sweep_rows(self, upwards: bool) -> dict[str, np.ndarray]:
+        """Initial values (N,) by name with which sweeps along x, one for each row, reach the cells."""
+        x, y, out = self.study.x, self.study.y, dict[str, np.ndarray]()
+        values = y.values[self.cells[:: x.count] // x.count]
+        for rows, reached in tiles.run(
+            lambda rows: swept_initial_values(self.study.model, x, upwards, {y.name: values[rows]}),
+            tiles.split(len(values), self.largest), threads=self.threads,
+            progress=f"sweeps {'up' if upwards else 'down'}" if self.progress else None,
+        ):
+            for name, value in reached.items():
+                out.setdefault(name, np.empty((len(values), x.count)))[rows] = value
+        return {n: v.ravel() for n, v in out.items()}
+
+    def _classified(self, initial_states: InitialStates, order: np.ndarray, name: str) -> dict[str, np.ndarray]:
+        """`signature` of the motions with the numbers ``order``; arrays by name."""
+        return classify_batch(
+            initial_states, lambda _, *found: signature(*found), order, settings=self.study.classification,
+            progress=name if self.progress else None, threads=self.threads, largest=self.largest)
+
+
+def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> np.ndarray:
+    """Whether two motions have the same label and period and the same centre; elementwise, from `signature`."""
+    alike = [one[n] == other[n] for n in ("label", "period")]
+    near = [np.abs(one[n] - other[n]) < SAME_CENTRE for n in ("centre_z", "centre_z_dot")]
+    return np.logical_and.reduce(alike + near)
+
+
+def _count_distinct(motions: dict[str, np.ndarray], settled: np.ndarray) -> np.ndarray:
+    """The number (N,) of different motions in each row of arrays (N, M), among those that are ``settled`` (N, M)."""
+    uncounted, count = settled.copy(), np.zeros(len(settled), dtype=np.int16)
+    while np.any(uncounted):
+        some, first = np.any(uncounted, axis=1), np.argmax(uncounted, axis=1)
+        one = {n: np.take_along_axis(v, first[:, None], axis=1) for n, v in motions.items()}
+        uncounted &= ~(_same(one, motions) & some[:, None])
+        count += some
+    return count

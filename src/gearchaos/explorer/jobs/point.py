@@ -21,11 +21,9 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.refine import put
-from gearchaos.studies.regime import regime
+from gearchaos.studies.regime import Verdict, regime, steady
 from gearchaos.studies.simulate import simulate
-from gearchaos.studies.steady import steady
 from gearchaos.studies.study import Study
-from gearchaos.studies.verdict import Verdict
 
 QUICK = replace(SINGLE_MOTION, exponent_run=1000, doublings=0, longest_transient=0, averaging_periods=200)
 """Settings of the first verdict.

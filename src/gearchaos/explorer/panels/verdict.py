@@ -17,7 +17,7 @@ from gearchaos.gears.operating import OperatingModel, pair_of
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel
 from gearchaos.quantities import quantity
-from gearchaos.studies.verdict import Verdict
+from gearchaos.studies.regime import Verdict
 
 _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},

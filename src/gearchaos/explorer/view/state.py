@@ -27,8 +27,7 @@ from gearchaos.model import (
     MeshModel,
 )
 from gearchaos.quantities import quantity
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.plane import check_plane
+from gearchaos.studies.axis import Axis, check_plane
 
 COLOURS = {
     "motion": "kind of motion",
