@@ -19,14 +19,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, magnitude, rounded
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.tube import Trajectory, trajectory
+from gearchaos.proof.motion import Trajectory, trajectory
 
 UNIT = 2.0**-53
 """u, the largest relative rounding error of a float."""
@@ -96,6 +97,21 @@ class Candidate:
     def error(self) -> float:
         """The largest entry of the correction, about the distance from the orbit."""
         return float(np.abs(self.correction).max())
+
+    def separation(self, radius: Any, reach: np.ndarray | None = None) -> float | None:
+        """The least distance of the first cube and that of a proper divisor of the period, over the radius.
+
+        With ``reach`` (n, d), of boxes with these half edges. It is None for period 1. Raises `UndecidedError` if two
+        may overlap.
+        """
+        gaps = []
+        for k in (k for k in range(1, self.period) if self.period % k == 0):
+            apart = [abs(a - b) for a, b in zip(self.points[0], self.points[k], strict=True)]
+            gaps.append(max(apart) - 2 * radius if reach is None else max(
+                float(v) * (1 - 1e-12) - a - b for v, a, b in zip(apart, reach[0], reach[k], strict=True)))
+        if gaps and min(gaps) <= 0:
+            raise UndecidedError("period not minimal", float(min(gaps)))
+        return float(min(gaps) / radius) if gaps else None
 
     def box(self, k: int, radius: Fraction) -> arb_mat:
         """The cube about point k, (d, 1)."""

@@ -13,12 +13,12 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, ball, precision, texts, to_fraction, to_text
 from gearchaos.proof.candidate import Candidate, float_midpoint
-from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, Unproved, used_versions
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, UndecidedError, Unproved, used_versions
 from gearchaos.proof.equations import MeshEquations, equations_at
+from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.tube import StartTube, trajectory
+from gearchaos.proof.tube import StartTube
 from gearchaos.proof.verifier import sealed
 
 _PRECISIONS = (128, 192, 256, 384, 512, 768)
@@ -111,7 +111,7 @@ def prove_orbit(
         try:
             equations, working = equations_at(parameters, Fraction(phase), tried)
         except UndecidedError as failure:
-            return Unproved(failure.reason, failure.margin, tried)
+            return failure.unproved(tried)
         with precision(working):
             try:
                 candidate = Candidate.at(equations, lifted(points, equations.names))
@@ -119,7 +119,7 @@ def prove_orbit(
                     candidate = candidate.corrected()
                 return _certificate(_with_largest_radius(candidate))
             except UndecidedError as failure:
-                unproved = Unproved(failure.reason, failure.margin, tried)
+                unproved = failure.unproved(tried)
         fine = abs(unproved.margin) < _FINE and unproved.reason in _DEPEND_ON_RADIUS
         if not fine and unproved.reason != "bits exhausted":
             break
@@ -195,28 +195,13 @@ def _proof(candidate: Candidate, exponent: int) -> _Proof:
     """The proof at a radius 10^-exponent; raises `UndecidedError` if it fails."""
     radius = Fraction(1, 10**exponent)
     candidate = candidate.refined(1e-3 * float(radius))
-    separation = _separation(candidate, radius)
+    separation = candidate.separation(radius)
     tubes = [StartTube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
              for k in range(candidate.period)]
     slopes = [tube.slopes for tube in tubes]
     existence = candidate.system.contraction(slopes, candidate.defects, float(radius))
     found = stability(slopes, [t.derivative for t in candidate.trajectories])
     return _Proof(exponent, candidate, tubes, found, existence, separation)
-
-
-def _separation(candidate: Candidate, radius: Fraction) -> float | None:
-    """The least distance of the first cube and that of a proper divisor of the period, over the radius.
-
-    It is None for period 1. Raises `UndecidedError` if two cubes may overlap.
-    """
-    n, first = candidate.period, candidate.points[0]
-    gaps = [max(abs(a - b) for a, b in zip(first, candidate.points[k], strict=True)) - 2 * radius
-            for k in range(1, n) if n % k == 0]
-    if not gaps:
-        return None
-    if min(gaps) <= 0:
-        raise UndecidedError("period not minimal", float(min(gaps)))
-    return float(min(gaps) / radius)
 
 
 def _certificate(proof: _Proof) -> Certificate:

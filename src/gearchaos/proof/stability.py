@@ -19,7 +19,7 @@ from flint import arb, arb_mat
 
 from gearchaos.proof.balls import least, magnitude, texts
 from gearchaos.proof.candidate import float_midpoint
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 
 _ROUNDS = 240
 """Most rounds of the cycle in which the invariant subspaces are sought."""

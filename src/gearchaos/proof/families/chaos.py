@@ -33,11 +33,10 @@ from flint import arb, arb_mat
 
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import ball, from_text, least, precision, to_fraction, to_text
-from gearchaos.proof.certificate import Theorem, Unproved, used_versions
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import Theorem, UndecidedError, Unproved, used_versions
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.segment import segment_image
 from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.tube import segment_image
 from gearchaos.proof.verifier import growth, sealed
 
 _MOST_PIECES = 400

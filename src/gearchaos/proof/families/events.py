@@ -19,8 +19,7 @@ from gearchaos.model import SCALARS
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
 from gearchaos.proof.candidate import Candidate, converged
-from gearchaos.proof.certificate import Certificate, Theorem, Unproved, with_checksum
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import Certificate, Theorem, UndecidedError, Unproved, with_checksum
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.coefficients import LEVELS, shifted

@@ -19,7 +19,7 @@ singular vector v and l. The bordered matrix
     M = | J   l |
         | vᵀ  0 |
 
-is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `parameter_tube`
+is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `boxes`
 give F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
 (-F(c_s; p0) - B u, vᵀ(x - c_s)), and for any matrix Y
 
@@ -53,10 +53,9 @@ from gearchaos.proof.candidate import (
     midpoints_and_spread,
     moved,
 )
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.boxes import BoxSystem
-from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.families.boxes import BoxSystem, ParameterTube
 from gearchaos.proof.tube import StartTube
 
 _AMPLITUDES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
