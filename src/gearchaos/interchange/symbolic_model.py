@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from sympy import Basic, Eq, Expr, Symbol
     from sympy.core.function import AppliedUndef
 
+# The functions of τ that may be coordinates; z is none where it has a definition:
 COORDINATES = ("x1", "x2", "y1", "y2", "z")
-"""The functions of τ that may be coordinates; z is none where it has a definition."""
 
 
 def sympy() -> Any:
@@ -138,11 +138,9 @@ def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Ba
     return expression
 
 
-_STATES, _SEED = 400, 1
-"""Number of random states at which equations are compared, and the seed of the random numbers."""
-
+_STATES, _SEED = 400, 1  # number of random states at which equations are compared, and the seed of the random numbers
+# Relative difference up to which two accelerations are called equal: many times the rounding of their terms:
 _TOLERANCE = 1e-10
-"""Relative difference up to which two accelerations are called equal: many times the rounding of their terms."""
 
 
 def check_symbols(symbolic: SymbolicModel) -> None:

@@ -23,9 +23,7 @@ except ModuleNotFoundError as error:
         name="flint",
     ) from None
 
-LEAST_BITS, MOST_BITS = 53, 800
-"""Precisions, in bits, that a proof accepts."""
-
+LEAST_BITS, MOST_BITS = 53, 800  # precisions, in bits, that a proof accepts
 _HEXADECIMAL = re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-]?[0-9]+)")
 _DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?")
 _LARGEST_EXPONENT = 20_000

@@ -19,8 +19,8 @@ import numpy as np
 
 from gearchaos.model.parameters import MeshModel
 
+# Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load:
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-"""Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load."""
 
 
 class OrbitToProve(NamedTuple):

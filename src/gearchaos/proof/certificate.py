@@ -139,12 +139,8 @@ class Proved(IntEnum):
     PROVED = 1
 
 
-NO_REASON = 0
-"""Code of the reason where there is none: the motion is proved, or its verdict is not periodic."""
-
-INFERRED = 1
-"""Code of the reason of a periodic motion that was inferred from neighbouring cells, not computed."""
-
+NO_REASON = 0  # code of the reason where there is none: the motion is proved, or its verdict is not periodic
+INFERRED = 1  # code of the reason of a periodic motion that was inferred from neighbouring cells, not computed
 REASON_CODES = {
     NO_REASON: "none", INFERRED: "inferred", 2: "Newton diverged", 3: "section on the contact boundary",
     4: "tangency undecided", 5: "windows overlap", 6: "too many switches", 7: "Krawczyk not contracting",

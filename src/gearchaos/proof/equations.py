@@ -19,14 +19,9 @@ from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.parameters import Numbers, exact_parts
 from gearchaos.proof.series import Flow, constant_series, fourier_series, with_forcing
 
-_BITS_PER_CELL = 1.1
-"""Logarithm to base 2 of the largest growth of errors in a cell."""
-
-_LONGEST_CELL = 0.75
-"""Largest norm of the equations times the length of a cell, by which the number of cells is chosen."""
-
-_MOST_CELLS = 2000
-"""Most cells of a mesh period."""
+_BITS_PER_CELL = 1.1  # logarithm to base 2 of the largest growth of errors in a cell
+_LONGEST_CELL = 0.75  # largest norm of the equations times the length of a cell, by which the number of cells is chosen
+_MOST_CELLS = 2000  # most cells of a mesh period
 
 
 @dataclass(frozen=True)

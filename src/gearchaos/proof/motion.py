@@ -22,11 +22,8 @@ from gearchaos.proof.balls import block, interval, least, magnitude
 from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 
-_DEEPEST = 60
-"""Most halvings of an interval."""
-
-_MOST_SWITCHES = 500
-"""Most contact switches in one mesh period."""
+_DEEPEST = 60  # most halvings of an interval
+_MOST_SWITCHES = 500  # most contact switches in one mesh period
 
 
 class Boundary(NamedTuple):
@@ -41,8 +38,8 @@ class Boundary(NamedTuple):
         return self.sign * z + self.offset
 
 
+# The boundaries at which each contact state can end:
 BOUNDARIES = {0: (Boundary(1, -1, 1), Boundary(-1, 1, 1)), 1: (Boundary(1, 1, -1),), -1: (Boundary(-1, -1, -1),)}
-"""The boundaries at which each contact state can end."""
 
 
 class Crossing(NamedTuple):

@@ -17,8 +17,8 @@ from gearchaos.proof.balls import interval, magnitude, norm
 
 _MOST_TERMS = 600
 _MOST_BITS = 1000
+# Remainders are floats; they are not made smaller than this, so that they are normal numbers with correct rounding:
 _LEAST_REMAINDER = 2.0**-_MOST_BITS
-"""Remainders are floats; they are not made smaller than this, so that they are normal numbers with correct rounding."""
 
 
 Harmonics = list[tuple[arb, arb, arb]]

@@ -25,11 +25,8 @@ from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import Cell, MeshEquations
 from gearchaos.proof.motion import Displacement, Switch, Trajectory, clearance, clearance_by_bounds, trajectory
 
-WIDENING = 2
-"""Width of a window relative to the spread of the switches to first order."""
-
-_ENCLOSURES = 8
-"""Most attempts at an enclosure of the states in a window."""
+WIDENING = 2  # width of a window relative to the spread of the switches to first order
+_ENCLOSURES = 8  # most attempts at an enclosure of the states in a window
 
 
 class Coefficients(Protocol):
@@ -230,14 +227,9 @@ class StartTube(Tube):
         self.flow = unit(self.dimension + 1)
 
 
-_CURVATURE = 10.0
-"""About the largest z″ in units of a mesh period, by which the duration of a graze is estimated."""
-
-_LEAST = 2.0**-20
-"""Least duration for which contact is taken as unknown, in mesh periods."""
-
-_SHORTEST = 0.25
-"""Least interval that is divided, relative to the estimated duration for which contact is unknown."""
+_CURVATURE = 10.0  # about the largest z″ in units of a mesh period, by which the duration of a graze is estimated
+_LEAST = 2.0**-20  # least duration for which contact is taken as unknown, in mesh periods
+_SHORTEST = 0.25  # least interval that is divided, relative to the estimated duration for which contact is unknown
 
 
 class SegmentTube(Tube):

@@ -44,14 +44,11 @@ from gearchaos.proof.tube import WIDENING, Tube, Window, largest_rate, slopes_th
 
 FORMAT, VERSION = "gearchaos box certificate", 1
 
+# Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed:
 _DIFFERENCE = Fraction(1, 2**40)
-"""Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed."""
-
-_RADII = (1.3, 2.0, 4.0, 10.0)
-"""Radii tried, over the smallest one that is possible to first order."""
-
+_RADII = (1.3, 2.0, 4.0, 10.0)  # radii tried, over the smallest one that is possible to first order
+# Most halvings of a box until one is proved, and steps of the bisection for the largest one after it:
 _HALVINGS, _REFINEMENTS = 30, 6
-"""Most halvings of a box until one is proved, and steps of the bisection for the largest one after it."""
 
 
 class ParameterTube(Tube):

@@ -39,11 +39,8 @@ from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.tube import segment_image
 from gearchaos.proof.verifier import growth, sealed
 
-_MOST_PIECES = 400
-"""Most pieces into which the boundary of a set is divided."""
-
-_FIRST_PIECES = 4
-"""Pieces of an edge at first."""
+_MOST_PIECES = 400  # most pieces into which the boundary of a set is divided
+_FIRST_PIECES = 4  # pieces of an edge at first
 
 Vector = tuple[Fraction, Fraction]
 
@@ -173,11 +170,8 @@ def _margin(a: arb, b: arb, side: int, slack: Fraction) -> float:
 
 FORMAT, VERSION = "gearchaos chaotic set", 1
 
-SLACK = "0.01"
-"""The slack of each covering relation."""
-
-_DIGITS = 6
-"""Decimal digits of the bound of the entropy."""
+SLACK = "0.01"  # the slack of each covering relation
+_DIGITS = 6  # decimal digits of the bound of the entropy
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,9 +34,7 @@ from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import Cell, MeshEquations, autonomous_matrix
 from gearchaos.proof.parameters import Numbers, Terms, exact_parts
 
-UP = 1 + 1e-9
-"""Factor above all rounding errors of the floats."""
-
+UP = 1 + 1e-9  # factor above all rounding errors of the floats
 LEVELS = tuple(name for kind in STIFFNESS_FORMS.values() for name in kind.level_names)
 
 
