@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from gearchaos.files import write_bytes
 
@@ -86,6 +87,21 @@ class UndecidedError(Exception):
     def unproved(self, bits: int) -> Unproved:
         """The result of a proof that failed at this precision."""
         return Unproved(self.reason, self.margin, self.bits or bits)
+
+
+Trial = TypeVar("Trial")
+Result = TypeVar("Result")
+
+
+def first_proved(prove: Callable[[Trial], Result], trials: Iterable[Trial], reason: str) -> Result:
+    """The result for the first trial that is proved; raises the last `UndecidedError`, or this one if none is tried."""
+    failure = UndecidedError(reason, 0.0)
+    for trial in trials:
+        try:
+            return prove(trial)
+        except UndecidedError as error:
+            failure = error
+    raise failure
 
 
 @dataclass(frozen=True, eq=False)

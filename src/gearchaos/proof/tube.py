@@ -240,7 +240,7 @@ class SegmentTube(Tube):
     different times, or some graze a boundary and others do not, κ is anything from 0 to χ, which needs no other proof.
     So an image is found for every segment, near a grazing motion a wider one.
 
-    Without ``forcing_change`` r is rounding errors. Where the forcing is unknown by at most G, r also grows over a
+    Without ``forcing_change`` r is 0. Where the forcing is unknown by at most G, r also grows over a
     duration η by at most η G e^(ηN), with N a bound of the norm of the equations.
     """
 

@@ -26,7 +26,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat
@@ -34,7 +34,7 @@ from flint import arb, arb_mat
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import block, from_columns, interval, magnitude, precision, texts, unit
 from gearchaos.proof.candidate import Candidate, column, converged, float_midpoint
-from gearchaos.proof.certificate import Theorem, UndecidedError, Unproved, with_checksum
+from gearchaos.proof.certificate import Theorem, UndecidedError, Unproved, first_proved, with_checksum
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.coefficients import UP, BoxBounds, ParameterBox, balls_of, shifted
 from gearchaos.proof.motion import Displacement, Trajectory, clearance, trajectory
@@ -151,14 +151,12 @@ class ParameterTube(Tube):
 def united(windows: list[Window]) -> list[Window]:
     """The windows, those of two switches on one flank that overlap as one."""
     out = list[Window]()
-    for window in windows:
-        before = out[-1] if out else window
-        if (before.first == before.last == window.first - 1 and before.flank == window.flank
-                and not before.high < window.low):
-            out[-1] = replace(before, low=before.low.min(window.low), high=before.high.max(window.high),
-                              last=window.last)
+    for w in windows:
+        before = out[-1] if out else w
+        if before.first == before.last == w.first - 1 and before.flank == w.flank and not before.high < w.low:
+            out[-1] = replace(before, low=before.low.min(w.low), high=before.high.max(w.high), last=w.last)
         else:
-            out.append(window)
+            out.append(w)
     return out
 
 
@@ -194,8 +192,7 @@ class BoxCertificate(Theorem):
         return f"BoxCertificate({self.period}T, {self.widths})"
 
 
-@dataclass(frozen=True)
-class BoxProof:
+class BoxProof(NamedTuple):
     """A periodic orbit that is proved for a box of parameters; margins are those of certificates."""
 
     scale: float  # the half-widths proved, over those that were asked for
@@ -243,7 +240,6 @@ class BoxSystem:
                 for rows, drift, motion in zip(self.delays, self.drift, self.candidate.trajectories, strict=True)]
 
     def bounds(self, scale: Fraction) -> BoxBounds:
-        """The bounds of the coefficients in the box with its half-widths times ``scale``."""
         return BoxBounds(self.unit, scale)
 
     def prove(self, scale: Fraction) -> BoxProof:
@@ -252,18 +248,16 @@ class BoxSystem:
         defects = [float(v.abs_upper()) for d in self._defects(self._tubes(bounds, size, 0.0), size)
                    for v in d.entries()]
         least = float((np.abs(self.candidate.system.inverse) @ np.array(defects)).max())  # to first order
-        failure = UndecidedError("Krawczyk not contracting", 0.0)
-        for factor in _RADII:
+
+        def at(factor: float) -> BoxProof:
             radius = factor * least + 1e-30
-            try:
-                reach = (np.abs(self.drift).sum(axis=2) * size + radius) * (1 + 1e-12)
-                separation = self.candidate.separation(radius, reach)
-                tubes, existence = self._existence(bounds, size, radius)
-                found = stability([t.slopes for t in tubes], [t.derivative for t in self.candidate.trajectories])
-                return BoxProof(size, radius, reach, found, existence, separation, [t.switches for t in tubes])
-            except UndecidedError as error:
-                failure = error
-        raise failure
+            reach = (np.abs(self.drift).sum(axis=2) * size + radius) * (1 + 1e-12)
+            separation = self.candidate.separation(radius, reach)
+            tubes, existence = self._existence(bounds, size, radius)
+            found = stability([t.slopes for t in tubes], [t.derivative for t in self.candidate.trajectories])
+            return BoxProof(size, radius, reach, found, existence, separation, [t.switches for t in tubes])
+
+        return first_proved(at, _RADII, "Krawczyk not contracting")
 
     def continued(self, radius: float) -> float:
         """Prove that there is exactly one orbit with |ξ_k| <= ``radius`` for every u, without its stability.
@@ -280,7 +274,6 @@ class BoxSystem:
         return tubes, self.candidate.system.contraction(slopes, self._defects(tubes, size), radius)
 
     def _tubes(self, bounds: BoxBounds, size: float, radius: float) -> list[ParameterTube]:
-        """The tubes of all mesh periods."""
         return [ParameterTube(bounds, motion, size * self.drift[k], radius, size * self.shifts[k], self.grazing)
                 for k, motion in enumerate(self.candidate.trajectories)]
 
@@ -314,17 +307,10 @@ def prove_parameter_box(model: MeshModel, points: np.ndarray, widths: Mapping[st
 
 def _largest(system: BoxSystem) -> BoxProof:
     """The proof for the largest scale up to 1 that bisection finds; raises `UndecidedError` if none is."""
-    scale, failure = Fraction(1), UndecidedError("Krawczyk not contracting", 0.0)
-    for _ in range(_HALVINGS):
-        try:
-            proof = system.prove(scale)
-            break
-        except UndecidedError as error:
-            failure, scale = error, scale / 2
-    else:
-        raise failure
-    low, high = scale, 2 * scale
-    for _ in range(_REFINEMENTS if scale < 1 else 0):
+    scales = [Fraction(1, 2**k) for k in range(_HALVINGS)]
+    low, proof = first_proved(lambda scale: (scale, system.prove(scale)), scales, "Krawczyk not contracting")
+    high = 2 * low
+    for _ in range(_REFINEMENTS if low < 1 else 0):
         middle = (low + high) / 2
         try:
             proof, low = system.prove(middle), middle

@@ -19,7 +19,7 @@ from gearchaos.model import SCALARS
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
 from gearchaos.proof.candidate import Candidate, Points, converged
-from gearchaos.proof.certificate import Certificate, Theorem, UndecidedError, Unproved, with_checksum
+from gearchaos.proof.certificate import Certificate, Theorem, UndecidedError, Unproved, first_proved, with_checksum
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.coefficients import LEVELS, shifted
@@ -52,18 +52,16 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
         if candidate is None:
             raise UndecidedError("orbit not found", 0.0)
         system = BoxSystem(candidate, [{name: reach * v for name, v in changes.items()}], start is not None)
-        failure = UndecidedError("orbit not found", 0.0)
-        for exponent in _EXPONENTS:
-            try:
-                margin = system.continued(10.0**-exponent)
-                for u, end in zip(ends, (below, above), strict=True):
-                    _check_same(system, u, end, Fraction(10.0**-exponent))
-                derivative = [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()]
-                return {"ends": list(map(int, ends)), "points": texts(candidate.points), "derivative": derivative,
-                        "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}
-            except UndecidedError as error:
-                failure = error
-    raise failure
+
+        def within(exponent: int) -> dict[str, Any]:
+            margin = system.continued(10.0**-exponent)
+            for u, end in zip(ends, (below, above), strict=True):
+                _check_same(system, u, end, Fraction(10.0**-exponent))
+            derivative = [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()]
+            return {"ends": list(map(int, ends)), "points": texts(candidate.points), "derivative": derivative,
+                    "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}
+
+        return first_proved(within, _EXPONENTS, "orbit not found")
 
 
 def check_coordinates(equations: MeshEquations, *found: Certificate) -> None:
@@ -216,16 +214,11 @@ def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0)
 
 def _doubled(ends: list[tuple[MeshModel, np.ndarray]], bits: int) -> tuple[int, Certificate]:
     """The number of the end, and the certificate, of an orbit of twice the period next to a flip."""
-    failure = UndecidedError("orbit not found", 0.0)
-    for side, (model, points) in enumerate(ends):
-        for candidate in _neighbours(model, np.concatenate([points] * 2), bits):
-            if distance(candidate[:len(points)], candidate[len(points):]) < 1e-12:
-                continue
-            try:
-                return side, _proved(model, as_floats(candidate), bits)
-            except UndecidedError as error:
-                failure = error
-    raise failure
+    beside = ((side, found) for side, (model, points) in enumerate(ends)
+              for found in _neighbours(model, np.concatenate([points] * 2), bits)
+              if distance(found[:len(points)], found[len(points):]) >= 1e-12)
+    return first_proved(lambda trial: (trial[0], _proved(ends[trial[0]][0], as_floats(trial[1]), bits)), beside,
+                        "orbit not found")
 
 
 def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[Points]:
