@@ -319,8 +319,7 @@ def _named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any
     }
 
 
-def _singular(name: str) -> str:
-    """The name of one of the numbers of a list: level of levels."""
+def _singular(name: str) -> str:  # level of levels
     return name if name in HARMONICS else name.removesuffix("s")
 
 

@@ -165,14 +165,6 @@ REASON_CODES = {
 """The reasons for which a periodic motion is not proved, by their codes in files of results. New ones are appended."""
 
 
-def proof_codes(result: Certificate | Unproved) -> tuple[int, int]:
-    """The codes (`Proved`, reason) of the result of a proof."""
-    if isinstance(result, Unproved):
-        codes = {reason: code for code, reason in REASON_CODES.items()}
-        return int(Proved.NOT_PROVED), codes[result.reason]
-    return int(Proved.PROVED), NO_REASON
-
-
 def checksum(document: dict[str, Any]) -> str:
     """SHA-256 of the canonical JSON of a certificate without its checksum."""
     rest = {name: value for name, value in document.items() if name != "sha256"}

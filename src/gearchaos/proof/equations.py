@@ -109,11 +109,8 @@ class MeshEquations:
 
     def cosines_and_sines(self, time: arb) -> list[arb]:
         """cos 2πjt and sin 2πjt of the harmonics at a time from τ = 0 on."""
-        out: list[arb] = []
-        for j in self.harmonics:
-            sine, cosine = (2 * j * time).sin_cos_pi()
-            out += [cosine, sine]
-        return out
+        pairs = ((2 * j * time).sin_cos_pi() for j in self.harmonics)
+        return [value for sine, cosine in pairs for value in (cosine, sine)]
 
     def forcing_over(self, low: arb, high: arb) -> list[arb]:
         """T f(τ) as balls (d) that contain its values from time ``low`` to ``high`` after the section."""

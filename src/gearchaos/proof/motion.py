@@ -112,8 +112,7 @@ def _bound(motion: Displacement, boundary: Boundary, low: arb, high: arb, ends: 
     """A lower bound of y on an interval where it is at least ``ends`` at both ends, and where y is least if convex."""
     span = interval(low, high)
     curvature = boundary.sign * motion.second(span)
-    width = magnitude(high - low)
-    bound = ends - max(0.0, -least(-curvature)) * width**2 / 8 * (1 + 1e-15)
+    bound = ends - max(0.0, -least(-curvature)) * magnitude(high - low)**2 / 8 * (1 + 1e-15)
     if bound > 0:
         return bound * (1 - 1e-15), None
     slope = motion.first(span)
@@ -246,7 +245,10 @@ def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
     Raises `UndecidedError` if the state is on a contact boundary, or a switch cannot be told from a touch.
     """
     d = equations.dimension
-    contacts, switches, starts = [contact_state(state[0, 0])], list[Switch](), {}
+    z = state[0, 0]
+    if not (z > 1 or z < -1 or abs(z) < 1):
+        raise UndecidedError("section on the contact boundary", -magnitude(abs(z) - 1))
+    contacts, switches, starts = [int(z > 1) - int(z < -1)], list[Switch](), {}
     both = arb_mat(d + 1, d + 1, [state[i, 0] if j == 0 else int(i == j - 1) for i in range(d) for j in range(d + 1)]
                    + [int(j == 0) for j in range(d + 1)])
     for index, cell in enumerate(equations.cells):  # ``both`` has the columns (w, 1) and (derivative of w, 0)
@@ -271,12 +273,3 @@ def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
                                    equations.duration * there[1, 0], block(there, d, range(1, d + 1))))
         both = flow.end * both
     return Trajectory(contacts, switches, starts, block(both, d, range(1)), block(both, d, range(1, d + 1)))
-
-
-def contact_state(z: arb) -> int:
-    """The contact state at a section from z; raises `UndecidedError` if the ball contains 1 or -1."""
-    if z > 1 or z < -1:
-        return 1 if z > 0 else -1
-    if abs(z) < 1:
-        return 0
-    raise UndecidedError("section on the contact boundary", -magnitude(abs(z) - 1))

@@ -13,7 +13,6 @@ needs), the place on a segment of states (`SegmentTube`), or parameters too (`fa
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -72,11 +71,17 @@ class Tube:
             raise UndecidedError("section on the contact boundary", gap)
         part, time = 0, arb(0)
         for window in (*windows, None):
-            for index, first, last in pieces(self.equations, time, window.low if window else arb(1)):
-                self._piece(part, index, first, last)
+            self._pieces(part, time, window.low if window else arb(1))
             if window:
                 self._through(window)
                 part, time = window.last + 1, window.high
+
+    def _pieces(self, part: int, low: arb, high: arb) -> None:
+        """Follow the motions between two times, in one contact state, through all cells between."""
+        for index, cell in enumerate(self.equations.cells):
+            if _later(cell.end, low) and _later(high, cell.begin):
+                self._piece(part, index, (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0),
+                            (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1))
 
     def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
         """Follow the motions from the share ``first`` to the share ``last`` of a cell, in one contact state."""
@@ -106,21 +111,11 @@ class Tube:
         return found, least(speed)
 
 
-def pieces(equations: MeshEquations, low: arb, high: arb) -> Iterator[tuple[int, arb, arb]]:
-    """The numbers of the cells between two times, with the shares of each between which they lie."""
-    for index, cell in enumerate(equations.cells):
-        if _later(cell.end, low) and _later(high, cell.begin):
-            yield (index, (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0),
-                   (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1))
-
-
 def _later(time: arb, other: arb) -> bool:
     """Whether a time is later than another; raises `UndecidedError` if the balls do not tell."""
-    if time > other:
-        return True
-    if time <= other:
-        return False
-    raise UndecidedError("bits exhausted", -magnitude(time - other))
+    if not (time > other or time <= other):
+        raise UndecidedError("bits exhausted", -magnitude(time - other))
+    return bool(time > other)
 
 
 def speed_at(switch: Switch) -> float:
