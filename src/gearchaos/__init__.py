@@ -28,7 +28,7 @@ _OTHERS = {
     "card": "cards.make", "save": "datasets",
     "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",
     "explore": "explorer.web.notebook",
-    "SymbolicModel": "interchange.symbolic_model", "script": "interchange.scripts",
+    "SymbolicModel": "interchange.symbolic", "script": "interchange.scripts",
     "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",
 }
 """The submodule that defines each public name that is no study."""

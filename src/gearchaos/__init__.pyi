@@ -27,9 +27,9 @@ from gearchaos.gears.operating import AnyModel
 from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
 from gearchaos.interchange.scripts import script as script
+from gearchaos.interchange.symbolic import SymbolicModel as SymbolicModel
 from gearchaos.interchange.symbolic import from_sympy as from_sympy
 from gearchaos.interchange.symbolic import to_sympy as to_sympy
-from gearchaos.interchange.symbolic_model import SymbolicModel as SymbolicModel
 from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import SteppedStiffness as SteppedStiffness

@@ -8,12 +8,12 @@ from flint import arb, arb_mat
 
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness
 from gearchaos.proof.balls import ball, precision
-from gearchaos.proof.certificate import Certificate, Unproved
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import Certificate, UndecidedError, Unproved
 from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import prove_orbit
-from gearchaos.proof.tube import StartTube, trajectory
+from gearchaos.proof.tube import StartTube
 
 BITS = 128
 LINEAR = {"kind": "single", "omega": 1.75, "zeta": 0.0625, "q0": 0.25, "chi1": 0.0, "chi2": 0.0}

@@ -10,19 +10,18 @@ from gearchaos.model import MeshModel
 from gearchaos.proof import tube as tubes
 from gearchaos.proof.balls import least, magnitude, norm, precision, rounded
 from gearchaos.proof.candidate import Candidate, CyclicSystem
-from gearchaos.proof.crossing import (
+from gearchaos.proof.certificate import UndecidedError
+from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.motion import (
     BOUNDARIES,
     Displacement,
-    UndecidedError,
     _verified,
     clearance,
     clearance_by_bounds,
     crossing_time,
     first_crossing,
 )
-from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.prove import _separation
 from gearchaos.proof.series import Flow, constant_series
 from gearchaos.proof.stability import _positive_eigenvalues, stability
 from gearchaos.proof.tube import StartTube
@@ -284,9 +283,9 @@ def test_cubes_that_overlap_are_not_told_apart():
     """Centres 3/2 r apart: the cubes of radius r overlap."""
     points = [[Fraction(0)], [Fraction(3, 2000)]]
     candidate = Candidate(None, points, [])
-    assert _separation(candidate, Fraction(1, 2000)) == pytest.approx(1)
+    assert candidate.separation(Fraction(1, 2000)) == pytest.approx(1)
     with pytest.raises(UndecidedError, match="period not minimal"):
-        _separation(candidate, Fraction(1, 1000))
+        candidate.separation(Fraction(1, 1000))
 
 
 def test_enclosure_over_a_long_time_is_refused():

@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.proof.balls import from_text, precision, to_text
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.events import connection
 from gearchaos.proof.families.exclusion import Region, distance, neighbours

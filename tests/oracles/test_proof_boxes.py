@@ -16,14 +16,13 @@ from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, SteppedStiffness
 from gearchaos.proof.balls import block, precision
 from gearchaos.proof.candidate import converged
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.boxes import BoxSystem
+from gearchaos.proof.families.boxes import BoxSystem, ParameterTube
 from gearchaos.proof.families.coefficients import shifted
 from gearchaos.proof.families.events import connection
-from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters, lifted
-from gearchaos.proof.tube import trajectory
 from gearchaos.studies.proofs import orbit_points
 
 BITS = 128

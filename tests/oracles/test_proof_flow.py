@@ -13,10 +13,11 @@ from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TwoL
 from gearchaos.model.coordinates import from_physical, initial_state, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.proof.balls import precision
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters
-from gearchaos.proof.tube import StartTube, trajectory
+from gearchaos.proof.tube import StartTube
 
 heyoka_oracle = pytest.importorskip(
     "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError

@@ -12,11 +12,11 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TwoLevelStiffness, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.proof.balls import precision
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.chaos import Parallelogram, prove_covering
-from gearchaos.proof.families.segment import segment_image
 from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.tube import segment_image
 
 ROUNDING = 1e-11
 """Largest error of the floats compared with."""

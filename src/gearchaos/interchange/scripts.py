@@ -15,11 +15,9 @@ from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effe
 from gearchaos.model.coordinates import initial_values, transmission_error_at_start
 from gearchaos.quantities import quantity
 
+# The template of each tool for which scripts are written:
 TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
-"""The template of each tool for which scripts are written."""
-
-PERIODS = 20
-"""Mesh periods that a script integrates unless its user gives another number."""
+PERIODS = 20  # mesh periods that a script integrates unless its user gives another number
 
 
 def script(model: AnyModel, tool: str = "scipy") -> str:

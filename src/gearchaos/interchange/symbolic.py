@@ -1,40 +1,142 @@
-"""From a model to its equations in SymPy, and back."""
+"""A model's equations in SymPy: the model as a value there, from it and back, and whether two of them agree."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.interchange.symbolic_model import (
-    TAU,
-    SymbolicModel,
-    check_equal,
-    check_symbols,
-    function,
-    symbol,
-    sympy,
-)
-from gearchaos.model import (
-    SCALARS,
-    STIFFNESS_KINDS,
-    SUPPORTS,
-    HarmonicStiffness,
-    MeshModel,
-    Stiffness,
-    TransmissionError,
-    has_effect,
-)
-from gearchaos.model.waveforms import harmonics
+from gearchaos.model import SCALARS, STIFFNESS_KINDS, SUPPORTS, HarmonicStiffness, MeshModel, Stiffness, has_effect
+from gearchaos.model.waveforms import TransmissionError, harmonics
 from gearchaos.quantities import HARMONICS
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
-    from sympy import Eq
+    from sympy import Basic, Eq, Expr, Symbol
     from sympy.core.function import AppliedUndef
+
+# The functions of τ that may be coordinates; z is none where it has a definition:
+COORDINATES = ("x1", "x2", "y1", "y2", "z")
+
+
+def sympy() -> Any:
+    """The module `sympy`; raises `InputError` if it is not installed."""
+    try:
+        import sympy as module
+    except ImportError:
+        raise InputError("SymPy", "must be installed for symbolic equations", "missing",
+                         'Run: pip install "gearchaos[sympy]".') from None
+    return module
+
+
+def symbol(name: str) -> Any:
+    """The symbol of a parameter, or of the time τ, ``tau``."""
+    return sympy().Symbol(name, real=True)
+
+
+def function(name: str) -> Any:
+    """The function of τ with this name."""
+    return sympy().Function(name)(symbol("tau"))
+
+
+@dataclass(frozen=True)
+class SymbolicModel:
+    """The equations of a gear mesh in SymPy.
+
+    Attributes
+    ----------
+    equations : tuple of sympy.Eq
+        The equations of motion: the rows of (2.12) for x1(τ), x2(τ) and, in the full model, y1(τ), y2(τ); (2.17) for
+        z(τ) in the single model.
+    definitions : mapping of sympy function of τ to sympy.Expr
+        The functions in the equations that are no coordinates: the mesh force S, the relative displacement z, the
+        backlash function f, the mesh stiffness chi and the transmission error epsilon. A definition may contain others.
+    values : mapping of sympy.Symbol to float
+        The parameters by their symbols, whose names are those of `MeshModel.of`; the levels of a stepped stiffness are
+        level1, start1, level2, ….
+    initial : mapping of str to float
+        Initial values by name of coordinate, as in `MeshModel`.
+
+    Raises
+    ------
+    InputError
+        If SymPy is not installed, for what is no equation, or for values that are no real numbers.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> symbolic = gc.to_sympy(gc.MeshModel.of(kind="torsional", omega=0.8, eps1=0.1))
+    >>> len(symbolic.equations), [str(f) for f in symbolic.coordinates]
+    (2, ['x1(tau)', 'x2(tau)'])
+    """
+
+    equations: tuple[Eq, ...]
+    definitions: Mapping[AppliedUndef, Expr]
+    values: Mapping[Symbol, float]
+    initial: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.equations, Sequence) or not self.equations or not all(
+                isinstance(equation, sympy().Eq) for equation in self.equations):
+            raise InputError("equations", "must be a sequence of sympy.Eq", self.equations,
+                             "E.g. [sympy.Eq(left, right)].")
+        for key, value in self.values.items():
+            if not isinstance(key, sympy().Symbol):
+                raise InputError("values", "must have symbols of SymPy as keys", key,
+                                 "Use those of gearchaos.to_sympy(model).")
+            try:
+                float(value)
+            except (TypeError, ValueError):
+                raise InputError("values", "must be real numbers", f"{key} = {value}") from None
+        object.__setattr__(self, "equations", tuple(self.equations))
+        for name in ("definitions", "values", "initial"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @property
+    def coordinates(self) -> tuple[AppliedUndef, ...]:
+        """The functions of τ without definition, x1, x2, y1, y2, z first."""
+        written = (*self.equations, *self.definitions.values())
+        found = {f.func.__name__: f for e in written for f in e.atoms(sympy().core.function.AppliedUndef)}
+        known = {f.func.__name__ for f in self.definitions}
+        order = [*COORDINATES, *sorted(found.keys() - {*COORDINATES})]
+        return tuple(found[n] for n in order if n in found and n not in known)
+
+    def accelerations(self) -> dict[AppliedUndef, Expr]:
+        """The second derivative of each coordinate as a function of τ, the coordinates and their first derivatives.
+
+        All definitions are inserted; the parameters remain symbols.
+
+        Raises
+        ------
+        InputError
+            If the equations do not determine the second derivatives.
+        """
+        sp, coordinates = sympy(), self.coordinates
+        unknown = [sp.Dummy(f"a_{f.func.__name__}") for f in coordinates]
+        second = {f.diff(symbol("tau"), 2): a for f, a in zip(coordinates, unknown, strict=True)}
+        rows = sp.Matrix([_inserted(e.lhs - e.rhs, self.definitions).xreplace(second) for e in self.equations])
+        matrix = rows.jacobian(unknown)
+        if matrix.rows != matrix.cols or matrix.atoms(sp.Dummy) or matrix.det() == 0:
+            raise InputError("equations", "must determine the second derivative of each coordinate", self.equations,
+                             f"There are {len(self.equations)} equations for {', '.join(map(str, coordinates))}.")
+        rest = rows.xreplace(dict.fromkeys(unknown, sp.S.Zero))
+        return dict(zip(coordinates, -matrix.LUsolve(rest), strict=True))
+
+
+def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Basic:
+    """An expression with definitions inserted until none of their functions is left, and derivatives carried out."""
+    for _ in range(len(definitions) + 1):
+        expression = expression.subs(definitions).doit()
+    if circular := expression.atoms(*map(type, definitions)) & set(definitions):
+        raise InputError("definitions", "must not lead back to themselves", ", ".join(sorted(map(str, circular))))
+    return expression
 
 
 def to_sympy(model: AnyModel) -> SymbolicModel:
@@ -68,12 +170,8 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     found = as_model(model)
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
     values |= {**harmonics(found.error, "eps", "theta"), **_numbered(found.stiffness.numbers())}
-    return SymbolicModel(
-        equations=_rows(found.kind),
-        definitions=_definitions(found),
-        values={symbol(name): value for name, value in values.items()},
-        initial=found.initial,
-    )
+    return SymbolicModel(_rows(found.kind), _definitions(found),
+                         {symbol(name): value for name, value in values.items()}, found.initial)
 
 
 def from_sympy(symbolic: SymbolicModel) -> MeshModel:
@@ -110,27 +208,28 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
     if not isinstance(symbolic, SymbolicModel):
         raise InputError("symbolic", "must be a SymbolicModel", f"a {type(symbolic).__name__}",
                          "E.g. gearchaos.to_sympy(model).")
-    names = {f.func.__name__ for f in symbolic.coordinates}
-    kinds = {frozenset({"z"}): "single", frozenset({"x1", "x2"}): "torsional",
-             frozenset({"x1", "x2", "y1", "y2"}): "full"}
-    if frozenset(names) not in kinds:
-        raise InputError("equations", "must be those of x1, x2, or of x1, x2, y1, y2, or of z", sorted(names),
+    names = sorted(f.func.__name__ for f in symbolic.coordinates)
+    kind = {("z",): "single", ("x1", "x2"): "torsional", ("x1", "x2", "y1", "y2"): "full"}.get(tuple(names))
+    if kind is None:
+        raise InputError("equations", "must be those of x1, x2, or of x1, x2, y1, y2, or of z", names,
                          "Other functions of τ need a definition.")
-    check_symbols(symbolic)
-    values = {s.name: float(v) for s, v in symbolic.values.items()}
-    scalars, parts = _named(values)
+    free = set().union(*(e.free_symbols for e in (*symbolic.equations, *symbolic.definitions.values())))
+    if missing := sorted(s.name for s in free - set(symbolic.values) - {symbol("tau")}):
+        raise InputError("values", "must have a value for each symbol of the equations", missing,
+                         "Symbols are compared by name and assumptions: use those of gearchaos.to_sympy(model).")
+    scalars, parts = _named({s.name: float(v) for s, v in symbolic.values.items()})
     if symbolic.definitions.get(function("chi")) == 1:  # constant, and so without symbols by which it could be known
         parts = {"stiffness": HarmonicStiffness(()), **parts}
     if symbolic.definitions.get(function("epsilon")) == 0:
         parts = {"error": TransmissionError(()), **parts}
-    model = MeshModel.of(kinds[frozenset(names)], **scalars, **parts, initial=symbolic.initial)
-    check_equal(symbolic, to_sympy(model))
+    model = MeshModel.of(kind, **scalars, **parts, initial=symbolic.initial)
+    _check_equal(symbolic, to_sympy(model))
     return model
 
 
 def _rows(kind: str) -> tuple[Eq, ...]:
     """The equations of motion: (2.12) of both wheels, or (2.17) with (2.18) of the relative motion."""
-    sp, tau, force = sympy(), TAU(), function("S")
+    sp, tau, force = sympy(), symbol("tau"), function("S")
     if kind == "single":
         z, J1, J2 = function("z"), symbol("J1"), symbol("J2")
         q0 = symbol("q1") / J1 + symbol("q2") / J2
@@ -147,7 +246,7 @@ def _rows(kind: str) -> tuple[Eq, ...]:
 
 def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
     """The functions in the equations that are no coordinates: (2.5), (2.14), (2.13), (2.16) or (2.7), (2.15)."""
-    sp, tau, z = sympy(), TAU(), function("z")
+    sp, tau, z = sympy(), symbol("tau"), function("z")
     lateral = function("y1") - function("y2") if model.kind == "full" else 0
     relative = {} if model.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
     return {
@@ -168,7 +267,7 @@ def _stiffness(stiffness: Stiffness) -> Any:
     parts = stiffness.parts(symbols)
     if not parts:
         return 1 + series
-    share = sp.Mod(symbol("omega") * TAU() / (2 * sp.pi), 1)  # of the mesh period that has passed
+    share = sp.Mod(symbol("omega") * symbol("tau") / (2 * sp.pi), 1)  # of the mesh period that has passed
     (first, _), (_, last) = parts[0], parts[-1]
     before = [] if first == 0 else [(last, share < first)]
     ends = (start for start, _ in parts[1:])
@@ -178,7 +277,7 @@ def _stiffness(stiffness: Stiffness) -> Any:
 
 def _series(count: int, amplitude: str, phase: str) -> Any:
     """Σ a_j cos(jωτ − p_j) with symbols for amplitudes and phases."""
-    sp, angle = sympy(), symbol("omega") * TAU()
+    sp, angle = sympy(), symbol("omega") * symbol("tau")
     return sum((symbol(f"{amplitude}{j}") * sp.cos(j * angle - symbol(f"{phase}{j}")) for j in range(1, count + 1)),
                sp.S.Zero)
 
@@ -197,9 +296,8 @@ def _named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any
     owners: dict[str, tuple[str, Any, str]] = {
         "eps": ("error", TransmissionError, "amplitudes"), "theta": ("error", TransmissionError, "phases")}
     for kind in STIFFNESS_KINDS.values():
-        owners |= {_singular(kind.letters.get(field, field)): ("stiffness", kind, field) for field in kind.lists()}
-    numbers: dict[str, dict[int, float]] = {}
-    single = {}
+        owners |= {_singular(kind.letters.get(key, key)): ("stiffness", kind, key) for key in kind.lists()}
+    single, numbers = {}, dict[str, dict[int, float]]()
     for name, value in values.items():
         found = re.fullmatch(r"([a-z]+)([1-9]\d*)", name)
         if found and found[1] in owners:
@@ -209,22 +307,50 @@ def _named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any
         else:
             single[name] = value
     parts: dict[tuple[str, Any], dict[str, tuple[float, ...]]] = {}
-    for name, (part, kind_of_part, field) in owners.items():
-        if name in numbers:
-            parts.setdefault((part, kind_of_part), {})[field] = _list(name, numbers[name])
+    for name, (part, kind, key) in owners.items():
+        if name in numbers:  # without gaps, except for harmonics: they are 0 there
+            given = numbers[name]
+            if name not in HARMONICS and sorted(given) != list(range(1, len(given) + 1)):
+                raise InputError("values", f"must have {name}1, {name}2, … without gaps", sorted(given))
+            parts.setdefault((part, kind), {})[key] = tuple(given.get(i, 0.0) for i in range(1, max(given) + 1))
     return single, {  # lists without value are empty
         part: kind(**{f.name: lists.get(f.name, ()) for f in fields(kind) if "tuple" in str(f.type)})
         for (part, kind), lists in parts.items()
     }
 
 
-def _singular(name: str) -> str:
-    """The name of one of the numbers of a list: level of levels."""
+def _singular(name: str) -> str:  # level of levels
     return name if name in HARMONICS else name.removesuffix("s")
 
 
-def _list(name: str, numbers: Mapping[int, float]) -> tuple[float, ...]:
-    """The values of a series by their numbers 1, 2, …, without gaps except for harmonics, which are 0 there."""
-    if name not in HARMONICS and sorted(numbers) != list(range(1, len(numbers) + 1)):
-        raise InputError("values", f"must have {name}1, {name}2, … without gaps", sorted(numbers))
-    return tuple(numbers.get(i, 0.0) for i in range(1, max(numbers) + 1))
+_STATES, _SEED = 400, 1  # number of random states at which equations are compared, and the seed of the random numbers
+# Relative difference up to which two accelerations are called equal: many times the rounding of their terms:
+_TOLERANCE = 1e-10
+
+
+def _check_equal(given: SymbolicModel, expected: SymbolicModel) -> None:
+    """Raise `InputError` unless both have the same accelerations at random times and states."""
+    names = [f.func.__name__ for f in given.coordinates]
+    random = np.random.default_rng(_SEED)
+    omega = next((float(v) for s, v in given.values.items() if s.name == "omega"), 1.0)
+    tau = random.uniform(0, 6 * math.pi / omega, _STATES)  # in three mesh periods
+    state = random.uniform(-2, 2, (2 * len(names), _STATES))  # in all contact states
+    for name, ours, theirs in zip(names, *(_accelerations(s, tau, state) for s in (expected, given)), strict=True):
+        wrong = np.abs(theirs - ours) > _TOLERANCE * (1 + np.abs(ours))
+        if np.any(wrong) or not np.all(np.isfinite(theirs)):
+            i = int(np.argmax(wrong))
+            raise InputError(f"equation of {name}", "must be that of docs/model.md with the given values",
+                             f"{name}'' = {theirs[i]:.12g} instead of {ours[i]:.12g} at τ = {tau[i]:.6g}",
+                             "Print gearchaos.to_sympy(model).equations and .definitions for the form.")
+
+
+def _accelerations(symbolic: SymbolicModel, tau: np.ndarray, state: np.ndarray) -> list[np.ndarray]:
+    """The second derivative of each coordinate at times (N,) and states (2 count, N): x, x', …, each (N,)."""
+    sp, coordinates = sympy(), symbolic.coordinates
+    plain = [sp.Dummy() for _ in range(2 * len(coordinates))]
+    values = dict(zip(coordinates, plain[::2], strict=True))
+    rates = {f.diff(symbol("tau")): rate for f, rate in zip(coordinates, plain[1::2], strict=True)}
+    numbers = {s: sp.Float(float(v), 17) for s, v in symbolic.values.items()}
+    expressions = [e.xreplace(rates).xreplace(values).xreplace(numbers) for e in symbolic.accelerations().values()]
+    compute = sp.lambdify([symbol("tau"), *plain], expressions, "numpy", cse=True)
+    return [np.broadcast_to(np.asarray(a, dtype=float), tau.shape) for a in compute(tau, *state)]

@@ -23,9 +23,7 @@ except ModuleNotFoundError as error:
         name="flint",
     ) from None
 
-LEAST_BITS, MOST_BITS = 53, 800
-"""Precisions, in bits, that a proof accepts."""
-
+LEAST_BITS, MOST_BITS = 53, 800  # precisions, in bits, that a proof accepts
 _HEXADECIMAL = re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-]?[0-9]+)")
 _DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?")
 _LARGEST_EXPONENT = 20_000
@@ -128,6 +126,11 @@ def block(matrix: arb_mat, rows: int, columns: range) -> arb_mat:
     return arb_mat(rows, len(columns), [matrix[i, j] for i in range(rows) for j in columns])
 
 
+def from_columns(columns: list[list[arb]]) -> arb_mat:
+    """The matrix with these columns."""
+    return arb_mat([list(row) for row in zip(*columns, strict=True)])
+
+
 def unit(size: int) -> arb_mat:
     """The unit matrix."""
     return arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
@@ -135,9 +138,7 @@ def unit(size: int) -> arb_mat:
 
 def with_one(matrix: arb_mat) -> arb_mat:
     """A matrix (d, d) that acts on (w, 1) too, with the 1 left as it is: (d + 1, d + 1)."""
-    d = matrix.nrows()
-    entries = [v for row in matrix.tolist() for v in (*row, arb(0))]
-    return arb_mat(d + 1, d + 1, [*entries, *[arb(0)] * d, arb(1)])
+    return arb_mat([[*row, arb(0)] for row in matrix.tolist()] + [[arb(0)] * matrix.nrows() + [arb(1)]])
 
 
 def norm(matrix: arb_mat) -> float:

@@ -19,8 +19,8 @@ import numpy as np
 
 from gearchaos.model.parameters import MeshModel
 
+# Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load:
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-"""Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load."""
 
 
 class OrbitToProve(NamedTuple):
@@ -32,15 +32,13 @@ class OrbitToProve(NamedTuple):
 
 
 def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
-    """Prove orbits one after the other in a new process; gives the codes of `certificate.proof_codes`, (L, 2) of int8.
+    """Prove orbits one after the other in a new process; gives their codes (`Proved`, reason), (L, 2) of int8.
 
     Raises `RuntimeError` if the process fails; the message has the last line that it wrote to stderr.
     """
-    code = "from gearchaos.proof.batch import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code], input=pickle.dumps(orbits, pickle.HIGHEST_PROTOCOL), capture_output=True,
-        env=os.environ | _ONE_THREAD, check=False,
-    )
+    command = [sys.executable, "-P", "-c", "from gearchaos.proof.batch import main; main()"]
+    done = subprocess.run(command, input=pickle.dumps(orbits, pickle.HIGHEST_PROTOCOL), capture_output=True,
+                          env=os.environ | _ONE_THREAD, check=False)
     if done.returncode:
         last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
         raise RuntimeError(f"the process that proves orbits failed, {' '.join(last) or f'code {done.returncode}'}")
@@ -50,13 +48,14 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
 def main() -> None:
     """Prove the orbits on stdin, and write their codes to stdout. Interrupts are left to the parent process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from gearchaos.proof.certificate import Certificate, proof_codes
+    from gearchaos.proof.certificate import NO_REASON, REASON_CODES, Certificate, Proved
     from gearchaos.proof.prove import prove_at_some_phase
 
-    codes = []
+    codes, known = [], {reason: code for code, reason in REASON_CODES.items()}
     for model, points, certificate in pickle.load(sys.stdin.buffer):
         result = prove_at_some_phase(model, points)
         if certificate is not None and isinstance(result, Certificate):
             result.write(Path(certificate))
-        codes.append(proof_codes(result))
+        codes.append((int(Proved.PROVED), NO_REASON) if isinstance(result, Certificate) else
+                     (int(Proved.NOT_PROVED), known[result.reason]))
     sys.stdout.buffer.write(pickle.dumps(codes))

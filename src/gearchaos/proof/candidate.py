@@ -16,43 +16,32 @@ of a product of matrices of floats with inner dimension N are at most γ times t
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, magnitude, rounded
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.tube import Trajectory, trajectory
+from gearchaos.proof.motion import Trajectory, trajectory
 
-UNIT = 2.0**-53
-"""u, the largest relative rounding error of a float."""
-
-_LEAST_CONTRACTION = 0.1
-"""Least margin of Krawczyk's operator."""
-
-_MOST_STEPS = 12
-"""Most steps of Newton's method."""
-
-_GUARD_BITS = 16
-"""Refined points are multiples of 2^(_GUARD_BITS - bits)."""
-
-_ROUNDING_BITS = 40
-"""Corrections below 2^(_ROUNDING_BITS - bits) may be rounding errors."""
-
-_NEAR = 1e-3
-"""A first correction by Newton's method above this means that the points are not near an orbit."""
-
+UNIT = 2.0**-53  # u, the largest relative rounding error of a float
+_LEAST_CONTRACTION = 0.1  # least margin of Krawczyk's operator
+_MOST_STEPS = 12  # most steps of Newton's method
+_GUARD_BITS = 16  # refined points are multiples of 2^(_GUARD_BITS - bits)
+_ROUNDING_BITS = 40  # corrections below 2^(_ROUNDING_BITS - bits) may be rounding errors
+_NEAR = 1e-3  # a first correction by Newton's method above this means that the points are not near an orbit
 _MOST_STEPS_FAR = 60
 _CONVERGED = 1e-20
-_FAR = 0.3
-"""A first correction by `converged` above this means that no orbit is near."""
+_FAR = 0.3  # a first correction by `converged` above this means that no orbit is near
+COARSE_GUARD_BITS = 32  # as `_GUARD_BITS`, where the equations may be nearly singular
 
-COARSE_GUARD_BITS = 32
-"""As `_GUARD_BITS`, where the equations may be nearly singular."""
+Points = list[list[Fraction]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,17 +49,16 @@ class Candidate:
     """Points near an orbit of period n, with the motions from them over one mesh period."""
 
     equations: MeshEquations
-    points: list[list[Fraction]]  # n points c_k of d coordinates
+    points: Points  # n points c_k of d coordinates
     trajectories: list[Trajectory]  # the motion from each point
 
     @classmethod
-    def at(cls, equations: MeshEquations, points: list[list[Fraction]]) -> Candidate:
+    def at(cls, equations: MeshEquations, points: Points) -> Candidate:
         """The candidate with these points; raises `UndecidedError` where a motion cannot be followed."""
         return cls(equations, points, [trajectory(equations, column(point)) for point in points])
 
     @property
     def period(self) -> int:
-        """n."""
         return len(self.points)
 
     @cached_property
@@ -97,6 +85,21 @@ class Candidate:
         """The largest entry of the correction, about the distance from the orbit."""
         return float(np.abs(self.correction).max())
 
+    def separation(self, radius: Any, reach: np.ndarray | None = None) -> float | None:
+        """The least distance of the first cube and that of a proper divisor of the period, over the radius.
+
+        With ``reach`` (n, d), of boxes with these half edges. It is None for period 1. Raises `UndecidedError` if two
+        may overlap.
+        """
+        gaps = []
+        for k in (k for k in range(1, self.period) if self.period % k == 0):
+            apart = [abs(a - b) for a, b in zip(self.points[0], self.points[k], strict=True)]
+            gaps.append(max(apart) - 2 * radius if reach is None else max(
+                float(v) * (1 - 1e-12) - a - b for v, a, b in zip(apart, reach[0], reach[k], strict=True)))
+        if gaps and min(gaps) <= 0:
+            raise UndecidedError("period not minimal", float(min(gaps)))
+        return float(min(gaps) / radius) if gaps else None
+
     def box(self, k: int, radius: Fraction) -> arb_mat:
         """The cube about point k, (d, 1)."""
         half = ball(radius)
@@ -113,8 +116,8 @@ class Candidate:
             if not following.error < 0.5 * candidate.error:
                 at_rounding = candidate.error < 2.0 ** (_ROUNDING_BITS - self.equations.bits)
                 near = "bits exhausted" if at_rounding else "Krawczyk not contracting"
-                reason = near if candidate.error < _NEAR else "Newton diverged"
-                raise UndecidedError(reason, 1 - candidate.error / tolerance)
+                raise UndecidedError(near if candidate.error < _NEAR else "Newton diverged",
+                                     1 - candidate.error / tolerance)
             candidate, steps = following, steps + 1
         return candidate
 
@@ -123,27 +126,22 @@ class Candidate:
         return Candidate.at(self.equations, moved(self.equations, self.points, self.correction, guard_bits))
 
 
-def converged(equations: MeshEquations, points: list[list[Fraction]]) -> Candidate | None:
+def converged(equations: MeshEquations, points: Points) -> Candidate | None:
     """The orbit to which Newton's method leads from points, if it converges to rounding errors; else None."""
-    try:
+    with suppress(UndecidedError):
         candidate = Candidate.at(equations, points)
         for _ in range(_MOST_STEPS_FAR):
             if candidate.error <= _CONVERGED:
                 return candidate
             if not candidate.error < _FAR:
-                return None
+                break
             candidate = candidate.corrected(COARSE_GUARD_BITS)
-    except UndecidedError:
-        pass
     return None
 
 
-def moved(
-    equations: MeshEquations, points: list[list[Fraction]], changes: np.ndarray, guard_bits: int
-) -> list[list[Fraction]]:
+def moved(equations: MeshEquations, points: Points, changes: np.ndarray, guard_bits: int) -> Points:
     """Points plus changes (n, d), rounded to multiples of 2^(``guard_bits`` - bits)."""
-    digits = equations.bits - guard_bits
-    return [[rounded(ball(c) + change, digits) for c, change in zip(point, row, strict=True)]
+    return [[rounded(ball(c) + change, equations.bits - guard_bits) for c, change in zip(point, row, strict=True)]
             for point, row in zip(points, changes.tolist(), strict=True)]
 
 
@@ -160,9 +158,8 @@ def float_midpoint(matrix: arb_mat) -> np.ndarray:
 def midpoints_and_spread(slopes: list[arb_mat]) -> tuple[list[np.ndarray], np.ndarray]:
     """Midpoints (d, d) of n matrices in floats, and upper bounds (n d,) of the row sums of the distances from them."""
     middle = list(map(float_midpoint, slopes))
-    rows = [row for matrix in slopes for row in matrix.tolist()]
-    near = [row for matrix in middle for row in matrix.tolist()]
-    spread = [sum(magnitude(v - m) for v, m in zip(row, at, strict=True)) for row, at in zip(rows, near, strict=True)]
+    spread = [sum(magnitude(v - m) for v, m in zip(row, near, strict=True)) for matrix, at in zip(
+        slopes, middle, strict=True) for row, near in zip(matrix.tolist(), at.tolist(), strict=True)]
     return middle, np.array(spread) * (1 + 1e-14)
 
 
@@ -193,18 +190,13 @@ class CyclicSystem:
             return None
         return cls(inverse) if np.isfinite(inverse).all() else None
 
-    @property
-    def norm(self) -> float:
-        """The norm of the inverse: how many times larger than the defects the corrections of the points are."""
-        return float(np.abs(self.inverse).sum(axis=1).max())
-
     def newton_step(self, defects: list[arb_mat]) -> np.ndarray:
         """The correction (n, d) of the points by Newton's method, from P(c_k) - c_(k+1), each (d, 1)."""
         values = np.array([float(v) for defect in defects for v in defect.mid().entries()])
         return -(self.inverse @ values).reshape(len(defects), -1)
 
     def contraction(self, slopes: list[arb_mat], defects: list[arb_mat], radius: float) -> float:
-        """As `margin`, proved to be large enough; raises `UndecidedError` if it is not."""
+        """As `margin`; raises `UndecidedError` if it is not large enough."""
         existence = self.margin(slopes, defects, radius * (1 - 1e-15))
         if not existence > _LEAST_CONTRACTION:
             raise UndecidedError("Krawczyk not contracting", existence)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from gearchaos.files import write_bytes
 
@@ -48,22 +49,12 @@ EVENT_REASONS = {
 
 @dataclass(frozen=True)
 class Unproved:
-    """A periodic orbit or a chaotic set that is not proved; nothing is known to be false.
-
-    Attributes
-    ----------
-    reason : str
-        One of `REASONS`, `EVENT_REASONS` or `CHAOS_REASONS`.
-    margin : float
-        The quantity that should have been positive; at most 0, or not a number where it could not be computed.
-    bits : int
-        The largest precision tried.
-    """
+    """A periodic orbit or a chaotic set that is not proved; nothing is known to be false."""
 
     proved: ClassVar[bool] = False
-    reason: str
-    margin: float
-    bits: int = 0
+    reason: str  # one of `REASONS`, `EVENT_REASONS` or `CHAOS_REASONS`
+    margin: float  # what should have been positive; at most 0, or not a number where it could not be computed
+    bits: int = 0  # the largest precision tried
 
     def __bool__(self) -> bool:
         """False, so that ``if prove(model):`` asks whether there is a proof."""
@@ -79,33 +70,49 @@ class Unproved:
         return (REASONS | EVENT_REASONS | CHAOS_REASONS)[self.reason]
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as JSON-ready values."""
         return {"proved": False, "reason": self.reason, "meaning": self.meaning, "margin": self.margin,
                 "bits": self.bits}
 
 
-@dataclass(frozen=True, eq=False)
-class Theorem:
-    """What is proved: the base of all certificates.
+class UndecidedError(Exception):
+    """A property that could not be proved, with the reason and the margin of `Unproved`.
 
-    Attributes
-    ----------
-    document : dict
-        The certificate in the form in which it is written, see ``docs/proofs.md``.
+    ``bits`` is the largest precision tried, if it is not the present one.
     """
 
+    def __init__(self, reason: str, margin: float, bits: int | None = None) -> None:
+        super().__init__(reason, margin)
+        self.reason, self.margin, self.bits = reason, margin, bits
+
+    def unproved(self, bits: int) -> Unproved:
+        """The result of a proof that failed at this precision."""
+        return Unproved(self.reason, self.margin, self.bits or bits)
+
+
+Trial = TypeVar("Trial")
+Result = TypeVar("Result")
+
+
+def first_proved(prove: Callable[[Trial], Result], trials: Iterable[Trial], reason: str) -> Result:
+    """The result for the first trial that is proved; raises the last `UndecidedError`, or this one if none is tried."""
+    failure = UndecidedError(reason, 0.0)
+    for trial in trials:
+        try:
+            return prove(trial)
+        except UndecidedError as error:
+            failure = error
+    raise failure
+
+
+@dataclass(frozen=True, eq=False)
+class Theorem:
+    """What is proved: the base of all certificates."""
+
     proved: ClassVar[bool] = True
-    document: dict[str, Any]
+    document: dict[str, Any]  # the certificate in the form in which it is written, see ``docs/proofs.md``
 
-    @property
-    def theorem(self) -> str:
-        """What is proved, in words."""
-        return self.document["theorem"]
-
-    @property
-    def bits(self) -> int:
-        """The precision of the proof in bits."""
-        return self.document["bits"]
+    theorem = property(lambda self: self.document["theorem"], doc="What is proved, in words.")
+    bits = property(lambda self: self.document["bits"], doc="The precision of the proof in bits.")
 
     def in_words(self) -> str:
         """The theorem, with the precision of its proof."""
@@ -125,25 +132,11 @@ class Theorem:
 class Certificate(Theorem):
     """A proved periodic orbit."""
 
-    @property
-    def period(self) -> int:
-        """The minimal period in mesh periods."""
-        return self.document["period"]
-
-    @property
-    def radius(self) -> float:
-        """Half the edge of the cubes in which the orbit is unique."""
-        return float(self.document["radius"])
-
-    @property
-    def inside(self) -> int:
-        """Number of multipliers inside the unit circle."""
-        return self.document["stability"]["inside"]
-
-    @property
-    def outside(self) -> int:
-        """Number of multipliers outside the unit circle."""
-        return self.document["stability"]["outside"]
+    period = property(lambda self: self.document["period"], doc="The minimal period in mesh periods.")
+    radius = property(lambda self: float(self.document["radius"]),
+                      doc="Half the edge of the cubes in which the orbit is unique.")
+    inside = property(lambda self: self.document["stability"]["inside"], doc="Multipliers inside the unit circle.")
+    outside = property(lambda self: self.document["stability"]["outside"], doc="Multipliers outside the unit circle.")
 
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; the whole certificate is ``document``."""
@@ -162,26 +155,14 @@ class Proved(IntEnum):
     PROVED = 1
 
 
-NO_REASON = 0
-"""Code of the reason where there is none: the motion is proved, or its verdict is not periodic."""
-
-INFERRED = 1
-"""Code of the reason of a periodic motion that was inferred from neighbouring cells, not computed."""
-
+NO_REASON = 0  # code of the reason where there is none: the motion is proved, or its verdict is not periodic
+INFERRED = 1  # code of the reason of a periodic motion that was inferred from neighbouring cells, not computed
 REASON_CODES = {
     NO_REASON: "none", INFERRED: "inferred", 2: "Newton diverged", 3: "section on the contact boundary",
     4: "tangency undecided", 5: "windows overlap", 6: "too many switches", 7: "Krawczyk not contracting",
     8: "period not minimal", 9: "neutral", 10: "bits exhausted", 11: "too many steps",
 }
 """The reasons for which a periodic motion is not proved, by their codes in files of results. New ones are appended."""
-
-
-def proof_codes(result: Certificate | Unproved) -> tuple[int, int]:
-    """The codes (`Proved`, reason) of the result of a proof."""
-    if isinstance(result, Unproved):
-        codes = {reason: code for code, reason in REASON_CODES.items()}
-        return int(Proved.NOT_PROVED), codes[result.reason]
-    return int(Proved.PROVED), NO_REASON
 
 
 def checksum(document: dict[str, Any]) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb_mat
@@ -13,51 +13,34 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import LEAST_BITS, MOST_BITS, ball, precision, texts, to_fraction, to_text
 from gearchaos.proof.candidate import Candidate, float_midpoint
-from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, Unproved, used_versions
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import FORMAT, VERSION, Certificate, UndecidedError, Unproved, used_versions
 from gearchaos.proof.equations import MeshEquations, equations_at
+from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.tube import StartTube, trajectory
+from gearchaos.proof.tube import StartTube, Window
 from gearchaos.proof.verifier import sealed
 
-_PRECISIONS = (128, 192, 256, 384, 512, 768)
-"""Precisions in bits that are tried after the first one."""
-
-_FIRST_SPREAD = 1e-3
-"""The first radius tried is about this over the norm of the inverse of the linearised system."""
-
+_PRECISIONS = (128, 192, 256, 384, 512, 768)  # precisions in bits that are tried after the first one
+_FIRST_SPREAD = 1e-3  # the first radius tried is about this over the norm of the inverse of the linearised system
+# Steps from the first exponent, until a radius is proved; the largest one is then found by bisection:
 _STEPS = (0, 1, 2, 4, 6, 9, 13, 18, 24, 32, 42, 56, 76, 96, 126, 166, 216, 276, 356, 456, 596, 796, 996, 1196)
-"""Steps from the first exponent, until a radius is proved; the largest one is then found by bisection."""
-
-_CELLS_PER_POWER = 24
-"""Cells of the mesh period for which the radius of a certificate is made smaller by a power of 10."""
-
-_CLAIMED_SHARE = 0.1
-"""Share of the margins found that a certificate claims, so that other methods can confirm them."""
-
-_SHARE_OF_BITS = 0.55
-"""The least radius tried is 2^(-_SHARE_OF_BITS bits)."""
-
+_CELLS_PER_POWER = 24  # cells of the mesh period for which the radius of a certificate is made smaller by a power of 10
+_CLAIMED_SHARE = 0.1  # share of the margins found that a certificate claims, so that other methods can confirm them
+_SHARE_OF_BITS = 0.55  # the least radius tried is 2^(-_SHARE_OF_BITS bits)
+# Number of radii, one after the other, that must fail by the same margin before the search is given up:
 _RADII_COMPARED = 3
-"""Number of radii, one after the other, that must fail by the same margin before the search is given up."""
-
+# A proof that fails by less than this at the least radius may succeed at a smaller one, with a higher precision:
 _FINE = 1e-9
-"""A proof that fails by less than this at the least radius may succeed at a smaller one, with a higher precision."""
-
+# The reasons for failure that a smaller radius may remove:
 _DEPEND_ON_RADIUS = ("section on the contact boundary", "tangency undecided", "windows overlap")
-"""The reasons for failure that a smaller radius may remove."""
-
-_OTHER_PHASES = (0.375, 0.15625, 0.71875)
-"""Phases of the section that are tried where teeth may just touch at τ = k T."""
-
+_OTHER_PHASES = (0.375, 0.15625, 0.71875)  # phases of the section that are tried where teeth may just touch at τ = k T
 _BITS_OF_PHASE = 128
+# A point on a contact boundary is moved by this in its velocity direction; Newton's method corrects it:
 _OFF_BOUNDARY = 1e-11
-"""A point on a contact boundary is moved by this in its velocity direction; Newton's method corrects it."""
 
 
-@dataclass(frozen=True)
-class _Proof:
+class _Proof(NamedTuple):
     """All that is proved at the radius 10^-exponent."""
 
     exponent: int
@@ -68,33 +51,14 @@ class _Proof:
     separation: float | None
 
 
-def prove_orbit(
-    model: MeshModel, points: np.ndarray, bits: int = 128, phase: float = 0.0, *, max_bits: int = 512
-) -> Certificate | Unproved:
+def prove_orbit(model: MeshModel, points: np.ndarray, bits: int = 128, phase: float = 0.0, *,
+                max_bits: int = 512) -> Certificate | Unproved:
     """Prove that there is a periodic orbit near given points, the only one there, and count its multipliers.
 
-    Parameters
-    ----------
-    model : MeshModel
-        Its parameters are taken as exactly the floats they are. Initial values have no effect.
-    points : (n, d)
-        Approximate states w at τ = (k + phase) T, k = 0, ..., n - 1, for the minimal period n, in the coordinates of
-        ``docs/model.md``.
-    bits : int
-        First precision, 53 to 800.
-    phase : float
-        In [0, 1).
-    max_bits : int
-        Largest precision, tried where rounding errors may be the cause of a failure.
-
-    Returns
-    -------
-    Certificate or Unproved
-
-    Raises
-    ------
-    InputError
-        If an argument has a wrong shape or is out of range.
+    The parameters of the model are taken as exactly the floats they are; its initial values have no effect. ``points``
+    (n, d) are approximate states w at τ = (k + phase) T, k = 0, ..., n - 1, for the minimal period n, in the
+    coordinates of ``docs/model.md``. ``bits`` is the first precision, ``max_bits`` the largest one, tried where
+    rounding errors may be the cause of a failure.
     """
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or not points.size:
@@ -111,7 +75,7 @@ def prove_orbit(
         try:
             equations, working = equations_at(parameters, Fraction(phase), tried)
         except UndecidedError as failure:
-            return Unproved(failure.reason, failure.margin, tried)
+            return failure.unproved(tried)
         with precision(working):
             try:
                 candidate = Candidate.at(equations, lifted(points, equations.names))
@@ -119,18 +83,15 @@ def prove_orbit(
                     candidate = candidate.corrected()
                 return _certificate(_with_largest_radius(candidate))
             except UndecidedError as failure:
-                unproved = Unproved(failure.reason, failure.margin, tried)
-        fine = abs(unproved.margin) < _FINE and unproved.reason in _DEPEND_ON_RADIUS
-        if not fine and unproved.reason != "bits exhausted":
+                unproved = failure.unproved(tried)
+        if unproved.reason != "bits exhausted" and not (
+                abs(unproved.margin) < _FINE and unproved.reason in _DEPEND_ON_RADIUS):
             break
     return unproved
 
 
 def prove_at_some_phase(model: MeshModel, points: np.ndarray, bits: int = 128) -> Certificate | Unproved:
-    """Prove a periodic orbit by its states (n, d) at τ = k T, or where these are on a contact boundary at other times.
-
-    See `prove_orbit`.
-    """
+    """As `prove_orbit`, from the states (n, d) at τ = k T, or where these are on a contact boundary at other times."""
     result = prove_orbit(model, points, bits)
     for phase in _OTHER_PHASES:
         if not isinstance(result, Unproved) or result.reason != "section on the contact boundary":
@@ -167,7 +128,8 @@ def _with_largest_radius(candidate: Candidate) -> _Proof:
     """
     equations, failed, failures = candidate.equations, 0, list[UndecidedError]()
     most = int(_SHARE_OF_BITS * equations.bits * math.log10(2))
-    first = min(max(2, round(math.log10(min(candidate.system.norm, 1e300) / _FIRST_SPREAD))), most)
+    norm = float(np.abs(candidate.system.inverse).sum(axis=1).max())  # of corrections over defects
+    first = min(max(2, round(math.log10(min(norm, 1e300) / _FIRST_SPREAD))), most)
     for exponent in (first + step for step in _STEPS if first + step <= most):
         try:
             proof = _proof(candidate, exponent)
@@ -195,28 +157,13 @@ def _proof(candidate: Candidate, exponent: int) -> _Proof:
     """The proof at a radius 10^-exponent; raises `UndecidedError` if it fails."""
     radius = Fraction(1, 10**exponent)
     candidate = candidate.refined(1e-3 * float(radius))
-    separation = _separation(candidate, radius)
+    separation = candidate.separation(radius)
     tubes = [StartTube(candidate.equations, candidate.box(k, radius), candidate.trajectories[k])
              for k in range(candidate.period)]
     slopes = [tube.slopes for tube in tubes]
     existence = candidate.system.contraction(slopes, candidate.defects, float(radius))
     found = stability(slopes, [t.derivative for t in candidate.trajectories])
     return _Proof(exponent, candidate, tubes, found, existence, separation)
-
-
-def _separation(candidate: Candidate, radius: Fraction) -> float | None:
-    """The least distance of the first cube and that of a proper divisor of the period, over the radius.
-
-    It is None for period 1. Raises `UndecidedError` if two cubes may overlap.
-    """
-    n, first = candidate.period, candidate.points[0]
-    gaps = [max(abs(a - b) for a, b in zip(first, candidate.points[k], strict=True)) - 2 * radius
-            for k in range(1, n) if n % k == 0]
-    if not gaps:
-        return None
-    if min(gaps) <= 0:
-        raise UndecidedError("period not minimal", float(min(gaps)))
-    return float(min(gaps) / radius)
 
 
 def _certificate(proof: _Proof) -> Certificate:
@@ -227,14 +174,17 @@ def _certificate(proof: _Proof) -> Certificate:
         "existence": proof.existence, "separation": proof.separation,
         "contact": min(min(t.margins.values()) for t in proof.tubes), "stability": stable.margin,
     }
-    ends = [[(to_fraction(w.low), to_fraction(w.high), w) for w in tube.windows] for tube in proof.tubes]
+
+    def switch(window: Window) -> dict[str, Any]:
+        low, high = to_fraction(window.low), to_fraction(window.high)
+        return {"time": [to_text((low + high) / 2), to_text((high - low) / 2)], "flank": window.flank,
+                "into": "contact" if window.into_contact else "free"}
+
     return Certificate(sealed({
         "format": FORMAT, "version": VERSION, "model": dict(equations.parameters), "coordinates": list(equations.names),
         "phase": to_text(equations.phase), "period": len(candidate.points), "points": texts(candidate.points),
         "radius": f"1e-{proof.exponent}", "bits": equations.bits,
-        "switches": [[{"time": [to_text((low + high) / 2), to_text((high - low) / 2)], "flank": window.flank,
-                       "into": "contact" if window.into_contact else "free"} for low, high, window in windows]
-                     for windows in ends],
+        "switches": [[switch(window) for window in tube.windows] for tube in proof.tubes],
         "stability": stable.document(),
         "margins": {name: None if v is None else f"{_CLAIMED_SHARE * v:.3e}" for name, v in margins.items()},
         "versions": used_versions(),

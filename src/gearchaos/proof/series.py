@@ -17,25 +17,18 @@ from gearchaos.proof.balls import interval, magnitude, norm
 
 _MOST_TERMS = 600
 _MOST_BITS = 1000
+# Remainders are floats; they are not made smaller than this, so that they are normal numbers with correct rounding:
 _LEAST_REMAINDER = 2.0**-_MOST_BITS
-"""Remainders are floats; they are not made smaller than this, so that they are normal numbers with correct rounding."""
+
+
+Harmonics = list[tuple[arb, arb, arb]]
 
 
 class Flow:
-    """The flow of one cell in one contact state.
+    """The flow of one cell in one contact state, from the coefficients (m + 1, d + 1) of its d ``rows``.
 
-    Parameters
-    ----------
-    rows : list of arb_mat
-        For each of the d coordinates the coefficients (m + 1, d + 1) of its row.
-
-    Attributes
-    ----------
-    end : arb_mat
-        The flow over the whole cell, (d + 1, d + 1).
-    bounds : arb_mat
-        Rows (4, d + 1) that give, applied to (w, 1) at the start: z at the start, z at the end, and balls that contain
-        dz/du and d²z/du² throughout the cell.
+    ``end`` (d + 1, d + 1) is the flow over the whole cell. ``bounds`` (4, d + 1) give, applied to (w, 1) at the start:
+    z at the start, z at the end, and balls that contain dz/du and d²z/du² throughout the cell.
     """
 
     def __init__(self, rows: list[arb_mat]) -> None:
@@ -52,11 +45,8 @@ class Flow:
 
     def _assembled(self, weights: arb_mat) -> arb_mat:
         """The matrix of the flow from the weights (1, m + 1) of the coefficients."""
-        entries: list[arb] = []
-        for row in self.rows:
-            entries += (weights * row).entries()
-        size = self.dimension + 1
-        return arb_mat(size, size, [*entries, *(0,) * self.dimension, 1])
+        entries = [entry for row in self.rows for entry in (weights * row).entries()]
+        return arb_mat(self.dimension + 1, self.dimension + 1, [*entries, *(0,) * self.dimension, 1])
 
     def polynomial(self, state: arb_mat) -> arb_poly:
         """z as a polynomial of u for a state (d + 1, 1) at the start of the cell."""
@@ -97,18 +87,14 @@ def _by_rows(coefficients: list[arb_mat], rest: float) -> list[arb_mat]:
     """The coefficients of a matrix series by rows, with the remainder added to the last one."""
     rows, columns = coefficients[0].nrows(), coefficients[0].ncols()
     entries = [c.entries() for c in coefficients]
-    remainder = arb(0, rest)
-    entries[-1] = [value + remainder for value in entries[-1]]
-    return [
-        arb_mat(len(entries), columns, [v for e in entries for v in e[i * columns:(i + 1) * columns]])
-        for i in range(rows)
-    ]
+    entries[-1] = [value + arb(0, rest) for value in entries[-1]]
+    return [arb_mat(len(entries), columns, [v for e in entries for v in e[i * columns:(i + 1) * columns]])
+            for i in range(rows)]
 
 
 def with_forcing(rows: list[arb_mat], dimension: int, inputs: list[arb]) -> list[arb_mat]:
     """Series (m + 1, d + 1) on (w, 1) from series (m + 1, D) on w and further unknowns with given initial values."""
-    size = dimension + len(inputs)
-    contraction = arb_mat(size, dimension + 1)
+    contraction = arb_mat(dimension + len(inputs), dimension + 1)
     for i in range(dimension):
         contraction[i, i] = 1
     for i, value in enumerate(inputs, start=dimension):
@@ -116,37 +102,20 @@ def with_forcing(rows: list[arb_mat], dimension: int, inputs: list[arb]) -> list
     return [row * contraction for row in rows]
 
 
-def fourier_series(
-    matrix: arb_mat, spring: arb_mat, chi: list[tuple[arb, arb, arb]],
-    forcing: tuple[list[arb], list[tuple[arb, arb, arb]]], contact: int, angles: list[arb], bits: int,
-) -> list[arb_mat]:
-    """The flow in contact under a Fourier stiffness as power series.
+def fourier_series(matrix: arb_mat, spring: arb_mat, chi: Harmonics, forcing: tuple[list[arb], Harmonics], contact: int,
+                   angles: list[arb], bits: int) -> list[arb_mat]:
+    """The flow in contact on a flank under a Fourier stiffness, as d power series (m + 1, d + 1).
 
-    Parameters
-    ----------
-    matrix, spring : arb_mat
-        A (d, d) and b (d, 1) times the length of the cell.
-    chi : list of (arb, arb, arb)
-        Harmonics of χ - 1: angle per cell, cosine and sine coefficient at the start of the cell.
-    forcing : (list of arb, list of (arb, arb, arb))
-        Constant forcing (d), and harmonics in the second row: angle per cell, cosine and sine coefficient at τ = 0.
-    contact : int
-        The flank, 1 or -1.
-    angles : list of arb
-        Cosine and sine of each of these harmonics at the start of the cell.
-    bits : int
-        The remainder is made smaller than 2^-bits.
-
-    Returns
-    -------
-    list of arb_mat
-        For each of the d rows its coefficients (m + 1, d + 1).
+    ``matrix`` and ``spring`` are A (d, d) and b (d, 1) times the length of the cell. A harmonic is (angle per cell,
+    cosine coefficient, sine coefficient): ``chi`` are those of χ - 1 from the start of the cell on, ``forcing`` has the
+    constant forcing (d), and its harmonics in the second row from τ = 0 on. ``angles`` are the cosine and sine of each
+    of these at the start of the cell. The remainder is made smaller than 2^-bits.
     """
     constant, harmonics = forcing
     d = matrix.nrows()
     turned = [(angle, c * cosine + s * sine, s * cosine - c * sine)
               for (angle, c, s), cosine, sine in zip(harmonics, angles[::2], angles[1::2], strict=True)]
-    terms, rest = _cauchy(matrix, spring, chi, (constant, turned), bits)
+    terms, rest = _cauchy(matrix, spring, chi, constant, turned, bits)
     stiffness, push = _harmonic_terms(chi, terms), _harmonic_terms(turned, terms)
     stiffness[0] += 1
     state = arb_mat(d, d + 1, [int(i == j) for i in range(d) for j in range(d + 1)])
@@ -158,15 +127,14 @@ def fourier_series(
         product = arb_mat(1, i + 1, stiffness[i::-1]) * arb_mat(i + 1, d + 1, distance)
         state = matrix * state - spring * product
         state[1, d] += push[i]
-        if i == 0:
-            for k in range(d):
-                state[k, d] += constant[k]
+        for k in range(d) if i == 0 else ():
+            state[k, d] += constant[k]
         state = state / (i + 1)
         coefficients.append(state)
     return _by_rows(coefficients, rest)
 
 
-def _harmonic_terms(harmonics: list[tuple[arb, arb, arb]], count: int) -> list[arb]:
+def _harmonic_terms(harmonics: Harmonics, count: int) -> list[arb]:
     """Taylor coefficients 0 to ``count`` of Σ (c cos ϑu + s sin ϑu)."""
     out = [arb(0)] * (count + 1)
     for angle, cosine, sine in harmonics:
@@ -177,23 +145,20 @@ def _harmonic_terms(harmonics: list[tuple[arb, arb, arb]], count: int) -> list[a
     return out
 
 
-def _cauchy(
-    matrix: arb_mat, spring: arb_mat, chi: list[tuple[arb, arb, arb]],
-    forcing: tuple[list[arb], list[tuple[arb, arb, arb]]], bits: int,
-) -> tuple[int, float]:
+def _cauchy(matrix: arb_mat, spring: arb_mat, chi: Harmonics, constant: list[arb], forcing: Harmonics,
+            bits: int) -> tuple[int, float]:
     """The last power m, and a bound of the remainder, by Cauchy's estimate on a disc |u| <= ρ.
 
     On the disc |cos(ϑu + a)| <= cosh(ϑρ), so that by Gronwall's inequality the flow on (w, 1) is at most
     B = exp(ρ N) there, N a bound of the norm of the equations; coefficient i is at most B ρ^-i. With q = (m + 2)/(m ρ)
     the sum Σ_{i>m} i (i - 1) B ρ^-i / (m (m - 1)) is at most (m + 1)/(m - 1) B ρ^-(m+1) / (1 - q).
     """
-    constant, harmonics = forcing
     row_a, row_b = norm(matrix), max(map(magnitude, spring.entries()))
     steady = max(map(magnitude, constant))
     best = (_MOST_TERMS, math.inf)
     for rho in (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0):
         growth = 1.0 + _amplitude(chi, rho)
-        exponent = rho * (row_a + 2 * row_b * growth + steady + _amplitude(harmonics, rho)) * (1 + 1e-12)
+        exponent = rho * (row_a + 2 * row_b * growth + steady + _amplitude(forcing, rho)) * (1 + 1e-12)
         terms = max(8, math.ceil((bits * math.log(2) + exponent) / math.log(rho)) + 2)
         if terms < best[0]:
             logarithm = exponent - (terms + 1) * math.log(rho)
@@ -203,9 +168,7 @@ def _cauchy(
     return best
 
 
-def _amplitude(harmonics: list[tuple[arb, arb, arb]], rho: float) -> float:
+def _amplitude(harmonics: Harmonics, rho: float) -> float:
     """An upper bound of a sum of harmonics on the disc |u| <= ρ."""
     terms = ((magnitude(c) + magnitude(s)) * math.cosh(magnitude(angle) * rho) for angle, c, s in harmonics)
     return sum(terms) * (1 + 1e-12)
-
-

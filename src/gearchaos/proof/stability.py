@@ -19,16 +19,11 @@ from flint import arb, arb_mat
 
 from gearchaos.proof.balls import least, magnitude, texts
 from gearchaos.proof.candidate import float_midpoint
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 
-_ROUNDS = 240
-"""Most rounds of the cycle in which the invariant subspaces are sought."""
-
-_SAME_SUBSPACE = 1e-14
-"""Change of a projector in a round at which an invariant subspace counts as found."""
-
-_LARGE = 1e10
-"""Largest entry of a product of derivatives whose eigenvalues near 1 are still accurate."""
+_ROUNDS = 240  # most rounds of the cycle in which the invariant subspaces are sought
+_SAME_SUBSPACE = 1e-14  # change of a projector in a round at which an invariant subspace counts as found
+_LARGE = 1e10  # largest entry of a product of derivatives whose eigenvalues near 1 are still accurate
 
 
 @dataclass(frozen=True)
@@ -41,7 +36,7 @@ class Stability:
     margin: float  # a lower bound of the least pivot of Q_k - S_kᵀ Q_(k+1) S_k over the largest entry of all Q_k
 
     def document(self) -> dict[str, Any]:
-        """The proof as it stands in a certificate."""
+        """Of a certificate."""
         matrices = [texts([[Fraction(v) for v in row] for row in q]) for q in self.matrices.tolist()]
         return {"inside": self.inside, "outside": self.outside, "Q": matrices}
 
@@ -53,8 +48,7 @@ def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
     reason "neutral" if the inequalities are not proved.
     """
     matrices = _stein_matrices(list(map(float_midpoint, midpoints)))
-    largest = 0.0 if matrices is None or not np.isfinite(matrices).all() else float(np.abs(matrices).max())
-    if matrices is None or not largest > 0:
+    if matrices is None or not np.isfinite(matrices).all() or not (largest := float(np.abs(matrices).max())) > 0:
         raise UndecidedError("neutral", 0.0)
     balls = [arb_mat(len(q), len(q), q.ravel().tolist()) for q in matrices]
     margin = math.inf
@@ -69,15 +63,13 @@ def stability(slopes: list[arb_mat], midpoints: list[arb_mat]) -> Stability:
 
 def _least_pivot(matrix: arb_mat) -> float:
     """A lower bound of the least pivot of L D Lᵀ; at the first that is not positive, a bound of that one."""
-    rows, size = matrix.tolist(), matrix.nrows()
-    smallest = math.inf
+    rows, size, smallest = matrix.tolist(), matrix.nrows(), math.inf
     for k in range(size):
-        pivot = rows[k][k]
-        smallest = min(smallest, least(pivot))
-        if not pivot > 0:
+        smallest = min(smallest, least(rows[k][k]))
+        if not rows[k][k] > 0:
             return min(smallest, 0.0)
         for i in range(k + 1, size):
-            factor = rows[i][k] / pivot
+            factor = rows[i][k] / rows[k][k]
             for j in range(k + 1, i + 1):
                 rows[i][j] = rows[i][j] - factor * rows[j][k]
     return smallest
@@ -89,12 +81,8 @@ def _positive_eigenvalues(matrix: arb_mat, values: np.ndarray) -> int:
     It is that of the congruent matrix Vᵀ Q V, V being the eigenvectors in floats, whose diagonal is proved to dominate.
     Then V is regular too. Raises `UndecidedError` if the diagonal does not dominate.
     """
-    size = len(values)
-    _, vectors = np.linalg.eigh(values)
-    v = arb_mat(size, size, vectors.ravel().tolist())
-    rows = (v.transpose() * matrix * v).tolist()
-    positive = 0
-    for i, row in enumerate(rows):
+    v, positive = arb_mat(np.linalg.eigh(values)[1].tolist()), 0
+    for i, row in enumerate((v.transpose() * matrix * v).tolist()):
         gap = abs(row[i]) - sum((abs(x) for j, x in enumerate(row) if j != i), arb(0))
         if not gap > 0:
             raise UndecidedError("neutral", -magnitude(gap))

@@ -1,7 +1,4 @@
-"""One mesh period of motions: of one from a state, and of all motions about one, the centre.
-
-`trajectory` follows one motion and locates every contact switch in a narrow ball. A tube has the images of all motions
-about it, their slopes and their contact switches.
+"""One mesh period of all motions about one, the centre: their images, slopes and contact switches.
 
 Any two motions of a tube differ by δ with δ' = (A - κ(t) b e1ᵀ) δ for some κ(t) from 0 to χ(t), since the backlash
 function has slopes from 0 to 1. Where all motions are in one contact state, κ is 0 or χ; it is unknown only in the time
@@ -10,117 +7,25 @@ P(x) - P(y) = S (x - y) for any two states, and the derivative of P wherever tha
 derivatives, and grazing is no obstacle.
 
 What is uncertain decides how differences from the centre are followed: the start (`StartTube`, all a proof of one orbit
-needs), parameters too (`families.parameter_tube`), or the place on a segment of states (`families.segment`).
+needs), the place on a segment of states (`SegmentTube`), or parameters too (`families.boxes`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
 from flint import arb, arb_mat
 
 from gearchaos.proof.balls import ball, block, interval, least, magnitude, rounded, unit, with_one
-from gearchaos.proof.crossing import (
-    Displacement,
-    UndecidedError,
-    clearance,
-    clearance_by_bounds,
-    crossing_time,
-    first_crossing,
-)
-from gearchaos.proof.equations import MeshEquations
+from gearchaos.proof.certificate import UndecidedError
+from gearchaos.proof.equations import Cell, MeshEquations
+from gearchaos.proof.motion import Displacement, Switch, Trajectory, clearance, clearance_by_bounds, trajectory
 
-_MOST_SWITCHES = 500
-"""Most contact switches in one mesh period."""
-
-
-@dataclass(frozen=True)
-class Switch:
-    """A contact switch of the motion."""
-
-    time: arb  # in mesh periods after the section
-    flank: int  # 1 or -1
-    into_contact: bool  # False where contact is lost
-    rate: arb  # dz/dt, per mesh period
-    slopes: arb_mat  # derivative (d, d) of the state there with respect to that at the section
-
-
-@dataclass
-class Trajectory:
-    """The motion from one state over one mesh period.
-
-    Its parts between switches are numbered from 0; part i ends with switch i. In a part the motion follows the frozen
-    equations of one contact state, which is proved together with the tube about it.
-
-    ``starts`` has, by number of the part and of the cell, (w, 1) at the start of the cell, from where the frozen
-    equations lead to the motion in the part. If the part begins within the cell, it is no state of the motion.
-    """
-
-    contacts: list[int]  # the contact state in each part
-    switches: list[Switch] = field(default_factory=list)  # in order of time
-    starts: dict[tuple[int, int], arb_mat] = field(default_factory=dict)
-    image: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # the state after one mesh period, (d, 1)
-    derivative: arb_mat = field(default_factory=lambda: arb_mat(0, 0))  # of the image by the state at the section
-
-    def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
-        """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""
-        return equations.flow(cell, self.contacts[part]).at(share) * self.starts[part, cell]
-
-
-def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
-    """The motion over one mesh period from a state (d, 1) at the section, exact or with radii near the rounding unit.
-
-    Raises `UndecidedError` if the state is on a contact boundary, or a switch cannot be told from a touch.
-    """
-    d = equations.dimension
-    motion = Trajectory([contact_state(state[0, 0])])
-    both = arb_mat(d + 1, d + 1, [state[i, 0] if j == 0 else int(i == j - 1) for i in range(d) for j in range(d + 1)]
-                   + [int(j == 0) for j in range(d + 1)])
-    for index, cell in enumerate(equations.cells):  # ``both`` has the columns (w, 1) and (derivative of w, 0)
-        low, leaving = arb(0), None
-        while True:
-            contact = motion.contacts[-1]
-            flow, start = equations.flow(index, contact), block(both, d + 1, range(1))
-            motion.starts[len(motion.switches), index] = start
-            if leaving is None and clearance_by_bounds(flow.bounds * start, contact) is not None:
-                break
-            path = Displacement(flow.polynomial(start))
-            crossing = first_crossing(path, contact, low, arb(1), leaving)
-            if crossing is None:
-                break
-            low, leaving = crossing_time(path, crossing), crossing.flank
-            there = flow.at(low) * both
-            motion.contacts.append(0 if contact else leaving)
-            both = equations.flow(index, motion.contacts[-1]).at(low).solve(there)
-            if len(motion.switches) == _MOST_SWITCHES:
-                raise UndecidedError("too many switches", 0.0)
-            motion.switches.append(Switch(
-                cell.begin + low * cell.span, leaving, motion.contacts[-1] != 0, equations.duration * there[1, 0],
-                block(there, d, range(1, d + 1))))
-        both = flow.end * both
-    motion.image = block(both, d, range(1))
-    motion.derivative = block(both, d, range(1, d + 1))
-    return motion
-
-
-def contact_state(z: arb) -> int:
-    """The contact state at a section from z; raises `UndecidedError` if the ball contains 1 or -1."""
-    if z > 1 or z < -1:
-        return 1 if z > 0 else -1
-    if abs(z) < 1:
-        return 0
-    raise UndecidedError("section on the contact boundary", -magnitude(abs(z) - 1))
-
-
-_WIDENING = 2
-"""Width of a window relative to the spread of the switches to first order."""
-
-_ENCLOSURES = 8
-"""Most attempts at an enclosure of the states in a window."""
+WIDENING = 2  # width of a window relative to the spread of the switches to first order
+_ENCLOSURES = 8  # most attempts at an enclosure of the states in a window
 
 
 class Coefficients(Protocol):
@@ -131,8 +36,7 @@ class Coefficients(Protocol):
     norms: tuple[float, float]
     stiffness: arb
 
-    def forcing_over(self, low: arb, high: arb) -> list[arb]:
-        """T f(τ) from time ``low`` to ``high``, as balls (d)."""
+    def forcing_over(self, low: arb, high: arb) -> list[arb]: ...
 
 
 @dataclass(frozen=True)
@@ -167,11 +71,17 @@ class Tube:
             raise UndecidedError("section on the contact boundary", gap)
         part, time = 0, arb(0)
         for window in (*windows, None):
-            for index, first, last in pieces(self.equations, time, window.low if window else arb(1)):
-                self._piece(part, index, first, last)
+            self._pieces(part, time, window.low if window else arb(1))
             if window:
                 self._through(window)
                 part, time = window.last + 1, window.high
+
+    def _pieces(self, part: int, low: arb, high: arb) -> None:
+        """Follow the motions between two times, in one contact state, through all cells between."""
+        for index, cell in enumerate(self.equations.cells):
+            if _later(cell.end, low) and _later(high, cell.begin):
+                self._piece(part, index, (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0),
+                            (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1))
 
     def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
         """Follow the motions from the share ``first`` to the share ``last`` of a cell, in one contact state."""
@@ -188,8 +98,8 @@ class Tube:
         low, high = (ball(rounded(switch.time + side * half, places)) for side in (-1, 1))
         return Window(low, high, switch.flank, switch.into_contact, number, number)
 
-    def _states_in(self, window: Window, states: arb_mat) -> arb_mat:
-        """An enclosure (d, 1) of the states in a window from those (d, 1) at its start.
+    def _states_in(self, window: Window, states: arb_mat) -> tuple[arb_mat, float]:
+        """An enclosure (d, 1) of the states in a window from those (d, 1) at its start, and the least speed.
 
         Raises `UndecidedError` unless z' has one sign: then every motion passes the boundary once. Windows of several
         switches of the centre need not have one, as motions may pass it any number of times there.
@@ -198,24 +108,14 @@ class Tube:
         speed = (window.flank if window.into_contact else -window.flank) * found[1, 0]
         if window.first == window.last and not speed > 0:
             raise UndecidedError("tangency undecided", least(speed))
-        return found
-
-
-def pieces(equations: MeshEquations, low: arb, high: arb) -> Iterator[tuple[int, arb, arb]]:
-    """The numbers of the cells between two times, with the shares of each between which they lie."""
-    for index, cell in enumerate(equations.cells):
-        if _later(cell.end, low) and _later(high, cell.begin):
-            yield (index, (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0),
-                   (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1))
+        return found, least(speed)
 
 
 def _later(time: arb, other: arb) -> bool:
     """Whether a time is later than another; raises `UndecidedError` if the balls do not tell."""
-    if time > other:
-        return True
-    if time <= other:
-        return False
-    raise UndecidedError("bits exhausted", -magnitude(time - other))
+    if not (time > other or time <= other):
+        raise UndecidedError("bits exhausted", -magnitude(time - other))
+    return bool(time > other)
 
 
 def speed_at(switch: Switch) -> float:
@@ -271,19 +171,10 @@ class StartTube(Tube):
     The slopes are ``flow`` times ``first_slopes``: those since the last window and those at its end. Multiplied cell by
     cell, the wide balls of the latter would grow with the norm of each cell.
 
-    ``box`` are states (d, 1) of any radii, ``centre`` the motion from its midpoint, if it is known.
-
-    Attributes
-    ----------
-    image : arb_mat
-        Contains the states after one mesh period of all motions from the box, (d, 1).
-    slopes : arb_mat
-        Contains a matrix S with P(x) - P(y) = S (x - y) for any x, y of the box, (d, d).
-    windows : list of Window
-        In order of time, with exactly one switch of every motion in each.
-    margins : dict of str to float
-        "distance": least distance of \\|z\\| from 1 outside the windows; "speed": least \\|z'\\| in them (infinite if
-        there are none).
+    ``box`` are states (d, 1) of any radii, ``centre`` the motion from its midpoint, if it is known. ``image`` (d, 1)
+    contains the states of all motions after the mesh period, ``slopes`` (d, d) an S with P(x) - P(y) = S (x - y) for
+    any x, y of the box. Every motion has exactly one switch in each of the ``windows``, which are in order of time.
+    ``margins`` are the least "distance" of |z| from 1 outside them and the least "speed" |z'| in them.
     """
 
     def __init__(self, equations: MeshEquations, box: arb_mat, centre: Trajectory | None = None) -> None:
@@ -292,12 +183,11 @@ class StartTube(Tube):
         d = self.dimension
         self.offset, self.states = box - box.mid(), box
         self.margins = {"distance": math.inf, "speed": math.inf}
-        self.first_slopes = arb_mat(d + 1, d, [int(i == j) for i in range(d + 1) for j in range(d)])
-        self.flow = unit(d + 1)
+        self.first_slopes, self.flow = block(unit(d + 1), d + 1, range(d)), unit(d + 1)
         self.windows = list[Window]()
         for number, switch in enumerate(centre.switches):  # twice the spread of the box, over the speed at the switch
             spread = math.fsum(magnitude(switch.slopes[0, j]) * magnitude(self.offset[j, 0]) for j in range(d))
-            half = _WIDENING * spread / speed_at(switch) + 4 * magnitude(switch.time - switch.time.mid())
+            half = WIDENING * spread / speed_at(switch) + 4 * magnitude(switch.time - switch.time.mid())
             half = max(half, 2.0 ** (24 - equations.bits))
             if not half < 1:
                 raise UndecidedError("tangency undecided", 1 - half)
@@ -317,19 +207,139 @@ class StartTube(Tube):
         self.flow = advance * at_start
         states = centre + at_start * self.first_slopes * self.offset
         self.states = advance * centre + self.flow * self.first_slopes * self.offset
-        found = None
-        if first.is_zero() and last == 1:
-            found = clearance_by_bounds(flow.bounds * states, contact)
+        whole = first.is_zero() and last == 1
+        found = clearance_by_bounds(flow.bounds * states, contact) if whole else None
         if found is None:
             start = (entry + before * self.first_slopes * self.offset)[0, 0]
-            path = Displacement(flow.polynomial(states))
-            found = clearance(path, contact, first, last, start, self.states[0, 0])
+            found = clearance(Displacement(flow.polynomial(states)), contact, first, last, start, self.states[0, 0])
         self.margins["distance"] = min(self.margins["distance"], found)
 
     def _through(self, window: Window) -> None:
-        states = self._states_in(window, block(self.states, self.dimension, range(1)))
-        speed = (window.flank if window.into_contact else -window.flank) * states[1, 0]
-        self.margins["speed"] = min(self.margins["speed"], least(speed))
+        _, speed = self._states_in(window, block(self.states, self.dimension, range(1)))
+        self.margins["speed"] = min(self.margins["speed"], speed)
         slopes = with_one(slopes_through(self.coefficients, window.high - window.low))
         self.first_slopes = slopes * (self.flow * self.first_slopes)
         self.flow = unit(self.dimension + 1)
+
+
+_CURVATURE = 10.0  # about the largest z″ in units of a mesh period, by which the duration of a graze is estimated
+_LEAST = 2.0**-20  # least duration for which contact is taken as unknown, in mesh periods
+_SHORTEST = 0.25  # least interval that is divided, relative to the estimated duration for which contact is unknown
+
+
+class SegmentTube(Tube):
+    """The motions from the points c + t h, -1 <= t <= 1, whatever their contact switches are.
+
+    They differ from the motion from c, the centre, by t v + r, where v, r (d + 1, 1) are ``change`` and ``rest``; both
+    change by the slopes. Where a contact state is not proved to be the same for all motions, because they switch at
+    different times, or some graze a boundary and others do not, κ is anything from 0 to χ, which needs no other proof.
+    So an image is found for every segment, near a grazing motion a wider one.
+
+    Without ``forcing_change`` r is 0. Where the forcing is unknown by at most G, r also grows over a
+    duration η by at most η G e^(ηN), with N a bound of the norm of the equations.
+    """
+
+    def __init__(self, equations: MeshEquations, centre: Trajectory, half: arb_mat, forcing_change: float) -> None:
+        super().__init__(equations, centre)
+        self.change = arb_mat(self.dimension + 1, 1, [*half.entries(), 0])
+        self.rest = arb_mat(self.dimension + 1, 1)
+        self.forcing_change, self.rate = forcing_change, largest_rate(equations)
+        windows = []
+        for number, switch in enumerate(centre.switches):  # about as long as others switch; they need not do so in it
+            spread = magnitude((block(switch.slopes, 1, range(self.dimension)) * half)[0, 0]) + forcing_change
+            rounding = magnitude(switch.time - switch.time.mid())
+            duration = max(2 * _duration(spread, magnitude(switch.rate)), 4 * rounding, _LEAST)
+            windows.append(self._window(number, duration, 8))
+            if not windows[-1].low < switch.time < windows[-1].high:
+                raise UndecidedError("bits exhausted", -duration)
+        for index, cell in enumerate(equations.cells):
+            at = arb(0)
+            shares = [((w.low - cell.begin) / cell.span, (w.high - cell.begin) / cell.span) for w in windows]
+            ends = [(low.lower().mid().max(arb(0)), high.upper().mid().min(arb(1))) for low, high in shares]
+            for low, high in ends:  # of the windows, exact, in order of time, and none within another's
+                if not low < high:  # the window is in another cell
+                    continue
+                if low > at:
+                    self._advance(index, at, low, self._part(cell, at))
+                    at = low
+                if high > at:
+                    self._unknown(cell, at, high)
+                    at = high
+            if at < 1:
+                self._advance(index, at, arb(1), self._part(cell, at))
+
+    def _part(self, cell: Cell, share: arb) -> int:
+        """The number of switches of the centre before a share of a cell; raises `UndecidedError` if one may be then."""
+        time, switches = cell.begin + share * cell.span, self.centre.switches
+        before = sum(bool(s.time < time) for s in switches)
+        if before + sum(bool(s.time > time) for s in switches) != len(switches):
+            raise UndecidedError("bits exhausted", 0.0)
+        return before
+
+    def _advance(self, index: int, low: arb, high: arb, part: int) -> None:
+        """Follow the segment from a share of a cell to another, between which the centre has no switch."""
+        if self._known(index, low, high, part):
+            return
+        cell = self.equations.cells[index]
+        speed = magnitude(self.equations.duration * self.centre.at(self.equations, part, index, low)[1, 0])
+        shortest = _SHORTEST * _duration(magnitude(self.change[0, 0]) + magnitude(self.rest[0, 0]), speed)
+        if magnitude((high - low) * cell.span) < max(shortest, _LEAST):
+            self._unknown(cell, low, high)
+            return
+        middle = ((low + high) / 2).mid()
+        self._advance(index, low, middle, part)
+        self._advance(index, middle, high, part)
+
+    def _known(self, index: int, low: arb, high: arb, part: int) -> bool:
+        """Follow the segment as far as ``high`` if all its motions are proved to be in the centre's contact state."""
+        contact, start, span = self.centre.contacts[part], self.centre.starts[part, index], arb(0, 1)
+        flow, cell = self.equations.flow(index, contact), self.equations.cells[index]
+        entry, advance = flow.at(low), flow.end if high == 1 else flow.at(high)
+        back, added = entry.inv(), self._added((high - low) * cell.span)
+        step = advance * back
+        change, rest = step * self.change, step * self.rest + added
+        states = start + back * self.change * span + back * self.rest
+        slope = cell.span * self.rate * added[0, 0]  # what an unknown forcing adds to z, dz/du and d²z/du²
+        errors = added[0, 0], slope, cell.span * self.rate * (slope + cell.span * arb(0, self.forcing_change))
+        bounds = flow.bounds * states + arb_mat(4, 1, [errors[0], *errors])
+        if not (low.is_zero() and high == 1) or clearance_by_bounds(bounds, contact) is None:
+            z_low = (entry * start + self.change * span + self.rest)[0, 0]
+            z_high = (advance * start + change * span + rest)[0, 0]
+            path = Displacement(flow.polynomial(states), errors if self.forcing_change else ())
+            try:
+                clearance(path, contact, low, high, z_low, z_high)
+            except UndecidedError:
+                return False
+        self.change, self.rest = change, rest
+        return True
+
+    def _unknown(self, cell: Cell, low: arb, high: arb) -> None:
+        """Follow the segment from a share of a cell to another, between which contact is unknown."""
+        duration = (high - low) * cell.span
+        slopes = with_one(slopes_through(self.equations, duration))
+        self.change, self.rest = slopes * self.change, slopes * self.rest + self._added(duration)
+
+    def _added(self, duration: arb) -> arb_mat:
+        """What an unknown forcing adds to the state in a duration: balls (d + 1, 1) about 0."""
+        if not self.forcing_change:
+            return arb_mat(self.dimension + 1, 1)
+        size = self.forcing_change * duration * (duration * self.rate).exp()
+        return arb_mat(self.dimension + 1, 1, [arb(0, size.upper())] * self.dimension + [arb(0)])
+
+
+def _duration(spread: float, speed: float) -> float:
+    """About how long motions that differ by ``spread`` in z take to pass a boundary, in mesh periods."""
+    return spread / max(speed, math.sqrt(_CURVATURE * spread), 1e-300)
+
+
+def segment_image(equations: MeshEquations, centre: arb_mat, half: arb_mat,
+                  forcing_change: float = 0.0) -> tuple[arb_mat, arb_mat]:
+    """Two vectors p and v, each (d, 1), such that P(c + t h) lies in p + t v for -1 <= t <= 1.
+
+    ``centre`` is c, (d, 1), with radii near the rounding unit, ``half`` is h, (d, 1). It holds for every change of
+    T f(τ) in z'' by at most ``forcing_change``, G, see `MeshEquations.forcing_change`. Raises `UndecidedError` if the
+    contact switches of the motion from c are not decided.
+    """
+    tube = SegmentTube(equations, trajectory(equations, centre), half, forcing_change)
+    rest, change = (block(vector, equations.dimension, range(1)) for vector in (tube.rest, tube.change))
+    return tube.centre.image + rest, change

@@ -1,75 +1,188 @@
 """The theorem of a periodic orbit for every model in a box of parameters.
 
-For |u_j| <= 1 the unknowns are ξ_k with x_k = c_k + C_k u + ξ_k; C_k is about the derivative of the orbit by u. With
-the tubes of `parameter_tube`, P(c_k + C_k u + ξ; p(u)) = P(c_k; p0) + A_k ξ + B_k u, so that the equations at ξ = 0 are
-P(c_k; p0) - c_(k+1) + (B_k - C_(k+1)) u, where the second term is small. Krawczyk's operator is that of `candidate`,
-for all u at once.
+A tube has the motions from c + C u + ξ with |ξ_i| <= r and |u_j| <= 1, where u sets the parameters p(u). Their
+difference from the motion at the centre (state c, parameters p0) is A ξ + B u. On a piece i of the mesh period A
+becomes Φ A and B becomes Φ B + γ, with Φ and γ known up to bounds ΔΦ_i and Δγ_i, see `coefficients`. By the telescoping
+sum the errors of A and B after piece N are at most
+
+    Σ_i |Φ_N ... Φ_(i+1)| ΔΦ_i (|A_i| + ΔA_i)  and  Σ_i |Φ_N ... Φ_(i+1)| (ΔΦ_i (|B_i| + ΔB_i) + Δγ_i),
+
+with the products of the precise matrices at the centre. So bounds are not multiplied by bounds from piece to piece, and
+errors do not grow faster than the motions do.
+
+Where motions of the box graze a contact boundary, some touch it twice and others not at all. The windows of the two
+switches are then taken as one, before and after which all motions are in the same contact state. Within it a motion may
+switch any number of times, since κ is anything from 0 to χ.
+
+The unknowns of an orbit are ξ_k with x_k = c_k + C_k u + ξ_k; C_k is about the derivative of the orbit by u. As
+P(c_k + C_k u + ξ; p(u)) = P(c_k; p0) + A_k ξ + B_k u, the equations at ξ = 0 are P(c_k; p0) - c_(k+1) +
+(B_k - C_(k+1)) u, where the second term is small. Krawczyk's operator is that of `candidate`, for all u at once.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat
 
 from gearchaos.model.parameters import MeshModel
-from gearchaos.proof.balls import precision, texts
+from gearchaos.proof.balls import block, from_columns, interval, magnitude, precision, texts, unit
 from gearchaos.proof.candidate import Candidate, column, converged, float_midpoint
-from gearchaos.proof.certificate import Theorem, Unproved, with_checksum
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import Theorem, UndecidedError, Unproved, first_proved, with_checksum
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.coefficients import ParameterBox, shifted
-from gearchaos.proof.families.parameter_tube import BoxBounds, ParameterTube
+from gearchaos.proof.families.coefficients import UP, BoxBounds, ParameterBox, balls_of, shifted
+from gearchaos.proof.motion import Displacement, Trajectory, clearance, trajectory
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.stability import Stability, stability
-from gearchaos.proof.tube import trajectory
+from gearchaos.proof.tube import WIDENING, Tube, Window, largest_rate, slopes_through, speed_at
 
 FORMAT, VERSION = "gearchaos box certificate", 1
 
+# Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed:
 _DIFFERENCE = Fraction(1, 2**40)
-"""Step, in half-widths of the box, of the differences from which C and the shifts of the switches are computed."""
-
-_RADII = (1.3, 2.0, 4.0, 10.0)
-"""Radii tried, over the smallest one that is possible to first order."""
-
+_RADII = (1.3, 2.0, 4.0, 10.0)  # radii tried, over the smallest one that is possible to first order
+# Most halvings of a box until one is proved, and steps of the bisection for the largest one after it:
 _HALVINGS, _REFINEMENTS = 30, 6
-"""Most halvings of a box until one is proved, and steps of the bisection for the largest one after it."""
+
+
+class ParameterTube(Tube):
+    """The motions over one mesh period from the section on.
+
+    ``centre`` is the motion from c at the centre of the box of parameters, ``drift`` (d, m) is C, ``radius`` r.
+    ``shifts`` (S, m) are about the derivatives by u of the times of the switches, for the starts c + C u: they set the
+    widths of the windows. With ``grazing``, overlapping windows of two switches on one flank are taken as one.
+
+    ``slopes`` (d, d) is A: it contains S with P(x; p) - P(y; p) = S (x - y) for all states of the box and all p.
+    ``by_parameters`` (d, m) is B. ``switches`` is the number of windows: where none is that of a graze, the number of
+    contact switches of every motion.
+    """
+
+    def __init__(self, bounds: BoxBounds, centre: Trajectory, drift: np.ndarray, radius: float, shifts: np.ndarray,
+                 grazing: bool = False) -> None:
+        super().__init__(bounds.equations, centre)
+        self.coefficients = self.bounds = bounds
+        d, self.count = self.dimension, bounds.count
+        self.start = arb_mat(d, 1, [arb(0, radius)] * d)
+        self.every_u = arb_mat(self.count, 1, [arb(0, 1)] * self.count)
+        self.factor, self.drift = unit(d), arb_mat(d, self.count, drift.ravel().tolist())
+        self.factor_error, self.drift_error = np.zeros((d, d)), np.zeros((d, self.count))
+        self.products: list[arb_mat] = []
+        self.weights: list[np.ndarray] = []
+        windows = []
+        for number, (switch, shift) in enumerate(zip(centre.switches, shifts, strict=True)):
+            speed, row = speed_at(switch), block(switch.slopes, 1, range(d))
+            spread = magnitude((row * self.start)[0, 0]) / speed + float(np.abs(shift).sum())
+            windows.append(self._window(number, WIDENING * spread + 2.0 ** (24 - self.equations.bits), 12))
+        windows = united(windows) if grazing else windows
+        self.follow(windows)
+        self.slopes, self.by_parameters = self._enclosed()
+        self.switches = len(windows)
+
+    def _enclosed(self) -> tuple[arb_mat, arb_mat]:
+        """A and B with their errors."""
+        return _widened(self.factor, self.factor_error), _widened(self.drift, self.drift_error)
+
+    def _difference(self) -> arb_mat:
+        """Contains the difference from the motion at the centre of all motions, (d, 1)."""
+        slopes, by_parameters = self._enclosed()
+        return slopes * self.start + by_parameters * self.every_u
+
+    def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
+        cell, d, contact = self.equations.cells[index], self.dimension, self.centre.contacts[part]
+        flow, frozen = self.equations.flow(index, contact), self.centre.starts[part, index]
+        forward, onward = flow.at(first), flow.at(last)
+        entry, leaving, before = forward * frozen, onward * frozen, self._difference()
+        length, whole = magnitude(cell.span * (last - first)), magnitude(cell.span)
+        state = block(entry, d, range(1))
+        slack = self.bounds.slack(cell, contact, length, _magnitudes(state)[:, 0] + _magnitudes(before)[:, 0])
+        inverse = block(forward, d, range(d)).inv()
+        gamma = self.bounds.drift_at_centre(cell, contact, first, last, state)
+        pulled = block(frozen, d, range(1)) + inverse * before
+        path = Displacement(flow.polynomial(arb_mat(d + 1, 1, [*pulled.entries(), 1])), tuple(arb(0, v * UP) for v in (
+            slack.moved[0], slack.moved_rate[0] * whole, slack.moved_curvature * whole**2)))
+        self._advance(block(onward, d, range(d)) * inverse, gamma, slack.flow, slack.drift)
+        self.leaving = block(leaving, d, range(1)) + self._difference()
+        # proves too that z is on its side of the boundaries at both ends, i.e. before and after a window
+        clearance(path, contact, first, last, entry[0, 0] + before[0, 0], self.leaving[0, 0])
+
+    def _advance(self, flow: arb_mat, gamma: arb_mat, flow_error: np.ndarray | float = 0.0,
+                 gamma_error: np.ndarray | float = 0.0) -> None:
+        """Apply the flow of a piece, and bound the errors after it by the telescoping sum."""
+        flow_error = flow_error + _magnitudes(flow - flow.mid())
+        gamma_error = gamma_error + _magnitudes(gamma - gamma.mid())
+        flow, gamma, d = flow.mid(), gamma.mid(), self.dimension
+        both = np.hstack([_magnitudes(self.factor) + self.factor_error, _magnitudes(self.drift) + self.drift_error])
+        weight = flow_error @ both
+        weight[:, d:] += gamma_error
+        self.products = [flow * product for product in self.products] + [unit(d)]
+        self.weights.append(weight * UP)
+        self.factor, self.drift = flow * self.factor, flow * self.drift + gamma
+        error = sum(_magnitudes(p) @ w for p, w in zip(self.products, self.weights, strict=True)) * UP
+        self.factor_error, self.drift_error = error[:, :d], error[:, d:]
+
+    def _through(self, window: Window) -> None:
+        """Follow the motions through a window.
+
+        γ of a window is the integral of dR/du_j along the motion at the centre, followed by the flow. This differs
+        from the unit matrix by at most e^(ηN) - 1.
+        """
+        duration, d, box = window.high - window.low, self.dimension, self.bounds.box
+        states, _ = self._states_in(window, self.leaving)
+        growth = (duration * largest_rate(self.bounds)).expm1()
+        force, columns = interval(0, states[0, 0] - window.flank), []
+        for j in range(self.count):
+            rates = (arb_mat(d, d, balls_of(box.matrix, j)) * states).entries()
+            wave = arb(0, self.bounds.slopes[j].wave)
+            bend = max((magnitude(level.slopes[j]) for level in box.levels), default=0.0)
+            for i in range(d):
+                push = box.spring[i].slopes[j] * self.bounds.stiffness + box.spring[i].value * arb(0, bend)
+                rates[i] += box.constant[i].slopes[j] + (wave if i == 1 else 0) - push * force
+            error = arb(0, magnitude(growth) * max(map(magnitude, rates)))
+            columns.append([duration * (rate + error) for rate in rates])
+        self._advance(slopes_through(self.bounds, duration), from_columns(columns))
+
+
+def united(windows: list[Window]) -> list[Window]:
+    """The windows, those of two switches on one flank that overlap as one."""
+    out = list[Window]()
+    for w in windows:
+        before = out[-1] if out else w
+        if before.first == before.last == w.first - 1 and before.flank == w.flank and not before.high < w.low:
+            out[-1] = replace(before, low=before.low.min(w.low), high=before.high.max(w.high), last=w.last)
+        else:
+            out.append(w)
+    return out
+
+
+def _magnitudes(matrix: arb_mat) -> np.ndarray:
+    """Upper bounds of the absolute values of the entries of a matrix."""
+    return np.array([[magnitude(v) for v in row] for row in matrix.tolist()])
+
+
+def _widened(matrix: arb_mat, error: np.ndarray) -> arb_mat:
+    """A matrix with errors added to its radii."""
+    rows = zip(matrix.tolist(), error.tolist(), strict=True)
+    return arb_mat([[v + arb(0, e) for v, e in zip(row, errors, strict=True)] for row, errors in rows])
 
 
 @dataclass(frozen=True, eq=False)
 class BoxCertificate(Theorem):
     """A periodic orbit that is proved for every model in a box of parameters."""
 
-    @property
-    def scale(self) -> float:
-        """The half-widths of the box proved over those asked for."""
-        return self.document["scale"]
-
-    @property
-    def widths(self) -> dict[str, float]:
-        """The half-widths of the box proved, by the names given."""
-        return {name: float.fromhex(text) for name, text in self.document["box"].items()}
-
-    @property
-    def period(self) -> int:
-        """The minimal period in mesh periods."""
-        return self.document["period"]
-
-    @property
-    def points(self) -> np.ndarray:
-        """The points (n, d) about which the orbits lie."""
-        return np.array([[float.fromhex(text) for text in point] for point in self.document["points"]])
-
-    @property
-    def reach(self) -> np.ndarray:
-        """How far at most the orbits of the box lie from the points, (n, d)."""
-        return np.array(self.document["reach"])
+    scale = property(lambda self: self.document["scale"], doc="The half-widths of the box proved over those asked for.")
+    period = property(lambda self: self.document["period"], doc="The minimal period in mesh periods.")
+    reach = property(lambda self: np.array(self.document["reach"]),
+                     doc="How far at most the orbits of the box lie from the points, (n, d).")
+    widths = property(lambda self: {name: float.fromhex(text) for name, text in self.document["box"].items()},
+                      doc="The half-widths of the box proved, by the names given.")
+    points = property(lambda self: np.array([[float.fromhex(v) for v in point] for point in self.document["points"]]),
+                      doc="The points (n, d) about which the orbits lie.")
 
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; the whole certificate is ``document``."""
@@ -79,8 +192,7 @@ class BoxCertificate(Theorem):
         return f"BoxCertificate({self.period}T, {self.widths})"
 
 
-@dataclass(frozen=True)
-class BoxProof:
+class BoxProof(NamedTuple):
     """A periodic orbit that is proved for a box of parameters; margins are those of certificates."""
 
     scale: float  # the half-widths proved, over those that were asked for
@@ -93,28 +205,11 @@ class BoxProof:
 
 
 class BoxSystem:
-    """An orbit at the centre of a box of parameters, with its derivatives by u.
+    """An orbit at the centre of a `ParameterBox`, with its derivatives by u.
 
-    Parameters
-    ----------
-    candidate : Candidate
-        The orbit, converged to rounding errors.
-    widths : list of dict
-        For each u_j the parameters that it changes, with their half-widths.
-    grazing : bool
-        Orbits of the box may graze a contact boundary: their switches are not the same.
-
-    Attributes
-    ----------
-    drift : (n, d, m)
-        C_k.
-    delays : list of (S, m)
-        For each mesh period about the derivatives of the times of its switches by u, from the same states.
-
-    Raises
-    ------
-    InputError, UndecidedError
-        As for `ParameterBox`.
+    ``candidate`` is the orbit, converged to rounding errors. With ``grazing`` orbits of the box may graze a contact
+    boundary: their switches are not the same. ``drift`` (n, d, m) are the C_k, ``delays`` for each mesh period about
+    the derivatives (S, m) of the times of its switches by u, from the same states.
     """
 
     def __init__(self, candidate: Candidate, widths: list[dict[str, Fraction]], grazing: bool = False) -> None:
@@ -129,8 +224,8 @@ class BoxSystem:
             beside = MeshEquations(shifted(self.equations.parameters, changes), self.equations.phase,
                                    self.equations.bits)
             moved = [trajectory(beside, column(point)) for point in candidate.points]
-            steps.append(candidate.system.newton_step([a.image - b.image
-                                                       for a, b in zip(moved, motions, strict=True)]))
+            differences = [a.image - b.image for a, b in zip(moved, motions, strict=True)]
+            steps.append(candidate.system.newton_step(differences))
             for rows, other, motion in zip(self.delays, moved, motions, strict=True):
                 if len(other.switches) == len(rows):
                     rows[:, j] = [float((a.time - b.time).mid()) / float(_DIFFERENCE)
@@ -145,7 +240,6 @@ class BoxSystem:
                 for rows, drift, motion in zip(self.delays, self.drift, self.candidate.trajectories, strict=True)]
 
     def bounds(self, scale: Fraction) -> BoxBounds:
-        """The bounds of the coefficients in the box with its half-widths times ``scale``."""
         return BoxBounds(self.unit, scale)
 
     def prove(self, scale: Fraction) -> BoxProof:
@@ -154,18 +248,16 @@ class BoxSystem:
         defects = [float(v.abs_upper()) for d in self._defects(self._tubes(bounds, size, 0.0), size)
                    for v in d.entries()]
         least = float((np.abs(self.candidate.system.inverse) @ np.array(defects)).max())  # to first order
-        failure = UndecidedError("Krawczyk not contracting", 0.0)
-        for factor in _RADII:
+
+        def at(factor: float) -> BoxProof:
             radius = factor * least + 1e-30
-            try:
-                reach = (np.abs(self.drift).sum(axis=2) * size + radius) * (1 + 1e-12)
-                separation = self._separation(reach, radius)
-                tubes, existence = self._existence(bounds, size, radius)
-                found = stability([t.slopes for t in tubes], [t.derivative for t in self.candidate.trajectories])
-                return BoxProof(size, radius, reach, found, existence, separation, [t.switches for t in tubes])
-            except UndecidedError as error:
-                failure = error
-        raise failure
+            reach = (np.abs(self.drift).sum(axis=2) * size + radius) * (1 + 1e-12)
+            separation = self.candidate.separation(radius, reach)
+            tubes, existence = self._existence(bounds, size, radius)
+            found = stability([t.slopes for t in tubes], [t.derivative for t in self.candidate.trajectories])
+            return BoxProof(size, radius, reach, found, existence, separation, [t.switches for t in tubes])
+
+        return first_proved(at, _RADII, "Krawczyk not contracting")
 
     def continued(self, radius: float) -> float:
         """Prove that there is exactly one orbit with |ξ_k| <= ``radius`` for every u, without its stability.
@@ -178,11 +270,10 @@ class BoxSystem:
     def _existence(self, bounds: BoxBounds, size: float, radius: float) -> tuple[list[ParameterTube], float]:
         """The tubes of all mesh periods, and the margin of Krawczyk's operator, which is proved to be large enough."""
         tubes = self._tubes(bounds, size, radius)
-        slopes, defects = [t.slopes for t in tubes], self._defects(tubes, size)
-        return tubes, self.candidate.system.contraction(slopes, defects, radius)
+        slopes = [t.slopes for t in tubes]
+        return tubes, self.candidate.system.contraction(slopes, self._defects(tubes, size), radius)
 
     def _tubes(self, bounds: BoxBounds, size: float, radius: float) -> list[ParameterTube]:
-        """The tubes of all mesh periods."""
         return [ParameterTube(bounds, motion, size * self.drift[k], radius, size * self.shifts[k], self.grazing)
                 for k, motion in enumerate(self.candidate.trajectories)]
 
@@ -194,20 +285,9 @@ class BoxSystem:
         return [defect + (tube.by_parameters - after) * unit
                 for defect, tube, after in zip(self.candidate.defects, tubes, following, strict=True)]
 
-    def _separation(self, reach: np.ndarray, radius: float) -> float | None:
-        """The least distance of the first box and that of a proper divisor of the period, over the radius."""
-        n, points = self.candidate.period, self.candidate.points
-        gaps = [max(float(abs(a - b)) * (1 - 1e-12) - reach[0, i] - reach[k, i]
-                    for i, (a, b) in enumerate(zip(points[0], points[k], strict=True)))
-                for k in range(1, n) if n % k == 0]
-        if gaps and min(gaps) <= 0:
-            raise UndecidedError("period not minimal", min(gaps))
-        return min(gaps) / radius if gaps else None
 
-
-def prove_parameter_box(
-    model: MeshModel, points: np.ndarray, widths: Mapping[str, dict[str, Fraction]], bits: int
-) -> BoxCertificate | Unproved:
+def prove_parameter_box(model: MeshModel, points: np.ndarray, widths: Mapping[str, dict[str, Fraction]],
+                        bits: int) -> BoxCertificate | Unproved:
     """Prove a periodic orbit for all models in a box of parameters, the largest up to the one asked for.
 
     ``model`` is the centre of the box, ``points`` (n, d) are approximate states at τ = k T. ``widths`` has for each
@@ -222,22 +302,15 @@ def prove_parameter_box(
             system = BoxSystem(candidate, list(widths.values()))
             return _certificate(system, list(widths), _largest(system))
         except UndecidedError as failure:
-            return Unproved(failure.reason, failure.margin, bits)
+            return failure.unproved(bits)
 
 
 def _largest(system: BoxSystem) -> BoxProof:
     """The proof for the largest scale up to 1 that bisection finds; raises `UndecidedError` if none is."""
-    scale, failure = Fraction(1), UndecidedError("Krawczyk not contracting", 0.0)
-    for _ in range(_HALVINGS):
-        try:
-            proof = system.prove(scale)
-            break
-        except UndecidedError as error:
-            failure, scale = error, scale / 2
-    else:
-        raise failure
-    low, high = scale, 2 * scale
-    for _ in range(_REFINEMENTS if scale < 1 else 0):
+    scales = [Fraction(1, 2**k) for k in range(_HALVINGS)]
+    low, proof = first_proved(lambda scale: (scale, system.prove(scale)), scales, "Krawczyk not contracting")
+    high = 2 * low
+    for _ in range(_REFINEMENTS if low < 1 else 0):
         middle = (low + high) / 2
         try:
             proof, low = system.prove(middle), middle

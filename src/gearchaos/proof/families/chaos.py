@@ -33,18 +33,14 @@ from flint import arb, arb_mat
 
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import ball, from_text, least, precision, to_fraction, to_text
-from gearchaos.proof.certificate import Theorem, Unproved, used_versions
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import Theorem, UndecidedError, Unproved, used_versions
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.segment import segment_image
 from gearchaos.proof.parameters import exact_parameters
+from gearchaos.proof.tube import segment_image
 from gearchaos.proof.verifier import growth, sealed
 
-_MOST_PIECES = 400
-"""Most pieces into which the boundary of a set is divided."""
-
-_FIRST_PIECES = 4
-"""Pieces of an edge at first."""
+_MOST_PIECES = 400  # most pieces into which the boundary of a set is divided
+_FIRST_PIECES = 4  # pieces of an edge at first
 
 Vector = tuple[Fraction, Fraction]
 
@@ -56,11 +52,6 @@ class Parallelogram:
     centre: Vector  # c
     unstable: Vector  # p
     stable: Vector  # q
-
-    @property
-    def area(self) -> Fraction:
-        """A quarter of the area; negative if q is to the right of p."""
-        return self.unstable[0] * self.stable[1] - self.unstable[1] * self.stable[0]
 
     def vector(self, a: Fraction, b: Fraction) -> Vector:
         """a p + b q."""
@@ -74,16 +65,15 @@ class Parallelogram:
 
     def coordinates(self, x: Any, y: Any) -> tuple[Any, Any]:
         """(a, b) of a vector a p + b q: of exact numbers exactly, of balls as balls."""
-        number = ball if isinstance(x, arb) else Fraction
-        (p0, p1), (q0, q1), area = map(number, self.unstable), map(number, self.stable), number(self.area)
-        return (x * q1 - y * q0) / area, (p0 * y - p1 * x) / area
+        (p0, p1), (q0, q1), number = self.unstable, self.stable, ball if isinstance(x, arb) else Fraction
+        area = number(p0 * q1 - p1 * q0)
+        return (x * number(q1) - y * number(q0)) / area, (number(p0) * y - number(p1) * x) / area
 
     def is_apart_from(self, other: Parallelogram) -> bool:
         """Whether no point belongs to both, decided exactly: an edge of one of them separates them."""
         for first, second in ((self, other), (other, self)):
-            corners = [second.at(Fraction(a), Fraction(b)) for a in (-1, 1) for b in (-1, 1)]
-            seen = [first.coordinates(*(v - c for v, c in zip(corner, first.centre, strict=True)))
-                    for corner in corners]
+            corners = (second.at(Fraction(a), Fraction(b)) for a in (-1, 1) for b in (-1, 1))
+            seen = [first.coordinates(*(v - c for v, c in zip(x, first.centre, strict=True))) for x in corners]
             if any(all(sign * corner[axis] > 1 for corner in seen) for axis in (0, 1) for sign in (1, -1)):
                 return True
         return False
@@ -112,23 +102,13 @@ _EDGES = (
 )
 
 
-def prove_covering(
-    equations: MeshEquations, first: Parallelogram, second: Parallelogram, slack: Fraction, forcing_change: float = 0.0
-) -> int:
+def prove_covering(equations: MeshEquations, first: Parallelogram, second: Parallelogram, slack: Fraction,
+                   forcing_change: float = 0.0) -> int:
     """Prove that a set covers another one under the map P over one mesh period, with a slack (d = 2).
 
     The edges a = ±1 are mapped to |a| > 1 + slack, and |b| < 1 - slack wherever |a| <= 1 + slack. For
-    ``forcing_change`` see `segment_image`.
-
-    Returns
-    -------
-    int
-        Number of pieces of the boundary.
-
-    Raises
-    ------
-    UndecidedError
-        If the relation is not proved, with the least margin, which is negative.
+    ``forcing_change`` see `segment_image`. The result is the number of pieces of the boundary. Raises `UndecidedError`
+    with the least margin, which is negative, if the relation is not proved.
     """
     def image(piece: _Piece, forcing_change: float) -> tuple[arb, arb]:
         """Balls (a, b) in the coordinates of the second set that contain the image of a piece of the boundary."""
@@ -174,31 +154,19 @@ def _margin(a: arb, b: arb, side: int, slack: Fraction) -> float:
 
 FORMAT, VERSION = "gearchaos chaotic set", 1
 
-SLACK = "0.01"
-"""The slack of each covering relation."""
-
-_DIGITS = 6
-"""Decimal digits of the bound of the entropy."""
+SLACK = "0.01"  # the slack of each covering relation
+_DIGITS = 6  # decimal digits of the bound of the entropy
 
 
 @dataclass(frozen=True, eq=False)
 class ChaoticSet(Theorem):
-    """A proved chaotic set.
+    """A proved chaotic set: the theorem with the sets and transitions."""
 
-    Attributes
-    ----------
-    document : dict
-        The theorem with the sets and transitions, in the form in which it is written, see ``docs/proofs.md``.
-    seconds : float
-        How long the proof took, without the search for the sets.
-    """
+    seconds: float  # how long the proof took, without the search for the sets
 
-    seconds: float
-
-    @property
-    def entropy(self) -> float:
-        """A lower bound of the topological entropy of P: natural logarithm, per mesh period."""
-        return float(self.document["entropy"])
+    entropy = property(lambda self: float(self.document["entropy"]),
+                       doc="A lower bound of the topological entropy of P: natural logarithm, per mesh period.")
+    slack = property(lambda self: float(self.document["slack"]), doc="The slack of every covering relation.")
 
     @property
     def loops(self) -> list[list[int]]:
@@ -213,11 +181,6 @@ class ChaoticSet(Theorem):
             out.append(loop)
         return out
 
-    @property
-    def slack(self) -> float:
-        """The slack of every covering relation."""
-        return float(self.document["slack"])
-
     def to_dict(self) -> dict[str, Any]:
         """A summary as JSON-ready values; all is in ``document``."""
         return self.selected("theorem", entropy=self.entropy, sets=len(self.document["sets"]),
@@ -228,25 +191,15 @@ class ChaoticSet(Theorem):
         return f"ChaoticSet(entropy >= {self.document['entropy']}, {len(self.document['sets'])} sets)"
 
 
-def prove_chaotic_set(
-    model: MeshModel, sets: Sequence[tuple[np.ndarray, np.ndarray]], loops: Sequence[Sequence[int]], bits: int = 128,
-    tolerances: Mapping[str, str] | None = None,
-) -> ChaoticSet | Unproved:
+def prove_chaotic_set(model: MeshModel, sets: Sequence[tuple[np.ndarray, np.ndarray]], loops: Sequence[Sequence[int]],
+                      bits: int = 128, tolerances: Mapping[str, str] | None = None) -> ChaoticSet | Unproved:
     """Prove the covering relations along loops of sets, and what follows of those that are proved.
 
-    Parameters
-    ----------
-    model : MeshModel
-        d = 2. Its parameters are taken as exactly the floats they are. Initial values have no effect.
-    sets : sequence of ((2,), (2, 2))
-        Centre of each parallelogram, and its unstable and stable half axis as columns.
-    loops : sequence of sequence of int
-        Numbers of the sets of each loop, from set 0; the last one covers set 0. The first loop is that of the saddle.
-    bits : int
-        The precision.
-    tolerances : mapping of str to str, optional
-        Numbers as in a certificate, by the names ``eps1``, ... of amplitudes of the transmission error. The theorem is
-        to hold for all amplitudes within these distances of those of the model.
+    The parameters of the model (d = 2) are taken as exactly the floats they are. ``sets`` has the centre (2,) of each
+    parallelogram, and its unstable and stable half axis as columns (2, 2), ``loops`` the numbers of the sets of each
+    loop, from set 0; the last one covers set 0. The first loop is that of the saddle. ``tolerances`` are numbers as in
+    a certificate, by the names ``eps1``, ... of amplitudes of the transmission error: the theorem is to hold for all
+    amplitudes within these distances of those of the model.
     """
     start, tolerances = time.perf_counter(), dict(tolerances or {})
     parallelograms = []
@@ -256,8 +209,7 @@ def prove_chaotic_set(
     parameters = exact_parameters(model)
     with precision(bits):
         equations = MeshEquations(parameters, bits=bits)
-        change = equations.forcing_change(
-            {harmonic(name): from_text(size) for name, size in tolerances.items()})
+        change = equations.forcing_change({harmonic(name): from_text(size) for name, size in tolerances.items()})
         proved, failures = [], []
         for loop in loops:
             try:
@@ -279,8 +231,7 @@ def prove_chaotic_set(
         texts = [{name: [to_text(value) for value in getattr(parallelograms[k], name)]
                   for name in ("centre", "unstable", "stable")} for k in used]
         document = {
-            "format": FORMAT, "version": VERSION, "model": parameters,
-            "tolerances": tolerances,
+            "format": FORMAT, "version": VERSION, "model": parameters, "tolerances": tolerances,
             "coordinates": list(equations.names), "sets": texts,
             "transitions": transitions, "slack": SLACK, "bits": bits, **_entropy_bound(transitions),
         }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -18,9 +18,8 @@ import numpy as np
 from gearchaos.model import SCALARS
 from gearchaos.model.parameters import MeshModel
 from gearchaos.proof.balls import fractions, from_text, precision, texts, to_text
-from gearchaos.proof.candidate import Candidate, converged
-from gearchaos.proof.certificate import Certificate, Theorem, Unproved, with_checksum
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.candidate import Candidate, Points, converged
+from gearchaos.proof.certificate import Certificate, Theorem, UndecidedError, Unproved, first_proved, with_checksum
 from gearchaos.proof.equations import MeshEquations
 from gearchaos.proof.families.boxes import BoxSystem
 from gearchaos.proof.families.coefficients import LEVELS, shifted
@@ -28,27 +27,18 @@ from gearchaos.proof.families.exclusion import Region, as_floats, distance, neig
 from gearchaos.proof.parameters import exact_parameters, lifted
 from gearchaos.proof.prove import at_phase, prove_orbit
 
-_EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
-"""Radii 10^-k that are tried."""
+_EXPONENTS = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12)  # radii 10^-k that are tried
 
 
 def connection(below: Certificate, above: Certificate, bits: int, start: Certificate | None = None) -> dict[str, Any]:
     """The proof for the straight line of parameters between two models, whose orbits have one period and one phase.
 
     The line begins at ``start``, one of the two, if orbits along it may graze a contact boundary: the one whose teeth
-    switch contact more often. By default it begins in the middle.
+    switch contact more often. By default it begins in the middle. Raises `UndecidedError` if it is not proved.
 
-    Returns
-    -------
-    dict
-        ``points``, ``derivative``, ``radius``, ``margin`` and ``ends``, the values of u at ``below`` and ``above``. For
-        each u between them there is exactly one orbit within ``radius`` of the points plus u times the derivative, no
-        multiplier is 1, and no contact switch is at a section. The orbits at the ends are those of the certificates.
-
-    Raises
-    ------
-    UndecidedError
-        If it is not proved.
+    ``ends`` of the result are the values of u at ``below`` and ``above``. For each u between them there is exactly one
+    orbit within ``radius`` of the points plus u times the derivative, no multiplier is 1, and no contact switch is at a
+    section. The orbits at the ends are those of the certificates.
     """
     share = Fraction(1, 2) if start is None else Fraction(int(start is above))
     reach = max(share, 1 - share)
@@ -61,19 +51,17 @@ def connection(below: Certificate, above: Certificate, bits: int, start: Certifi
         candidate = converged(equations, fractions((start or below).document["points"]))
         if candidate is None:
             raise UndecidedError("orbit not found", 0.0)
-        widths = [{name: reach * change for name, change in changes.items()}]
-        system, failure = BoxSystem(candidate, widths, start is not None), UndecidedError("orbit not found", 0.0)
-        for exponent in _EXPONENTS:
-            try:
-                margin = system.continued(10.0**-exponent)
-                for u, end in zip(ends, (below, above), strict=True):
-                    _check_same(system, u, end, Fraction(10.0**-exponent))
-                derivative = [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()]
-                return {"ends": list(map(int, ends)), "points": texts(candidate.points), "derivative": derivative,
-                        "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}
-            except UndecidedError as error:
-                failure = error
-    raise failure
+        system = BoxSystem(candidate, [{name: reach * v for name, v in changes.items()}], start is not None)
+
+        def within(exponent: int) -> dict[str, Any]:
+            margin = system.continued(10.0**-exponent)
+            for u, end in zip(ends, (below, above), strict=True):
+                _check_same(system, u, end, Fraction(10.0**-exponent))
+            derivative = [[float(v).hex() for v in point] for point in system.drift[:, :, 0].tolist()]
+            return {"ends": list(map(int, ends)), "points": texts(candidate.points), "derivative": derivative,
+                    "radius": f"1e-{exponent}", "margin": f"{margin:.3e}"}
+
+        return first_proved(within, _EXPONENTS, "orbit not found")
 
 
 def check_coordinates(equations: MeshEquations, *found: Certificate) -> None:
@@ -99,42 +87,30 @@ def _check_same(system: BoxSystem, u: Fraction, end: Certificate, radius: Fracti
 
     Of the two boxes in each of which there is exactly one orbit, one has to lie in the other.
     """
-    own, points = Fraction(end.document["radius"]), fractions(end.document["points"])
+    room, points = abs(radius - Fraction(end.document["radius"])), fractions(end.document["points"])
     for point, centre, drift in zip(points, system.candidate.points, system.drift[:, :, 0].tolist(), strict=True):
         for x, c, derivative in zip(point, centre, drift, strict=True):
-            gap = abs(radius - own) - abs(x - c - u * Fraction(derivative))
-            if gap <= 0:
+            if (gap := room - abs(x - c - u * Fraction(derivative))) <= 0:
                 raise UndecidedError("orbit not found", float(gap))
 
 
 FORMAT, VERSION = "gearchaos event certificate", 1
 KINDS = ("flip", "fold", "graze", "neimark-sacker")
 
-_REGION = 3
-"""Half the edge of the region of a fold, in distances of the two orbits."""
+_REGION = 3  # half the edge of the region of a fold, in distances of the two orbits
 
 
 @dataclass(frozen=True, eq=False)
 class EventCertificate(Theorem):
     """An event that is proved to lie in an interval of a parameter.
 
-    Attributes
-    ----------
-    document : dict
-        The certificate as it is written; ``below`` and ``above`` have the certificates of the orbits proved at the ends
-        of the interval, each of which ``gearchaos verify`` checks by itself.
+    In ``document``, ``below`` and ``above`` have the certificates of the orbits proved at the ends of the interval,
+    each of which ``gearchaos verify`` checks by itself.
     """
 
-    @property
-    def kind(self) -> str:
-        """One of `KINDS`."""
-        return self.document["kind"]
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The ends of the interval of the parameter."""
-        low, high = map(float.fromhex, self.document["interval"])
-        return low, high
+    kind = property(lambda self: self.document["kind"], doc="One of `KINDS`.")
+    interval = property(lambda self: tuple(map(float.fromhex, self.document["interval"])),
+                        doc="The ends of the interval of the parameter.")
 
     def certificates(self) -> list[Certificate]:
         """The certificates of the orbits at the lower end of the interval, then at the upper end."""
@@ -152,52 +128,44 @@ class EventCertificate(Theorem):
         return f"EventCertificate({self.kind}, {self.document['parameter']} in {list(self.interval)})"
 
 
-@dataclass(frozen=True)
-class End:
-    """An end of the interval of the parameter."""
-
-    model: MeshModel
-    points: np.ndarray  # (n, d), approximate states at τ = k T of the orbit that the event happens to
-
-
-def prove_event_facts(
-    kind: str, parameter: str, models: list[tuple[MeshModel, float]], points: np.ndarray, bits: int
-) -> EventCertificate | Unproved:
+def prove_event_facts(kind: str, parameter: str, ends: list[tuple[MeshModel, float]], points: np.ndarray,
+                      bits: int) -> EventCertificate | Unproved:
     """Prove what is different at the two ends of an interval of a parameter.
 
-    ``kind`` is one of `KINDS`. ``models`` are those at the lower and the upper end, with the values of the parameter.
+    ``kind`` is one of `KINDS`. ``ends`` has the model and the value of the parameter at the lower and the upper end.
     ``points`` (n, d) are approximate states at τ = k T of the orbit at the event, ``bits`` the first precision.
     """
-    lower, upper = (End(model, points) for model, _ in models)
+    models = [model for model, _ in ends]
     try:
-        found = _fold(parameter, (lower, upper), bits) if kind == "fold" else _change(
-            kind, parameter, (lower, upper), bits)
+        found = (_fold(parameter, models, points, bits) if kind == "fold"
+                 else _change(kind, parameter, models, points, bits))
     except UndecidedError as failure:
-        return Unproved(failure.reason, failure.margin, failure.bits or bits)
+        return failure.unproved(bits)
     below, above = found["below"], found["above"]
     return EventCertificate(with_checksum({
         "format": FORMAT, "version": VERSION, "kind": kind, "theorem": found["theorem"], "parameter": parameter,
-        "interval": [value.hex() for _, value in models], "period": min(f.period for f in (*below, *above)),
+        "interval": [value.hex() for _, value in ends], "period": min(f.period for f in (*below, *above)),
         "below": [f.document for f in below], "above": [f.document for f in above],
         "empty": found.get("empty"), "connection": found.get("connection"),
     }))
 
 
-def _change(kind: str, parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+def _change(kind: str, parameter: str, models: list[MeshModel], points: np.ndarray, bits: int) -> dict[str, Any]:
     """What is proved of an event that changes the orbit: a flip, a graze or a Neimark-Sacker bifurcation."""
     orbits = []
-    for end in ends:
-        with _equations(end.model, bits) as equations:
-            found = converged(equations, lifted(end.points, equations.names))
+    for model in models:
+        with _equations(model, bits) as equations:
+            found = converged(equations, lifted(points, equations.names))
         if found is None:
             raise UndecidedError("orbit not found", 0.0)
         orbits.append(found)
-    lower, upper = (replace(end, points=as_floats(o.points)) for end, o in zip(ends, orbits, strict=True))
-    ends, phase = (lower, upper), _free_phase(orbits) if kind == "graze" else 0.0
-    below, above = (_proved(end.model, end.points, bits, phase) for end in ends)
+    ends = [(model, as_floats(orbit.points)) for model, orbit in zip(models, orbits, strict=True)]
+    phase = _free_phase(orbits) if kind == "graze" else 0.0
+    below, above = (_proved(model, near, bits, phase) for model, near in ends)
     proved, start, extra = ([below], [above]), None, []
     if kind == "graze":
-        first, second = _sequence(below), _sequence(above)
+        first, second = ([(s["flank"], s["into"]) for switches in found.document["switches"] for s in switches]
+                         for found in (below, above))
         start = below if len(first) > len(second) else above
         same = len(first) == len(second) and any(
             first[k:] + first[:k] == second for k in range(max(1, len(first))))  # up to where they begin
@@ -235,36 +203,25 @@ def _free_phase(orbits: list[Candidate]) -> float:
 
 def _proved(model: MeshModel, points: np.ndarray, bits: int, phase: float = 0.0) -> Certificate:
     """The certificate of an orbit at a phase of the section; raises `UndecidedError` if it is not proved."""
-    shifted_points = at_phase(model, points, phase) if phase else points
-    if shifted_points is None:
+    there = at_phase(model, points, phase) if phase else points
+    if there is None:
         raise UndecidedError("orbit not found", 0.0)
-    result = prove_orbit(model, shifted_points, bits, phase)
+    result = prove_orbit(model, there, bits, phase)
     if isinstance(result, Unproved):
         raise UndecidedError(result.reason, result.margin, result.bits)
     return result
 
 
-def _sequence(found: Certificate) -> list[tuple[int, str]]:
-    """The flanks and directions of the contact switches over the period of an orbit."""
-    return [(switch["flank"], switch["into"]) for period in found.document["switches"] for switch in period]
-
-
-def _doubled(ends: tuple[End, End], bits: int) -> tuple[int, Certificate]:
+def _doubled(ends: list[tuple[MeshModel, np.ndarray]], bits: int) -> tuple[int, Certificate]:
     """The number of the end, and the certificate, of an orbit of twice the period next to a flip."""
-    failure = UndecidedError("orbit not found", 0.0)
-    for side, end in enumerate(ends):
-        for candidate in _neighbours(end.model, np.concatenate([end.points] * 2), bits):
-            half = len(end.points)
-            if distance(candidate[:half], candidate[half:]) < 1e-12:
-                continue
-            result = prove_orbit(end.model, as_floats(candidate), bits)
-            if isinstance(result, Certificate):
-                return side, result
-            failure = UndecidedError(result.reason, result.margin, result.bits)
-    raise failure
+    beside = ((side, found) for side, (model, points) in enumerate(ends)
+              for found in _neighbours(model, np.concatenate([points] * 2), bits)
+              if distance(found[:len(points)], found[len(points):]) >= 1e-12)
+    return first_proved(lambda trial: (trial[0], _proved(ends[trial[0]][0], as_floats(trial[1]), bits)), beside,
+                        "orbit not found")
 
 
-def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[list[list[Fraction]]]:
+def _neighbours(model: MeshModel, points: np.ndarray, bits: int) -> list[Points]:
     """The points of different orbits of a model near points (n, d)."""
     with _equations(model, bits) as equations:
         return [candidate.points for candidate in neighbours(equations, lifted(points, equations.names))]
@@ -277,18 +234,18 @@ def _equations(model: MeshModel, bits: int) -> Iterator[MeshEquations]:
         yield MeshEquations(exact_parameters(model), bits=bits)
 
 
-def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
+def _fold(parameter: str, models: list[MeshModel], points: np.ndarray, bits: int) -> dict[str, Any]:
     """What is proved of a fold: two orbits at one end, and none at the other in a region about both."""
-    for side, end in enumerate(ends):
-        with _equations(end.model, bits) as equations:
-            start = lifted(end.points, equations.names)
-        pair = sorted(_neighbours(end.model, end.points, bits), key=lambda points: distance(points, start))[:2]
+    for side, model in enumerate(models):
+        with _equations(model, bits) as equations:
+            start = lifted(points, equations.names)
+        pair = sorted(_neighbours(model, points, bits), key=lambda found: distance(found, start))[:2]
         if len(pair) < 2:
             continue
-        first, second = (_proved(end.model, as_floats(points), bits) for points in pair)
+        first, second = (_proved(model, as_floats(found), bits) for found in pair)
         if abs(first.outside - second.outside) != 1:
             raise UndecidedError("no change", 0.0)
-        empty, n = _empty(ends, side, [first, second], bits), first.period
+        empty, n = _empty(models, side, [first, second], bits), first.period
         here, there = (("lower", "upper"), ("upper", "lower"))[side]
         outside = sorted((first.outside, second.outside))
         theorem = (
@@ -297,17 +254,17 @@ def _fold(parameter: str, ends: tuple[End, End], bits: int) -> dict[str, Any]:
             f"coordinate at each tau = k T), one with {outside[0]} and one with {outside[1]} multipliers outside the "
             f"unit circle. At the {there} end there is no orbit of period {n} in that region, and for no value of "
             f"{parameter} between is there one on its border: at some value an orbit in it has the multiplier 1.")
-        return {"below": [[first, second], []][side], "above": [[first, second], []][1 - side], "empty": empty,
-                "theorem": theorem}
+        ends = [[first, second], []]
+        return {"below": ends[side], "above": ends[1 - side], "empty": empty, "theorem": theorem}
     raise UndecidedError("orbit not found", 0.0)
 
 
-def _empty(ends: tuple[End, End], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
+def _empty(models: list[MeshModel], side: int, pair: list[Certificate], bits: int) -> dict[str, Any]:
     """The region about the two orbits of an end that is proved to be empty at the other end, and closed between."""
     first, second = (fractions(found.document["points"]) for found in pair)
     centre = [[(a + b) / 2 for a, b in zip(p, q, strict=True)] for p, q in zip(first, second, strict=True)]
     radius = Fraction(_REGION * distance(first, second))
-    low, high = (exact_parameters(end.model) for end in ends)
+    low, high = map(exact_parameters, models)
     changes = line(low, high)
     halves = {name: change / 2 for name, change in changes.items()}
     there = shifted(low, {name: (1 - side) * change for name, change in changes.items()})

@@ -19,7 +19,7 @@ singular vector v and l. The bordered matrix
     M = | J   l |
         | vᵀ  0 |
 
-is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `parameter_tube`
+is regular. D is covered by slices |vᵀ(x - c_s) - y| <= h. For p = p0 + D u, |u| <= 1, the tubes of `boxes`
 give F(x; p) = F(c_s; p0) + J (x - c_s) + B u. So if x in a slice is a zero of F, M (x - c_s, 0) is the vector
 (-F(c_s; p0) - B u, vᵀ(x - c_s)), and for any matrix Y
 
@@ -33,10 +33,11 @@ the zeros of the slice off the border. Slices for which this fails are halved.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from copy import copy
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from flint import arb_mat
@@ -46,6 +47,7 @@ from gearchaos.proof.candidate import (
     COARSE_GUARD_BITS,
     UNIT,
     Candidate,
+    Points,
     converged,
     cyclic_jacobian,
     distance_from_unit,
@@ -53,30 +55,23 @@ from gearchaos.proof.candidate import (
     midpoints_and_spread,
     moved,
 )
-from gearchaos.proof.crossing import UndecidedError
+from gearchaos.proof.certificate import UndecidedError
 from gearchaos.proof.equations import MeshEquations
-from gearchaos.proof.families.boxes import BoxSystem
-from gearchaos.proof.families.parameter_tube import ParameterTube
+from gearchaos.proof.families.boxes import BoxSystem, ParameterTube
 from gearchaos.proof.tube import StartTube
 
+# Distances along the critical direction from which orbits are sought:
 _AMPLITUDES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-"""Distances along the critical direction from which orbits are sought."""
-
-_DISTINCT = 1e-13
-"""Orbits count as different if their points differ by more than this."""
-
+_DISTINCT = 1e-13  # orbits count as different if their points differ by more than this
 _FIRST_SLICES = 16
-_THINNEST = 2.0**-13
-"""The least width of a slice that is divided, in widths of the region."""
-
-_REFINEMENTS = 6
-"""Most boxes that are tried for one slice, each smaller than the one before."""
+_THINNEST = 2.0**-13  # the least width of a slice that is divided, in widths of the region
+_REFINEMENTS = 6  # most boxes that are tried for one slice, each smaller than the one before
 
 
 class _Slice:
     """A point c_s of a slice with the bordered system there, for all values of the parameter."""
 
-    def __init__(self, region: Region, points: list[list[Fraction]]) -> None:
+    def __init__(self, region: Region, points: Points) -> None:
         self.region, self.candidate = region, Candidate.at(region.equations, points)
         middle = [float_midpoint(t.derivative) for t in self.candidate.trajectories]
         self.inverse = np.linalg.inv(self._bordered(middle))
@@ -90,13 +85,12 @@ class _Slice:
 
     def correction(self) -> np.ndarray:
         """The change (n, d) of c_s to first order by which F becomes a multiple of l, with vᵀx kept."""
-        change = self.inverse @ np.append(-self.signed, 0.0)
-        return change[:-1].reshape(len(self.candidate.points), -1)
+        return (self.inverse @ np.append(-self.signed, 0.0))[:-1].reshape(len(self.candidate.points), -1)
 
     def remainder(self, size: float) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds over all x within ``size`` of c_s in each coordinate and all values of the parameter, each (N + 1,).
+        """Bounds (N + 1,) of the row sums of 1 - Y M, and of Y (B u, 0).
 
-        They are bounds of the row sums of 1 - Y M, and of Y (B u, 0).
+        They hold for all x within ``size`` of c_s in each coordinate and all values of the parameter.
         """
         slopes, drift = self.region.slopes(self.candidate, size)
         middle, spread = midpoints_and_spread(slopes)
@@ -112,17 +106,15 @@ class _Slice:
         rounding = (len(weight) + 8) * UNIT * (weight[:, :-1] @ np.abs(self.signed))
         error = weight[:, :-1] @ np.maximum(radii, 0) + rounding + 1e-300
         margin = -1.0
-        for _ in range(_REFINEMENTS):
-            try:
+        with suppress(UndecidedError):
+            for _ in range(_REFINEMENTS):
                 rest, drift = self.remainder(size)
-            except UndecidedError:
-                break
-            other = error + drift + weight[:, -1] * half + rest * size
-            margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
-            smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
-            if margin > 0.05 or not smaller < 0.8 * size:
-                break
-            size = smaller
+                other = error + drift + weight[:, -1] * half + rest * size
+                margin = (abs(value[-1]) - other[-1]) / abs(value[-1]) if value[-1] else -1.0
+                smaller = float((np.abs(value) + other)[:-1].max()) * (1 + 1e-12)
+                if margin > 0.05 or not smaller < 0.8 * size:
+                    break
+                size = smaller
         return float(margin), size
 
 
@@ -133,9 +125,7 @@ class Region:
     each point, and ``widths`` the half-widths of the parameters that change with u.
     """
 
-    def __init__(
-        self, equations: MeshEquations, centre: list[list[Fraction]], radius: Fraction, widths: dict[str, Fraction]
-    ) -> None:
+    def __init__(self, equations: MeshEquations, centre: Points, radius: Fraction, widths: dict[str, Fraction]) -> None:
         self.equations, self.centre, self.radius = equations, centre, float(radius)
         start = Candidate.at(equations, centre)
         self.right, self.left = critical_directions([t.derivative for t in start.trajectories])
@@ -211,7 +201,7 @@ def critical_directions(derivatives: list[arb_mat]) -> tuple[np.ndarray, np.ndar
     return right[-1].reshape(shape), left[:, -1].reshape(shape)
 
 
-def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterator[Candidate]:
+def neighbours(equations: MeshEquations, points: Points) -> Iterator[Candidate]:
     """Different orbits near points next to which the cyclic system is nearly singular, each once.
 
     They are sought along the critical direction: in floats Newton's method ends far from the orbit there.
@@ -221,20 +211,19 @@ def neighbours(equations: MeshEquations, points: list[list[Fraction]]) -> Iterat
     except UndecidedError:
         return
     found: list[Candidate] = []
-    for amplitude in _AMPLITUDES:
-        for side in (1, -1):
-            start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction, COARSE_GUARD_BITS)
-            candidate = converged(equations, start)
-            if candidate is not None and all(distance(candidate.points, f.points) > _DISTINCT for f in found):
-                found.append(candidate)
-                yield candidate
+    for amplitude, side in product(_AMPLITUDES, (1, -1)):
+        start = moved(equations, points, side * amplitude / np.abs(direction).max() * direction, COARSE_GUARD_BITS)
+        candidate = converged(equations, start)
+        if candidate is not None and all(distance(candidate.points, f.points) > _DISTINCT for f in found):
+            found.append(candidate)
+            yield candidate
 
 
-def distance(first: list[list[Fraction]], second: list[list[Fraction]]) -> float:
+def distance(first: Points, second: Points) -> float:
     """The largest difference of a coordinate of two lists of points."""
     return float(max(abs(a - b) for p, q in zip(first, second, strict=True) for a, b in zip(p, q, strict=True)))
 
 
-def as_floats(points: list[list[Fraction]]) -> np.ndarray:
+def as_floats(points: Points) -> np.ndarray:
     """Points (n, d) rounded to floats."""
     return np.array([[float(value) for value in point] for point in points])

@@ -1,7 +1,7 @@
-"""Where a relative displacement z, given as a polynomial on a part of a cell, stays clear of the contact boundaries.
+"""One motion over a mesh period, with every contact switch located in a narrow ball.
 
-The distance from a boundary is y = ±z ± 1, positive while the contact state lasts. On an interval of width h it is
-positive if it is at both ends and one of these holds:
+Its relative displacement z is a polynomial on each cell. The distance from a contact boundary is y = ±z ± 1, positive
+while the contact state lasts. On an interval of width h it is positive if it is at both ends and one of these holds:
 
 - chord: y lies at most h²/8 max y″ below its chord (not at all where y″ <= 0);
 - monotony: y' has one sign;
@@ -13,46 +13,33 @@ Otherwise the interval is halved.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from flint import arb, arb_mat, arb_poly, ctx
 
-from gearchaos.proof.balls import interval, least, magnitude
+from gearchaos.proof.balls import block, interval, least, magnitude
+from gearchaos.proof.certificate import UndecidedError
+from gearchaos.proof.equations import MeshEquations
 
-_DEEPEST = 60
-"""Most halvings of an interval."""
-
-
-class UndecidedError(Exception):
-    """A property that could not be proved.
-
-    Attributes
-    ----------
-    reason : str
-        One of the reasons of `certificate`.
-    margin : float
-        The quantity that should be positive, as far as it was computed.
-    bits : int or None
-        The largest precision tried, if it is not the present one.
-    """
-
-    def __init__(self, reason: str, margin: float, bits: int | None = None) -> None:
-        super().__init__(reason, margin)
-        self.reason, self.margin, self.bits = reason, margin, bits
+_DEEPEST = 60  # most halvings of an interval
+_MOST_SWITCHES = 500  # most contact switches in one mesh period
 
 
 class Boundary(NamedTuple):
-    """The distance y = sign z + offset from the contact boundary z = flank."""
+    """The contact boundary z = flank, from which a motion is at y = sign z + offset."""
 
     flank: int
     sign: int
     offset: int
 
+    def distance(self, z: arb) -> arb:
+        """y."""
+        return self.sign * z + self.offset
 
-BOUNDARIES = {
-    0: (Boundary(1, -1, 1), Boundary(-1, 1, 1)), 1: (Boundary(1, 1, -1),), -1: (Boundary(-1, -1, -1),),
-}
-"""The boundaries at which each contact state can end."""
+
+# The boundaries at which each contact state can end:
+BOUNDARIES = {0: (Boundary(1, -1, 1), Boundary(-1, 1, 1)), 1: (Boundary(1, 1, -1),), -1: (Boundary(-1, -1, -1),)}
 
 
 class Crossing(NamedTuple):
@@ -81,11 +68,11 @@ def clearance_by_bounds(bounds: arb_mat, contact: int) -> float | None:
     """
     out = math.inf
     z0, z1, slope, curvature = bounds.entries()
-    for _, sign, offset in BOUNDARIES[contact]:
-        ends = min(least(sign * z0 + offset), least(sign * z1 + offset))
+    for boundary in BOUNDARIES[contact]:
+        ends = min(least(boundary.distance(z0)), least(boundary.distance(z1)))
         if not ends > 0:
             return None
-        bulge = max(0.0, -least(-sign * curvature)) / 8
+        bulge = max(0.0, -least(-boundary.sign * curvature)) / 8
         if ends > bulge:
             out = min(out, (ends - bulge) * (1 - 1e-15))
         elif slope > 0 or slope < 0:
@@ -104,17 +91,16 @@ def clearance(motion: Displacement, contact: int, low: arb, high: arb, z_low: ar
     return min(_clearance(motion, boundary, (low, z_low), (high, z_high), 0) for boundary in BOUNDARIES[contact])
 
 
-def _clearance(
-    motion: Displacement, boundary: Boundary, low: tuple[arb, arb], high: tuple[arb, arb], depth: int
-) -> float:
+def _clearance(motion: Displacement, boundary: Boundary, low: tuple[arb, arb], high: tuple[arb, arb],
+               depth: int) -> float:
     """The bound of `clearance` for one boundary; ``low`` and ``high`` are u and z there."""
-    ends = min(least(boundary.sign * z + boundary.offset) for _, z in (low, high))
+    ends = min(least(boundary.distance(z)) for _, z in (low, high))
     if not ends > 0:
         raise UndecidedError("tangency undecided", ends)
     found, minimum = _bound(motion, boundary, low[0], high[0], ends)
     if found > 0:
         return found
-    if depth == _DEEPEST or (minimum is not None and _distance(motion, boundary, minimum) < 0):
+    if depth == _DEEPEST or (minimum is not None and boundary.distance(motion.z(minimum)) < 0):
         raise UndecidedError("tangency undecided", found)
     u = ((low[0] + high[0]) / 2).mid()
     middle = u, motion.z(u)
@@ -122,14 +108,11 @@ def _clearance(
                _clearance(motion, boundary, middle, high, depth + 1))
 
 
-def _bound(
-    motion: Displacement, boundary: Boundary, low: arb, high: arb, ends: float
-) -> tuple[float, arb | None]:
+def _bound(motion: Displacement, boundary: Boundary, low: arb, high: arb, ends: float) -> tuple[float, arb | None]:
     """A lower bound of y on an interval where it is at least ``ends`` at both ends, and where y is least if convex."""
     span = interval(low, high)
     curvature = boundary.sign * motion.second(span)
-    width = magnitude(high - low)
-    bound = ends - max(0.0, -least(-curvature)) * width**2 / 8 * (1 + 1e-15)
+    bound = ends - max(0.0, -least(-curvature)) * magnitude(high - low)**2 / 8 * (1 + 1e-15)
     if bound > 0:
         return bound * (1 - 1e-15), None
     slope = motion.first(span)
@@ -142,19 +125,13 @@ def _bound(
             if not (low < lowest < high):
                 lowest = ((low + high) / 2).mid()
                 break
-        y, steep = _distance(motion, boundary, lowest), motion.first(lowest)
+        y, steep = boundary.distance(motion.z(lowest)), motion.first(lowest)
         return least(y - steep * steep / (2 * curvature)), lowest
     return bound, None
 
 
-def _distance(motion: Displacement, boundary: Boundary, u: arb) -> arb:
-    """y at u."""
-    return boundary.sign * motion.z(u) + boundary.offset
-
-
-def first_crossing(
-    motion: Displacement, contact: int, low: arb, high: arb, leaving: int | None = None, depth: int = 0
-) -> Crossing | None:
+def first_crossing(motion: Displacement, contact: int, low: arb, high: arb, leaving: int | None = None,
+                   depth: int = 0) -> Crossing | None:
     """The first crossing of a boundary for u from ``low`` to ``high``, for the motion from one state.
 
     ``contact`` is the state from ``low`` on, ``leaving`` the flank whose boundary the motion is on there. Raises
@@ -176,7 +153,7 @@ def _state(motion: Displacement, boundary: Boundary, low: arb, high: arb, leavin
 
     If the motion leaves the boundary at ``low``, y is 0 there and is asked to be positive after it.
     """
-    start, end = (_distance(motion, boundary, u) for u in (low, high))
+    start, end = (boundary.distance(motion.z(u)) for u in (low, high))
     slope = boundary.sign * motion.first(interval(low, high))
     if leaving:
         curvature = boundary.sign * motion.second(interval(low, high))
@@ -188,7 +165,7 @@ def _state(motion: Displacement, boundary: Boundary, low: arb, high: arb, leavin
     bound, lowest = _bound(motion, boundary, low, high, min(least(start), least(end)))
     if bound > 0:
         return True
-    if lowest is not None and _distance(motion, boundary, lowest) < 0:
+    if lowest is not None and boundary.distance(motion.z(lowest)) < 0:
         return Crossing(boundary.flank, low, lowest)
     return False
 
@@ -203,12 +180,8 @@ def crossing_time(motion: Displacement, crossing: Crossing) -> arb:
     u = ((low + high) / 2).mid()
     for _ in range(200):
         error = motion.z(u) - crossing.flank
-        if bool(error > 0) == falling:
-            low = u
-        else:
-            high = u
-        step = error / motion.first(u)
-        following = (u - step).mid()
+        low, high = (u, high) if bool(error > 0) == falling else (low, u)
+        following = (u - error / motion.first(u)).mid()
         if not (low <= following <= high):
             following = ((low + high) / 2).mid()
         if abs(following - u) < arb(2) ** (8 - ctx.prec):
@@ -219,8 +192,7 @@ def crossing_time(motion: Displacement, crossing: Crossing) -> arb:
 
 def _verified(motion: Displacement, crossing: Crossing, u: arb) -> arb:
     """A narrow ball about u, within the interval of the crossing, at whose ends z - flank has opposite signs."""
-    flank = crossing.flank
-    slope = abs(motion.first(u)).lower()
+    flank, slope = crossing.flank, abs(motion.first(u)).lower()
     if not slope > 0:
         raise UndecidedError("tangency undecided", 0.0)
     radius = 2 * abs(motion.z(u) - flank).upper() / slope + arb(2) ** (4 - ctx.prec)
@@ -232,3 +204,72 @@ def _verified(motion: Displacement, crossing: Crossing, u: arb) -> arb:
             return interval(low, high)
         radius = 8 * radius
     raise UndecidedError("tangency undecided", magnitude(radius))
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A contact switch of the motion."""
+
+    time: arb  # in mesh periods after the section
+    flank: int  # 1 or -1
+    into_contact: bool  # False where contact is lost
+    rate: arb  # dz/dt, per mesh period
+    slopes: arb_mat  # derivative (d, d) of the state there with respect to that at the section
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The motion from one state over one mesh period.
+
+    Its parts between switches are numbered from 0; part i ends with switch i. In a part the motion follows the frozen
+    equations of one contact state, which is proved together with the tube about it.
+
+    ``starts`` has, by number of the part and of the cell, (w, 1) at the start of the cell, from where the frozen
+    equations lead to the motion in the part. If the part begins within the cell, it is no state of the motion.
+    """
+
+    contacts: list[int]  # the contact state in each part
+    switches: list[Switch]  # in order of time
+    starts: dict[tuple[int, int], arb_mat]
+    image: arb_mat  # the state after one mesh period, (d, 1)
+    derivative: arb_mat  # of the image by the state at the section, (d, d)
+
+    def at(self, equations: MeshEquations, part: int, cell: int, share: arb) -> arb_mat:
+        """The state (w, 1), (d + 1, 1), at a share of a cell by the frozen equations of a part."""
+        return equations.flow(cell, self.contacts[part]).at(share) * self.starts[part, cell]
+
+
+def trajectory(equations: MeshEquations, state: arb_mat) -> Trajectory:
+    """The motion over one mesh period from a state (d, 1) at the section, exact or with radii near the rounding unit.
+
+    Raises `UndecidedError` if the state is on a contact boundary, or a switch cannot be told from a touch.
+    """
+    d = equations.dimension
+    z = state[0, 0]
+    if not (z > 1 or z < -1 or abs(z) < 1):
+        raise UndecidedError("section on the contact boundary", -magnitude(abs(z) - 1))
+    contacts, switches, starts = [int(z > 1) - int(z < -1)], list[Switch](), {}
+    both = arb_mat(d + 1, d + 1, [state[i, 0] if j == 0 else int(i == j - 1) for i in range(d) for j in range(d + 1)]
+                   + [int(j == 0) for j in range(d + 1)])
+    for index, cell in enumerate(equations.cells):  # ``both`` has the columns (w, 1) and (derivative of w, 0)
+        low, leaving = arb(0), None
+        while True:
+            contact = contacts[-1]
+            flow, start = equations.flow(index, contact), block(both, d + 1, range(1))
+            starts[len(switches), index] = start
+            if leaving is None and clearance_by_bounds(flow.bounds * start, contact) is not None:
+                break
+            path = Displacement(flow.polynomial(start))
+            crossing = first_crossing(path, contact, low, arb(1), leaving)
+            if crossing is None:
+                break
+            low, leaving = crossing_time(path, crossing), crossing.flank
+            there = flow.at(low) * both
+            contacts.append(0 if contact else leaving)
+            both = equations.flow(index, contacts[-1]).at(low).solve(there)
+            if len(switches) == _MOST_SWITCHES:
+                raise UndecidedError("too many switches", 0.0)
+            switches.append(Switch(cell.begin + low * cell.span, leaving, contacts[-1] != 0,
+                                   equations.duration * there[1, 0], block(there, d, range(1, d + 1))))
+        both = flow.end * both
+    return Trajectory(contacts, switches, starts, block(both, d, range(1)), block(both, d, range(1, d + 1)))
