@@ -94,9 +94,8 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
         _say_missing(str(folder), outcome)
     proofs = _proofs(store) if outcome.finished else {}
     if json_out:
-        counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
-        state = {"finished": outcome.finished, "missing": outcome.missing}
-        print_json({"store": str(folder), **counts, **state, **proofs})
+        print_json({"store": str(folder), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed),
+                    "finished": outcome.finished, "missing": outcome.missing, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
 
@@ -337,11 +336,7 @@ def _default_picture(result: str, colour: str) -> Path:
 
 
 @app.command(rich_help_panel="Runs")
-def export(
-    store: StorePath,
-    out: Out,
-    physical: Physical = False,
-) -> None:
+def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     """Write the result in a store as NetCDF, or as tables of text."""
     check_output("--out", out, DATA_SUFFIXES)
     from gearchaos.csv_tables import save_csv
