@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.cli.tables.text import print_table
+from gearchaos.cli.output import print_table
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError

@@ -10,7 +10,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
-from gearchaos.cli.tables.gears import print_answers
+from gearchaos.cli.datasheets import print_answers
 from gearchaos.datasheet.answer import Answer, default_speeds, edges
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.units import RPM, measured
@@ -111,7 +111,7 @@ def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed(
 
 
 def test_every_range_to_avoid_is_named_in_the_answer(capsys):
-    from gearchaos.cli.tables.gears import _print_windows
+    from gearchaos.cli.datasheets import _print_windows
 
     found = speeds_to_avoid(load_design(SPUR, {}), "400:1200:12", 60)
     assert len(found.windows) > 2

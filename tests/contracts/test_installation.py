@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from gearchaos.cli import app
 from gearchaos.flow import cache_directory, processor
 from gearchaos.flow import target as processor_module
-from gearchaos.installation import checks, orbit, packages
+from gearchaos.installation import checks, packages
 from gearchaos.installation.packages import report
 from tests.oracles import scipy_oracle
 
@@ -78,24 +78,24 @@ def test_a_cache_that_cannot_be_written_is_named_with_what_to_do():
 
 
 def test_a_wrong_orbit_fails(monkeypatch):
-    (z, v), *others = orbit.STORED
+    (z, v), *others = checks.STORED
     for stored, difference in ((((z + 2e-12, v), *others), "2.0e-12"), (((z, v - 1e-3), *others), "1.0e-03"),
-                               (orbit.STORED[:2], "inf")):
-        monkeypatch.setattr(orbit, "STORED", stored)
+                               (checks.STORED[:2], "inf")):
+        monkeypatch.setattr(checks, "STORED", stored)
         check = outcome("orbit")
         assert check.status == "failed"
         assert check.detail.startswith(f"it differs by {difference} from its stored values")
         assert "Do not use results of this installation" in check.mend
-    monkeypatch.setattr(orbit, "STORED", ((z + 5e-13, v), *others))
+    monkeypatch.setattr(checks, "STORED", ((z + 5e-13, v), *others))
     assert outcome("orbit").detail == "equal to its stored values to 5e-13"
-    monkeypatch.setattr(orbit, "computed", lambda: [(np.nan, np.nan)] * 3)
+    monkeypatch.setattr(checks, "computed", lambda: [(np.nan, np.nan)] * 3)
     assert outcome("orbit").status == "failed", "not a number is not near"
 
 
 def test_the_stored_orbit_is_that_of_the_oracle():
-    found = scipy_oracle.section(orbit.model(), 3, transient=200)
+    found = scipy_oracle.section(checks.model(), 3, transient=200)
     states = sorted(zip(found["z"].tolist(), found["z_dot"].tolist(), strict=True))
-    assert np.abs(np.array(states) - np.array(sorted(orbit.STORED))).max() < 1e-11
+    assert np.abs(np.array(states) - np.array(sorted(checks.STORED))).max() < 1e-11
 
 
 def test_folders_and_clocks(monkeypatch):
@@ -111,7 +111,7 @@ def test_folders_and_clocks(monkeypatch):
 
 
 def test_an_unexpected_error_is_an_outcome(monkeypatch):
-    monkeypatch.setattr(orbit, "computed", lambda: 1 / 0)
+    monkeypatch.setattr(checks, "computed", lambda: 1 / 0)
     assert outcome("kernels").detail == "ZeroDivisionError: division by zero"
     assert "gearchaos --version --verbose" in outcome("kernels").mend
 

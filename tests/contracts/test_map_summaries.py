@@ -57,7 +57,7 @@ def test_two_lines_that_fit_a_terminal(tmp_path, arguments, first, second):
 
 
 def test_the_line_of_many_motions_is_cut(capsys):
-    from gearchaos.cli.tables.maps import _print_shares
+    from gearchaos.cli.summaries import _print_shares
 
     many = [(f"{n}T", 0.1) for n in range(1, 31)]
     _print_shares("motions", many, "cells")

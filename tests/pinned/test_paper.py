@@ -24,14 +24,12 @@ from gearchaos.files import write_bytes
 from gearchaos.flow import StoppedError
 from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
-from gearchaos.paper import build, claims, proofs, settings
+from gearchaos.paper import build, claims, settings
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims import _motions, _read
-from gearchaos.paper.claims._claim import CHECKS, CheckResult, records
-from gearchaos.paper.claims._maps import first_harmonic
-from gearchaos.paper.figures import LAYOUTS, draw
-from gearchaos.paper.findings import spectral_comparison
-from gearchaos.paper.page import _flat, _maths
+from gearchaos.paper.claims import CHECKS, _maps, _motions, records
+from gearchaos.paper.claims._claim import VERDICTS, CheckResult, PeriodicMotion
+from gearchaos.paper.figures import LAYOUTS, draw, spectral_comparison
+from gearchaos.paper.page import _flat, _mark, _maths, _proof_lines, proofs_in_words
 from gearchaos.paper.report import writable_folder
 from gearchaos.proof.certificate import Unproved, checksum
 from gearchaos.studies import load
@@ -193,8 +191,8 @@ def test_only_contradictions_and_unknown_misprints_fail():
 
 def test_intervals_are_unbroken():
     values, flags = np.arange(6.0), np.array([1, 1, 0, 0, 1, 0], dtype=bool)
-    assert _read.intervals(values, flags) == [(0.0, 1.0), (4.0, 4.0)]
-    assert _read.intervals(values, ~(values < 9)) == []
+    assert _motions.intervals(values, flags) == [(0.0, 1.0), (4.0, 4.0)]
+    assert _motions.intervals(values, ~(values < 9)) == []
 
 
 def labelled(period: np.ndarray) -> xr.Dataset:
@@ -209,8 +207,8 @@ def test_similarity_counts_the_cells_that_keep_their_class():
     one[:, 3:] = 2
     two = np.roll(one, 1, axis=1)
     two[:, 0] = 1
-    assert _read.similarity(labelled(one), labelled(one)) == {"same_class": 1.0, "v_rms_correlation": 1.0}
-    assert _read.similarity(labelled(one), labelled(two))["same_class"] == pytest.approx(5 / 6, abs=1e-4)
+    assert _maps.similarity(labelled(one), labelled(one)) == {"same_class": 1.0, "v_rms_correlation": 1.0}
+    assert _maps.similarity(labelled(one), labelled(two))["same_class"] == pytest.approx(5 / 6, abs=1e-4)
 
 
 def test_the_spectral_class_is_reported_where_it_differs():
@@ -255,7 +253,7 @@ def test_the_suitable_sine_is_the_first_fourier_harmonic(wave):
     phase = (np.arange(n) + 0.5) / n
     chi = mesh_stiffness(model, phase * model.period)
     coefficient = 2 * (chi * np.exp(2j * np.pi * phase)).mean()
-    sine = first_harmonic(wave)
+    sine = _maps.first_harmonic(wave)
     assert sine.amplitudes[0] * np.exp(1j * sine.phases[0]) == pytest.approx(coefficient, abs=1e-4)
 
 
@@ -289,7 +287,7 @@ def test_claims_json_has_the_schema(report):
     found = json.loads((report[0] / "claims.json").read_text())
     assert [c["id"] for c in found] == ["9a", "9b", "9c"]
     for claim in found:
-        assert claim["verdict"] in claims.VERDICTS
+        assert claim["verdict"] in VERDICTS
         assert isinstance(claim["figure"], int) and isinstance(claim["evidence"], dict) and claim["evidence"]
         assert all(isinstance(claim[k], str) for k in ("where", "statement", "setting", "criterion", "computed"))
 
@@ -362,7 +360,7 @@ def test_a_contradicted_statement_makes_the_exit_code_one(tmp_path, monkeypatch)
 
 
 def test_a_failure_leaves_no_half_written_file(tmp_path, monkeypatch):
-    def broken(page):
+    def broken(*_):
         raise RuntimeError("no page")
 
     monkeypatch.setattr("gearchaos.paper.report.render", broken)
@@ -450,7 +448,7 @@ def test_the_verifier_beside_the_certificates_accepts_them_and_refuses_a_forgery
 def periodic_claim(period: int, count: int = 1) -> claims.Claim:
     values = [round(0.231 + 0.0001 * i, 4) for i in range(count)]
     motions = [
-        claims.PeriodicMotion(period, MeshModel.of(omega=1.0, q0=0.1, eps1=value), {"eps1": value}) for value in values
+        PeriodicMotion(period, MeshModel.of(omega=1.0, q0=0.1, eps1=value), {"eps1": value}) for value in values
     ]
     return replace(claim_with("holds"), motions=motions)
 
@@ -458,29 +456,29 @@ def periodic_claim(period: int, count: int = 1) -> claims.Claim:
 def test_certificates_are_the_same_on_each_run(tmp_path):
     for folder in (tmp_path / "one", tmp_path / "two"):
         folder.mkdir()
-        proofs.prove_claims([periodic_claim(6)], folder)
+        claims.prove_claims([periodic_claim(6)], folder)
     one, two = (sorted((tmp_path / name / "certificates").iterdir()) for name in ("one", "two"))
     assert [p.read_bytes() for p in one] == [p.read_bytes() for p in two] and len(one) == 2
 
 
 def test_a_motion_that_is_not_proved_says_why(tmp_path, monkeypatch):
-    (other,) = proofs.prove_claims([periodic_claim(5)], tmp_path)
-    assert proofs.mark(other) == "" and not list(tmp_path.iterdir())
-    assert proofs.lines(other)[0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
-    monkeypatch.setattr(proofs, "prove", lambda verdict: Unproved("neutral", float("nan"), 512))
-    (neutral,) = proofs.prove_claims([periodic_claim(6)], tmp_path)
+    (other,) = claims.prove_claims([periodic_claim(5)], tmp_path)
+    assert _mark(other) == "" and not list(tmp_path.iterdir())
+    assert _proof_lines(other)[0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
+    monkeypatch.setattr(claims, "prove", lambda verdict: Unproved("neutral", float("nan"), 512))
+    (neutral,) = claims.prove_claims([periodic_claim(6)], tmp_path)
     assert json.loads(json.dumps(neutral.proofs, allow_nan=False))[0]["margin"] is None
-    assert proofs.lines(neutral)[0]["text"] == "6T at ε1 = 0.231: not proved, neutral"
-    assert "0 of 1 periodic motions" in proofs.summary([neutral])
+    assert _proof_lines(neutral)[0]["text"] == "6T at ε1 = 0.231: not proved, neutral"
+    assert "0 of 1 periodic motions" in proofs_in_words([neutral])
 
 
 def test_a_range_is_proved_at_the_values_computed(tmp_path):
-    (scan,) = proofs.prove_claims([periodic_claim(6, 4)], tmp_path)
-    assert proofs.mark(scan) == "6T proved at 4 values"
-    (line,) = proofs.lines(scan)
+    (scan,) = claims.prove_claims([periodic_claim(6, 4)], tmp_path)
+    assert _mark(scan) == "6T proved at 4 values"
+    (line,) = _proof_lines(scan)
     assert line["text"].startswith("6T at 4 of the values of ε1 computed, from 0.231 to 0.2313: radius ")
     assert line["file"] == "certificates/x-6T-eps1-*.json"
-    assert proofs.mark(replace(scan, proofs=scan.proofs[:1], verdict="misprint")) == ""
+    assert _mark(replace(scan, proofs=scan.proofs[:1], verdict="misprint")) == ""
 
 
 def test_without_python_flint_the_report_says_so_once(tmp_path, monkeypatch, capsys):

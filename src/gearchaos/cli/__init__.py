@@ -1,9 +1,49 @@
 """The command line: commands that write files, and print one JSON document or a table of text."""
 
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from gearchaos.cli import completion, errors
+from gearchaos.cli.options import app
+from gearchaos.errors import InputError
+
+# isort: off
 # Importing a module adds its commands to the application; --help lists its groups, and what is in them, in this order.
-from gearchaos.cli import (  # noqa: F401, I001
-    gears, studies, explore, runs, proofs, installation,
-)
-from gearchaos.cli.options import app, main
+from gearchaos.cli import gears, studies, explore, runs, proofs, installation  # noqa: F401
+# isort: on
 
 __all__ = ["app", "main"]
+
+
+def main() -> None:
+    """Entry point of the ``gearchaos`` command, in a process of its own."""
+    errors.own_process = True
+    if sys.stdout is not None:  # it may be closed
+        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+    completion.join_words()
+    app(prog_name="gearchaos")
+
+
+@app.callback(invoke_without_command=True)
+def _options(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="With --version: packages, processor, kernel cache, for error reports.")
+    ] = False,
+    json_out: Annotated[bool, typer.Option("--json", help="With --version: as one JSON document.")] = False,
+) -> None:
+    """Options before the command."""
+    if version:
+        installation.print_version(verbose, json_out)
+        raise typer.Exit()
+    for option, given in {"--verbose": verbose, "--json": json_out}.items():
+        if given:
+            raise InputError(option, "needs --version before the command", True,
+                             "Options of a command are given after its name.")
+    if context.invoked_subcommand is None:
+        context.fail("Missing command.")

@@ -15,25 +15,16 @@ from typing import Any
 
 import typer
 
-from gearchaos.quantities import (
-    COORDINATES,
-    HARMONICS,
-    OPERATION,
-    PARAMETERS,
-    RESPONSES,
-    VERDICTS,
-    Quantity,
-)
+from gearchaos.quantities import COORDINATES, HARMONICS, OPERATION, PARAMETERS, RESPONSES, VERDICTS, Quantity
 
 Completer = Callable[[typer.Context, str], list[str]]
 
 _COMPLETE = "_GEARCHAOS_COMPLETE"
 """The environment variable by which a shell asks for completions."""
 
-_GEARS = ("design", "operation", "gearpair")
-"""Tables of study files with gears."""
+_GEARS, _KINDS = ("design", "operation", "gearpair"), ("single", "torsional", "full")
+"""Tables of study files with gears, and kinds of models."""
 
-_KINDS = ("single", "torsional", "full")
 _EXAMPLES = {"speed": "1500", "torque": "100"}
 """Values of the parameters that have no default."""
 
@@ -72,22 +63,20 @@ def choices(*values: str) -> Completer:
 
 def colours(context: typer.Context, incomplete: str) -> list[str]:
     """Names of the variables that `gearchaos plot` can show, of the result on the command line where it can be read."""
-    names = (*(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
-    own = _variables(Path(_argument(context)))
-    return [n for n in ("motion", *(n for n in names if own is None or n in own)) if n.startswith(incomplete)]
-
-
-def _variables(path: Path) -> Collection[str] | None:
-    """Names of the variables of a saved result or a store; None if it cannot be read."""
+    names: Collection[str] = (*(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
+    path = Path(_argument(context))
     try:
         if path.is_dir():
-            return json.loads((path / "run/study.json").read_bytes())["arrays"]
-        import h5py  # a tenth of a second, where xarray takes one
+            own = set(json.loads((path / "run/study.json").read_bytes())["arrays"])
+        else:
+            import h5py  # a tenth of a second, where xarray takes one
 
-        with h5py.File(path) as file:
-            return list(file)
+            with h5py.File(path) as file:
+                own = set(file)
+        names = [name for name in names if name in own]
     except (OSError, ValueError, LookupError, TypeError):
-        return None
+        pass
+    return [n for n in ("motion", *names) if n.startswith(incomplete)]
 
 
 def _argument(context: typer.Context) -> str:
@@ -99,21 +88,17 @@ def _argument(context: typer.Context) -> str:
 def values(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears, and the
     values of the gears of the study file on the command line."""
-    given: dict[str, tuple[str, ...]] = {"kind": _KINDS, **_of_gears(_argument(context))}
+    try:
+        tables = tomllib.loads(Path(_argument(context)).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        tables = {}
+    given = {"kind": _KINDS, **dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))}
     return _assignments(incomplete, [*given, *map(_first, (*_values(), *COORDINATES, *OPERATION))], _default, given)
 
 
-def _of_gears(path: str) -> dict[str, tuple[str, ...]]:
-    """The values in the tables of gears of a study file, e.g. of design.quality.grade; empty if it cannot be read."""
-    try:
-        tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))
-
-
 def _assigned(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Names and values of a table and those in it; no values that are no numbers, which shells would split."""
+    """Names and values of a table and those in it, e.g. design.quality.grade; of values only numbers, which no shell
+    splits."""
     for key, value in table.items():
         if isinstance(value, dict):
             yield from _assigned(value, f"{above}{key}.")

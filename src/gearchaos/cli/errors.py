@@ -1,4 +1,7 @@
-"""Errors of commands, reported as one line on stderr and an exit code; bad input never gives a traceback."""
+"""What a command says besides its results: errors, one line on stderr and an exit code, and that kernels are compiled.
+
+Bad input never gives a traceback.
+"""
 
 from __future__ import annotations
 
@@ -69,8 +72,9 @@ def say(message: str) -> None:
         print(message, file=sys.stderr, flush=True)
 
 
-def announce_compilation() -> None:
-    """Print a message whenever the compilation of a kernel begins, and how many there are at most."""
+def load_kernels() -> None:
+    """Import Numba, and print a message whenever the compilation of a kernel begins, and how many there are at most."""
+    _load_numba()
     from gearchaos.flow import on_compile
 
     count = itertools.count(1)
@@ -79,13 +83,29 @@ def announce_compilation() -> None:
         number = next(count)
         if number == 1:
             say("compiling the kernels, once after an install; gearchaos warmup compiles them all")
-        say(f"compiling kernel {number} of at most {_KERNELS}{_LONGEST if number == 2 else ''}")
+        # each of five is compiled once for a dimension of the state: the first makes the tables of the motion, the
+        # second advances it, and the last is for branches alone
+        say(f"compiling kernel {number} of at most 5{', which takes the longest' if number == 2 else ''}")
 
     on_compile(announce)
 
 
-_KERNELS = 5
-"""Kernels that Python calls, each compiled once for a dimension of the state."""
+own_process = False
+"""Whether this process runs a command and nothing else; `gearchaos.cli.main` says so."""
 
-_LONGEST = ", which takes the longest"
-"""The second one advances the motion; the first makes its tables, and the last is for branches alone."""
+_BLAS = "scipy.linalg.cython_blas"
+
+
+def _load_numba() -> None:
+    """Import Numba; in a command's own process without SciPy's linear algebra, which takes up to a quarter of a second.
+
+    With its first compiled function Numba imports SciPy's BLAS, for functions that use `numpy.dot` or `numpy.linalg`.
+    The kernels use neither, and no other compiled functions run there. SciPy itself can be imported afterwards.
+    """
+    if not own_process or _BLAS in sys.modules:
+        return
+    sys.modules[_BLAS] = None  # type: ignore[assignment]  # importing it fails, and Numba goes on without
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules[_BLAS]

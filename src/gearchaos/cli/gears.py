@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearchaos.cli import startup
-from gearchaos.cli.errors import announce_compilation, say
+from gearchaos.cli.errors import load_kernels, say
 from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, write_bytes
 
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 GearsPath = Annotated[
     Path, typer.Argument(metavar="GEARS", help="File with \\[design] or \\[gearpair], TOML.", readable=False)
 ]
-
-
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)]
 Page = Annotated[
     Path | None, typer.Option("--out", metavar="FILE.html", help="Page with drawing and curves.", readable=False)
@@ -50,8 +47,6 @@ FactorPlot = Annotated[
     typer.Option("--plot", metavar="FILE", readable=False,
                  help="Picture of the dynamic factor along the speed, of one torque: .png, .pdf or .svg."),
 ]
-
-
 All = Annotated[bool, typer.Option("--all", help="Also every quantity with its formula and source, and every warning.")]
 
 
@@ -79,8 +74,7 @@ def gear(
     asked = axis is not None or plot is not None or factor is not None
     scanned = asked or out is not None or not json_out
     if scanned:
-        startup.load_numba()
-        announce_compilation()
+        load_kernels()
     answers = []
     for each in [_design(design, sets, torque) for torque in torques]:  # all of them, before any work
         speeds = problem = None
@@ -97,7 +91,7 @@ def gear(
         from gearchaos.datasheet.page import sheet_html
 
         write_bytes(out, sheet_html(answers).encode())
-        say(f"wrote {out}")
+        say_written(out)
     if plot is not None and answers[0].speeds is not None:
         draw(answers[0].speeds.dataset, plot)
     if json_out:
@@ -106,7 +100,7 @@ def gear(
         documents = [each.document() for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})
     else:
-        from gearchaos.cli.tables.gears import print_answers, print_datasheets
+        from gearchaos.cli.datasheets import print_answers, print_datasheets
 
         print_answers(answers, every, warn=every or not problems)
         if every:
@@ -171,4 +165,4 @@ def operating_map(
     study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
     save(dataset, out)
-    report(Found("map", dataset, dataset, loaded, True, tuple(axes.values()), out, plot), "map", json_out)
+    report(Found("map", dataset, loaded, False, tuple(axes.values()), out, plot), "map", json_out)

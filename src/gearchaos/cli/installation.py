@@ -1,11 +1,12 @@
-"""The commands of an installation: example study files, compiled kernels, and a check of what works."""
+"""The commands of an installation: its version, example study files, compiled kernels, and a check of what works."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,9 +18,6 @@ from gearchaos.files import check_target, read_bytes, write_bytes
 
 FAILED = 1
 """Exit code if something that is required, or an optional part that is installed, does not work."""
-
-_WORDS = {"ok": "ok", "failed": "FAILED", "missing": "missing"}
-
 
 @app.command(rich_help_panel="Install")
 def examples(
@@ -65,7 +63,8 @@ def doctor(json_out: Json = False) -> None:
     for check in checks():
         found.append(check)
         if not json_out:
-            print(f"{_WORDS[check.status]:8} {check.name}: {check.detail}", flush=True)
+            word = "FAILED" if check.status == "failed" else check.status
+            print(f"{word:8} {check.name}: {check.detail}", flush=True)
             if check.mend:
                 print(f"         → {check.mend}", flush=True)
     failed = [check.name for check in found if check.status == "failed"]
@@ -74,3 +73,30 @@ def doctor(json_out: Json = False) -> None:
     else:
         print(f"failed: {', '.join(failed)}" if failed else "all that is required works")
     raise typer.Exit(FAILED if failed else 0)
+
+
+def print_version(verbose: bool, json_out: bool) -> None:
+    """Print the version on stdout; ``verbose`` adds what a report of an error should say of the installation."""
+    from importlib.metadata import version
+
+    from gearchaos.installation.packages import report
+
+    found: dict[str, Any] = report() if verbose else {"gearchaos": version("gearchaos")}
+    if json_out:
+        print(json.dumps(found))
+        return
+    if not verbose:
+        print(f"gearchaos {found['gearchaos']}")
+        return
+    cpu, cache = found["processor"], found["kernel_cache"]
+    fma = "with" if cpu["fma"] else "without"
+    rows = {
+        "gearchaos": found["gearchaos"], "Python": found["python"], "platform": found["platform"],
+        "processor": f"{cpu['name']}, {cpu['instruction_set']} ({cpu['vector_bits']} bits), {fma} fused multiply-add",
+        "cores": str(found["cores"]), "memory": f"{found['memory'] / 2**30:.1f} GiB",
+        "kernel cache": f"{cache['folder']} ({cache['kernels']} kernels, {cache['bytes'] / 2**20:.0f} MiB)",
+        **{f"${name}": value for name, value in found["environment"].items()},
+        **{name: value or "missing" for name, value in found["packages"].items()},
+    }
+    width = max(map(len, rows))
+    print("\n".join(f"{name:{width}}  {value}" for name, value in rows.items()))

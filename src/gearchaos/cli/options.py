@@ -5,7 +5,6 @@ This module imports only typer and rich; a command imports slow-loading modules 
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos import catalogue
-from gearchaos.cli import completion, startup
-from gearchaos.cli.errors import Commands, announce_compilation, say
+from gearchaos.cli import completion
+from gearchaos.cli.errors import Commands, load_kernels, say
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
@@ -93,38 +92,6 @@ def axes_option(counts: Sequence[int | None]) -> Any:
         list[str] | None, typer.Option("--axis", metavar=metavar, help=words, autocompletion=completion.ranges)]
 
 
-def main() -> None:
-    """Entry point of the ``gearchaos`` command, in a process of its own."""
-    startup.own_process = True
-    if sys.stdout is not None:  # it may be closed
-        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
-    completion.join_words()
-    app(prog_name="gearchaos")
-
-
-@app.callback(invoke_without_command=True)
-def _options(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", help="With --version: packages, processor, kernel cache, for error reports.")
-    ] = False,
-    json_out: Annotated[bool, typer.Option("--json", help="With --version: as one JSON document.")] = False,
-) -> None:
-    """Options before the command."""
-    if version:
-        from gearchaos.cli.output import print_version
-
-        print_version(verbose, json_out)
-        raise typer.Exit()
-    for option, given in {"--verbose": verbose, "--json": json_out}.items():
-        if given:
-            raise InputError(option, "needs --version before the command", True,
-                             "Options of a command are given after its name.")
-    if context.invoked_subcommand is None:
-        context.fail("Missing command.")
-
-
 def load(
     study: Path | None, sets: list[str] | None, physical: bool = False, axes: Iterable[Axis] = ()
 ) -> LoadedStudy:
@@ -132,9 +99,8 @@ def load(
 
     ``physical`` says that it must describe gears; ``axes`` are those of the command line.
     """
-    startup.load_numba()
+    load_kernels()
     loaded = read_study(study, sets, axes)
-    announce_compilation()
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
         raise InputError("--physical", "needs a study file with a table [gearpair] or [design]", file)

@@ -1,4 +1,4 @@
-"""Output of commands: data files, pictures and JSON. Paths are checked before anything is computed."""
+"""Output of commands: data files, pictures, certificates, JSON and tables. Paths are checked before anything else."""
 
 from __future__ import annotations
 
@@ -15,14 +15,22 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
 from gearchaos.files import check_target, write_bytes
+from gearchaos.quantities import OPERATION, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.table import Table
+
+    from gearchaos.proof.certificate import Certificate, Unproved
+    from gearchaos.proof.families.chaos import ChaoticSet
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
 _DPI = 150
 """Resolution of pictures in dots per inch."""
+
+FILE_WIDTH, PAGE_WIDTH = 160, 80
+"""Widths in characters where stdout is not a terminal: of a table with rules, and of one without."""
 
 
 def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
@@ -32,17 +40,13 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
     check_target(option, path)
-    if not _writable(path):
-        raise InputError(option, "must be writable", str(path), "Choose a folder you may write in.")
-
-
-def _writable(path: Path) -> bool:
-    """Whether this process may create or replace a file at a path."""
     try:
         with tempfile.TemporaryFile(dir=path.parent):
-            return not path.exists() or os.access(path, os.W_OK)
+            writable = not path.exists() or os.access(path, os.W_OK)
     except OSError:
-        return False
+        writable = False
+    if not writable:
+        raise InputError(option, "must be writable", str(path), "Choose a folder you may write in.")
 
 
 def save(dataset: xr.Dataset, path: Path | None) -> None:
@@ -50,37 +54,36 @@ def save(dataset: xr.Dataset, path: Path | None) -> None:
     if path is not None:
         from gearchaos.studies import save as write
 
-        say_written(write(dataset, path))
+        say_written(*write(dataset, path))
 
 
-def say_written(paths: Iterable[Path]) -> None:
+def say_written(*paths: Path) -> None:
     """Print on stderr which files were written."""
     for path in paths:
         say(f"wrote {path}")
+
+
+def write_certificate(result: Certificate | ChaoticSet | Unproved, path: Path | None) -> None:
+    """Write a certificate to a path, if there are both, and say so."""
+    from gearchaos.proof.certificate import Unproved
+
+    if path is None:
+        return
+    if isinstance(result, Unproved):
+        say(f"no certificate: {result.in_words()}")
+    else:
+        result.write(path)
+        say_written(path)
 
 
 def draw(
     dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI,
     style: str | None = None, width: str | None = None, hatch: bool = False, over: xr.Dataset | None = None,
 ) -> None:
-    """Write the picture of a result as a complete file, if there is a path.
+    """Write the picture of a result as a complete file, in the format of its suffix, if there is a path.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        From any study.
-    path : Path or None
-        Its suffix sets the format.
-    colour : str, optional
-        See `gearchaos.plot.result`.
-    note : str
-        Text below the lower right corner.
-    dpi : int
-        Resolution in dots per inch.
-    style, width : str, optional
-        See `gearchaos.plot.style`; the width may be a number as text.
-    hatch, over
-        See `gearchaos.plot.result`.
+    The ``note`` stands below the lower right corner. For ``style`` and ``width``, which may be a number as text, see
+    `gearchaos.plot.style`; for the others `gearchaos.plot.result`.
     """
     if path is None:
         return
@@ -90,19 +93,15 @@ def draw(
     from gearchaos import plot
     from gearchaos.plot._theme import adapt
 
-    with nullcontext() if style is None else plot.style(style, _width(width)):
+    in_mm: str | float | None = width
+    with suppress(TypeError, ValueError):
+        in_mm = float(width)  # type: ignore[arg-type]  # None is one of the values without a number
+    with nullcontext() if style is None else plot.style(style, in_mm):
         figure = plot.result(dataset, colour, hatch=hatch, over=over)
         if note:
             below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
             figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")
         _write_picture(figure, path, {"dpi": dpi, "bbox_inches": "tight"} if style is None else {})
-
-
-def _width(text: str | None) -> str | float | None:
-    """A width by its name or, if it is one, as a number of mm."""
-    with suppress(TypeError, ValueError):
-        return float(text)  # type: ignore[arg-type]  # None is one of the values without a number
-    return text
 
 
 def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
@@ -112,7 +111,7 @@ def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
     matplotlib.use("Agg")
     from gearchaos import plot
 
-    _write_picture(plot.dossier(dataset, title=title), path, {"dpi": 150, "bbox_inches": "tight"})
+    _write_picture(plot.dossier(dataset, title=title), path, {"dpi": _DPI, "bbox_inches": "tight"})
 
 
 def _write_picture(figure: Any, path: Path, options: dict[str, Any]) -> None:
@@ -123,7 +122,7 @@ def _write_picture(figure: Any, path: Path, options: dict[str, Any]) -> None:
     figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **options)
     plt.close(figure)
     write_bytes(path, picture.getvalue())
-    say(f"wrote {path}")
+    say_written(path)
 
 
 def print_json(document: dict[str, Any]) -> None:
@@ -148,32 +147,47 @@ def say_proofs(document: dict[str, Any]) -> None:
         say(proof_counts_in_words(document["proofs"]))
 
 
-def print_version(verbose: bool, json_out: bool) -> None:
-    """Print the version on stdout; ``verbose`` adds what a report of an error should say of the installation."""
-    from importlib.metadata import version
+def print_table(table: Table) -> None:
+    """Print a table in the width of the terminal, without blanks at the ends of lines."""
+    from rich.console import Console
 
-    from gearchaos.installation.packages import report
-
-    found = report() if verbose else {"gearchaos": version("gearchaos")}
-    if json_out:
-        print(json.dumps(found))
-    elif verbose:
-        print("\n".join(_lines(found)))
-    else:
-        print(f"gearchaos {found['gearchaos']}")
+    console = Console()
+    width = console.width if console.is_terminal else FILE_WIDTH if table.box else PAGE_WIDTH
+    console = Console(width=width, markup=False)  # a unit in brackets, "[um]", is no markup
+    with console.capture() as lines:
+        console.print(table)
+    print(*(line.rstrip() for line in lines.get().splitlines()), sep="\n", flush=True)
 
 
-def _lines(found: dict[str, Any]) -> list[str]:
-    """A report of the installation as lines of text."""
-    cpu, cache = found["processor"], found["kernel_cache"]
-    fma = "with" if cpu["fma"] else "without"
-    rows = {
-        "gearchaos": found["gearchaos"], "Python": found["python"], "platform": found["platform"],
-        "processor": f"{cpu['name']}, {cpu['instruction_set']} ({cpu['vector_bits']} bits), {fma} fused multiply-add",
-        "cores": str(found["cores"]), "memory": f"{found['memory'] / 2**30:.1f} GiB",
-        "kernel cache": f"{cache['folder']} ({cache['kernels']} kernels, {cache['bytes'] / 2**20:.0f} MiB)",
-        **{f"${name}": value for name, value in found["environment"].items()},
-        **{name: value or "missing" for name, value in found["packages"].items()},
-    }
-    width = max(map(len, rows))
-    return [f"{name:{width}}  {value}" for name, value in rows.items()]
+def facts_table() -> Table:
+    """A table with rules whose rows are names and values."""
+    from rich.table import Table
+
+    return Table(show_header=False)
+
+
+def plain_table(*titles: str, left: Iterable[str] = (), gap: int = 2) -> Table:
+    """A table without rules, which leaves more of the width to its columns, with ``gap`` spaces between them.
+
+    Its columns are on the right but for those whose titles are in ``left``; without titles its rows have any columns.
+    """
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, gap, 0, 0), show_header=bool(titles))
+    for title in titles:
+        table.add_column(title, justify="left" if title in left else "right")
+    return table
+
+
+def shown(value: Any) -> str:
+    """A value as text; "none" for None and NaN."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def unit_after(dataset: xr.Dataset, name: str) -> str:
+    """The unit of a parameter with a space before it; empty for a dimensionless one."""
+    unit = dataset[name].attrs["units"]
+    dimensional = unit != quantity(name).unit or name in {q.name for q in OPERATION}
+    return f" {unit.replace('*', ' ')}" if dimensional else ""

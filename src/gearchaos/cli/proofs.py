@@ -10,18 +10,15 @@ import typer
 from gearchaos.cli import completion
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Sets, StudyPath, app, initial_values, load, read_study
-from gearchaos.cli.output import check_output, print_json
-from gearchaos.cli.proof_options import write_certificate
+from gearchaos.cli.output import check_output, print_json, say_written, write_certificate
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import write_bytes
 
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
 
-TOOLS = {"scipy": "scipy", "julia": "dynamicalsystems.jl"}
-"""The tools of `gearchaos.script` by the names of ``--for``."""
-
-_SUFFIXES = {"scipy": ".py", "julia": ".jl"}
+TOOLS = {"scipy": ("scipy", ".py"), "julia": ("dynamicalsystems.jl", ".jl")}
+"""The tools of `gearchaos.script` by the names of ``--for``, and the suffixes of their scripts."""
 
 
 @app.command(rich_help_panel="Proof")
@@ -74,7 +71,7 @@ def verify(
             raise InputError("FILE", "must be a file", str(file))
     if script is not None:
         write_verifier(script)
-        say(f"wrote {script}")
+        say_written(script)
     if not files:
         return
     from gearchaos.proof.verifier import verify_file
@@ -102,15 +99,15 @@ def script(
     """Write the model as a stand-alone script for SciPy or DynamicalSystems.jl, to check a result there."""
     if tool not in TOOLS:
         raise unknown_name("--for", tool, TOOLS)
-    check_output("--out", out, (_SUFFIXES[tool],))
+    check_output("--out", out, (TOOLS[tool][1],))
     from gearchaos.interchange.scripts import script as text_of
 
-    text = text_of(read_study(study, sets).model, TOOLS[tool])
+    text = text_of(read_study(study, sets).model, TOOLS[tool][0])
     if out is None:
         print(text, end="")
     else:
         write_bytes(out, text.encode())
-        say(f"wrote {out}")
+        say_written(out)
 
 
 @app.command(rich_help_panel="Proof")

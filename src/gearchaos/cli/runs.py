@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from dataclasses import asdict
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli import completion
+from gearchaos.cli import completion, output
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_proofs, say_written
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, print_json, say_written
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES
 
@@ -29,17 +31,11 @@ if TYPE_CHECKING:
 StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
 # paths of stores are text: Path would make s3:// into s3:/
 
-FAILED, UNFINISHED = 1, 3
-"""Exit codes if a tile failed, and if this shard is done but others are not."""
+FAILED, DAMAGED, UNFINISHED = 1, 1, 3
+"""Exit codes if a tile failed, if anything is damaged, and if this shard is done but others are not."""
 
-_NAMED = 10
-"""Largest number of shards that are named in a message."""
-
-DAMAGED = 1
-"""Exit code if anything is damaged."""
-
-_NAMED_RANGES = 20
-"""Largest number of ranges of tiles that are named."""
+_NAMED, _NAMED_RANGES = 10, 20
+"""Largest numbers of shards, and of ranges of tiles, that are named in a message."""
 
 COARSE = 8
 """Spacing of the rows and columns of a refined map that are computed first, if the study file does not set it."""
@@ -98,9 +94,8 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
         _say_missing(str(folder), outcome)
     proofs = _proofs(store) if outcome.finished else {}
     if json_out:
-        counts = {"tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed)}
-        state = {"finished": outcome.finished, "missing": outcome.missing}
-        print_json({"store": str(folder), **counts, **state, **proofs})
+        print_json({"store": str(folder), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed),
+                    "finished": outcome.finished, "missing": outcome.missing, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
 
@@ -132,7 +127,7 @@ def _proofs(store: str) -> dict[str, Any]:
 
     proofs = found.dataset()[["proved", "proof_reason"]]
     summary = {"proofs": proof_counts(part for _, part in parts(proofs, found.block))}
-    say_proofs(summary)
+    output.say_proofs(summary)
     return summary
 
 
@@ -165,9 +160,64 @@ def info(store: StorePath, json_out: Json = False) -> None:
     if json_out:
         print_json(found)
     else:
-        from gearchaos.cli.tables.stores import print_run
+        _print_run(found)
 
-        print_run(found)
+
+def _print_run(found: dict[str, Any]) -> None:
+    """Print the progress of a run from `gearchaos.store.reading.info.summary`; its ``pieces`` are work items."""
+    table = output.facts_table()
+    table.add_row("study", found["study"])
+    table.add_row("state", _state(found))
+    lost, share, missing = found["tiles_lost"], found["pieces_done"] / found["pieces"], found["missing"]
+    whole = f"; {found['tiles_done']} are whole" if lost else ""
+    done = f"{found['tiles_done'] + lost} of {found['tiles']}"
+    table.add_row("tiles done", f"{done}{whole} ({share:.1%} of the work items)")
+    if lost:
+        from gearchaos.store.reading.missing_words import listed
+
+        arrays = listed(missing["arrays"])
+        table.add_row("to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged")
+    if found["pieces_per_second"] is not None and found["seconds_left"]:
+        table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
+        table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
+    table.add_row("computed", f"{timedelta(seconds=round(found['seconds']))}, added up over all workers")
+    table.add_row("machines", ", ".join(found["machines"]) or "none yet")
+    table.add_row("on disk", f"{found['bytes'] / 1e6:,.1f} MB")
+    for number, error in found["failed"].items():
+        table.add_row(f"tile {number} failed", error)
+    if found["tiles_done"] and missing["pieces"]:
+        table.add_row("without results,\nby position from 0", "\n".join(
+            ", ".join(f"{name} {first}:{stop}" for name, (first, stop) in block.items())
+            for block in missing["pieces"]))
+    if missing["files"]:
+        more = missing["file_count"] - len(missing["files"])
+        table.add_row("missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)]))
+    for name, writer in ({} if found["finished"] else found["writers"]).items():
+        if not writer["ended"]:
+            table.add_row(f"writer {name}", _activity(writer))
+    output.print_table(table)
+
+
+def _state(found: dict[str, Any]) -> str:
+    """Whether a run is finished or running, and otherwise the command that continues it."""
+    store, writers, damaged = found["store"], found["writers"], bool(found["missing"]["files"])
+    if found["finished"]:
+        return "finished"
+    if any(writer["running"] for writer in writers.values()):
+        return "running"
+    if found["tiles_done"] + found["tiles_lost"] == found["tiles"]:
+        return f"{'damaged' if damaged else 'not finished'}; to continue: gearchaos finish {store}"
+    shard = " --shard I/N" if writers and "all" not in writers else ""
+    return f"not finished; to continue: gearchaos run STUDY.toml --out {store}{shard}"
+
+
+def _activity(writer: dict[str, Any]) -> str:
+    """Whether a writer that has not ended is running."""
+    if writer["running"] is None:
+        return "has begun and not ended; its lock does not tell whether it is running"
+    if not writer["running"]:
+        return "not running; it stopped before its end, e.g. since it was killed"
+    return f"running, last entry in its journal {timedelta(seconds=max(0, round(time.time() - writer['at'])))} ago"
 
 
 @app.command(rich_help_panel="Runs")
@@ -214,7 +264,7 @@ def plot(
         dataset, options = _in_units(read_file(result), physical), {}
     _say_dimensionless(dataset)
     options["over"] = None if over is None else _in_units(read_file(over), physical)
-    draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
+    output.draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
 
 
 def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
@@ -286,11 +336,7 @@ def _default_picture(result: str, colour: str) -> Path:
 
 
 @app.command(rich_help_panel="Runs")
-def export(
-    store: StorePath,
-    out: Out,
-    physical: Physical = False,
-) -> None:
+def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     """Write the result in a store as NetCDF, or as tables of text."""
     check_output("--out", out, DATA_SUFFIXES)
     from gearchaos.csv_tables import save_csv
@@ -303,14 +349,14 @@ def export(
         _say_dimensionless(dataset)
     in_units = partial(_in_units, physical=physical)
     if not found.study.gridded:
-        save(in_units(dataset), out)
+        output.save(in_units(dataset), out)
     elif out.suffix.lower() == CSV_SUFFIX:
-        say_written(save_csv(dataset, out, in_units, next(iter(found.block.values()))))
+        say_written(*save_csv(dataset, out, in_units, next(iter(found.block.values()))))
     else:
         from gearchaos.store.reading.export import export_dataset
 
         export_dataset(dataset, found.arrays, found.block, out, in_units)
-        say_written([out])
+        say_written(out)
 
 
 @app.command(rich_help_panel="Runs")

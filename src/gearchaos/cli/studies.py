@@ -10,26 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from gearchaos import catalogue
+from gearchaos.cli import options
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import (
-    Json,
-    Out,
-    OutIfWanted,
-    Physical,
-    Plot,
-    Sets,
-    StudyPath,
-    app,
-    axes_option,
-    in_units,
-    initial_values,
-    load,
-    parse_axes,
-    study_axes,
-    study_option,
-)
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json, save
-from gearchaos.cli.proof_options import check_proof, proof_of
+from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
 
@@ -40,9 +24,9 @@ def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
     def command(**values: Any) -> None:
         run_study(kind, entry, values)
 
-    of_study = [(name, study_option(name, option), None)
+    of_study = [(name, options.study_option(name, option), None)
                 for name, option in {**entry["options"], **entry["run_options"]}.items() if option["type"] != "part"]
-    axes = [("axis", axes_option(list(entry["axes"].values())), None)] * bool(entry["axes"])
+    axes = [("axis", options.axes_option(list(entry["axes"].values())), None)] * bool(entry["axes"])
     out = [("out", Out, Parameter.empty)] if entry["needs_out"] else []
     parameters = [
         *out, ("study", StudyPath, None), ("sets", Sets, None), *axes, *of_study,
@@ -59,13 +43,7 @@ def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
 def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     """Check everything, compute the study, write its files and print what it found.
 
-    Parameters
-    ----------
-    kind : str
-    entry : dict
-        Its entry in the catalogue.
-    values : dict
-        What was given on the command line, by parameter of the command.
+    ``entry`` is that of the catalogue, ``values`` what was given on the command line by parameter of the command.
     """
     out, plot, physical = values.pop("out"), values.pop("plot"), values.pop("physical")
     path, sets, json_out = values.pop("study"), values.pop("sets"), values.pop("json_out")
@@ -74,19 +52,18 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
             raise InputError(f"--{name}", "needs --out", values[name], option["file_only"])
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
-    given_axes = parse_axes(values.pop("axis", None), [*entry["axes"].values()])
-    loaded = load(path, sets, physical, given_axes)
-    axes = study_axes(kind, loaded, given_axes)
+    given_axes = options.parse_axes(values.pop("axis", None), [*entry["axes"].values()])
+    loaded = options.load(path, sets, physical, given_axes)
+    axes = options.study_axes(kind, loaded, given_axes)
     of_run = {name: values.pop(name, None) for name in entry["run_options"]}
-    part = next((Path(f"{out}.part") for o in entry["run_options"].values() if o["type"] == "part"), None)
+    part = Path(f"{out}.part") if any(o["type"] == "part" for o in entry["run_options"].values()) else None
     if part is not None:
         of_run["journal"] = part
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.registry import study_class
 
     chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
-    dataset = chosen.run(progress=True, **of_run)
-    found = Found(kind, in_units(dataset, loaded, physical), dataset, loaded, physical, tuple(axes.values()), out, plot)
+    found = Found(kind, chosen.run(progress=True, **of_run), loaded, physical, tuple(axes.values()), out, plot)
     save(found.dataset, out)
     if part is not None:
         part.unlink(missing_ok=True)
@@ -99,7 +76,7 @@ def _options(
     """The options of a study that are given on the command line, in the types of the study."""
     from gearchaos.studies.axis import parse_axis
 
-    read: dict[str, Callable[[Any, str], Any]] = {"axis": parse_axis, "values": initial_values}
+    read: dict[str, Callable[[Any, str], Any]] = {"axis": parse_axis, "values": options.initial_values}
     given: dict[str, Any] = {}
     for name, option in entry["options"].items():
         if values[name] is not None and values[name] is not False and values[name] != []:
@@ -126,15 +103,23 @@ def regime(
     ] = None,
 ) -> None:
     """Classify the motion at one operating point, and print the evidence."""
+    from gearchaos.studies import proofs
+
     check_output("--plot", plot, PLOT_SUFFIXES)
-    check_proof(prove, certificate)
-    loaded = load(study, sets, physical)
+    if certificate is not None and not prove:
+        raise InputError("--certificate", "needs --prove", str(certificate))
+    check_output("--certificate", certificate, (".json",))
+    if prove:
+        proofs.check_installed()
+    loaded = options.load(study, sets, physical)
     from gearchaos.studies.regime import Regime
 
     chosen = loaded.study(Regime)
     chosen.cost.announce()
     verdict = chosen.verdict()
-    proof = proof_of(verdict, certificate) if prove else None
+    proof = proofs.prove(verdict) if prove else None
+    if proof is not None:
+        write_certificate(proof, certificate)
     if json_out:
         document = verdict.to_dict()
         if physical and loaded.pair is not None:
@@ -144,7 +129,7 @@ def regime(
             document = {**values, "units": units}
         print_json(document if proof is None else {**document, "proof": proof.to_dict()})
     else:
-        from gearchaos.cli.tables.motions import print_regime
+        from gearchaos.cli.summaries import print_regime
 
         print_regime(verdict, loaded, proof)
     if plot and not verdict.section:
@@ -152,7 +137,7 @@ def regime(
     elif plot:
         from gearchaos.studies import steady
 
-        motion = in_units(steady(loaded.model, verdict), loaded, physical)
+        motion = options.in_units(steady(loaded.model, verdict), loaded, physical)
         draw_dossier(motion, f"{verdict.label}: {verdict.reason}", plot)
 
 

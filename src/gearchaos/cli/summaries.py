@@ -2,88 +2,312 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
+from gearchaos.cli import branches
 from gearchaos.cli.options import in_units
-from gearchaos.cli.output import draw, print_json, say_proofs
-from gearchaos.cli.tables import branches, maps, motions
-from gearchaos.quantities import quantity
+from gearchaos.cli.output import draw, plain_table, print_json, print_table, say_proofs, shown, unit_after
+from gearchaos.datasets import motions
+from gearchaos.dynamics.response import CONTACTS
+from gearchaos.gears.results import is_physical
+from gearchaos.gears.scales import Scales, unit_of
+from gearchaos.gears.units import measured
+from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
+from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.model import MeshModel
+    from gearchaos.proof.certificate import Certificate, Unproved
+    from gearchaos.studies import Verdict
     from gearchaos.studies.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
-Document = dict[str, Any]
 
-
-class Found(NamedTuple):
-    """What a command found.
-
-    Attributes
-    ----------
-    kind : str
-        The kind of study.
-    dataset, plain : Dataset
-        The result in the units that are wanted, and as it was computed.
-    loaded : LoadedStudy
-    physical : bool
-    axes : tuple of Axis
-    out, plot : Path or None
-        The files that were written.
-    """
+@dataclass(frozen=True)
+class Found:
+    """What a command found, and the files that it writes."""
 
     kind: str
-    dataset: xr.Dataset
-    plain: xr.Dataset
+    plain: xr.Dataset  # as it was computed
     loaded: LoadedStudy
     physical: bool
     axes: tuple[Axis, ...]
     out: Path | None
     plot: Path | None
 
-    @property
-    def files(self) -> Document:
-        """The files as JSON."""
-        return {"out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
-
-    def units(self, of: Callable[[xr.Dataset], dict[str, str]]) -> Document:
-        """The units in a document, if physical ones are wanted."""
-        return {"units": of(self.dataset)} if self.physical else {}
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The result in the units that are wanted."""
+        return in_units(self.plain, self.loaded, self.physical)
 
     @property
     def in_units(self) -> xr.Dataset:
         """The result in the units of the gears, if there are any: tables always have them."""
         return in_units(self.plain, self.loaded, physical=True)
 
+    @property
+    def head(self) -> dict[str, Any]:
+        """The study and its files, as JSON documents begin."""
+        return {"study": self.kind, "out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
 
-def _map(found: Found) -> Document:
+
+_SHOWN_ROWS = 20
+"""Most rows of a stroboscopic section that are printed."""
+
+
+def _section(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
+    """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
+    parts = map(parse, map(str, dataset.data_vars))
+    names = {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
+    return {short: dataset[name] for short, name in names.items()}
+
+
+def section_document(found: Found) -> dict[str, Any]:
+    """The JSON document of a stroboscopic section: values by name, in physical units with these."""
+    columns = _section(found.dataset)
+    units = {"units": {name: values.attrs["units"] for name, values in columns.items()}} if found.physical else {}
+    return {**{name: values.values.tolist() for name, values in columns.items()}, **units}
+
+
+def print_section(dataset: xr.Dataset) -> None:
+    """Print the last rows of a stroboscopic section."""
+    columns = _section(dataset)
+    rows = list(zip(*(values.values.tolist() for values in columns.values()), strict=True))
+    text = measured if is_physical(dataset) else shown
+    print(f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    units = {name: values.attrs["units"].replace("*", "\n*") for name, values in columns.items()}
+    table = plain_table(*(f"{name}\n({unit})" for name, unit in units.items()), gap=1)
+    for column in table.columns:
+        column.overflow = "fold"
+    for row in rows[-_SHOWN_ROWS:]:
+        table.add_row(*map(text, row))
+    print_table(table)
+
+
+def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unproved | None = None) -> None:
+    """Print the verdict at one operating point: the motion, its proof, its evidence, and quantities with a title.
+
+    Those of given gears are in their units.
+    """
+    values, scales = verdict.to_dict(), None if loaded.pair is None else loaded.pair.scales
+    table = plain_table()
+    table.add_row("motion", f"{verdict.label}: {verdict.reason}")
+    if proof is not None:
+        table.add_row("proof", proof.in_words())
+    if scales is not None:
+        for q in OPERATION:
+            table.add_row(q.long_name, f"{shown(loaded.model.value(q.name))} {q.unit.replace('*', ' ')}")
+        table.add_row(quantity("omega").title, _measured("omega", loaded.model.omega, scales))
+    table.add_row("Lyapunov exponents", _exponents(values, scales))
+    table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
+    for q in (*RESPONSES, *VERDICTS):
+        if q.title:
+            table.add_row(q.title, _measured(q.name, values[q.name], scales))
+        if q.name == "dynamic_factor" and (ratio := _quasi_static(loaded.model, values[q.name])):
+            table.add_row("", ratio)
+    print_table(table)
+    print("From the initial values given; `gearchaos attractors` finds other motions.")
+
+
+def _quasi_static(model: MeshModel, *factors: float | None) -> str:
+    """The quasi-static ratio to be read beside dynamic factors; empty without any, or if no stiffness jumps."""
+    from gearchaos.studies.dynamic_factor import quasi_static_ratio
+
+    known = any(factor is not None and math.isfinite(factor) for factor in factors)
+    ratio = quasi_static_ratio(model) if known else 1.0
+    return f"{measured(ratio, 3)} as the speed goes to 0" if ratio > 1 else ""
+
+
+def _measured(name: str, value: Any, scales: Scales | None) -> str:
+    """A value, in its physical unit if there are scales and it has one."""
+    unit = None if scales is None or value is None else unit_of(name, scales)
+    return shown(value) if unit is None else f"{measured(value * unit[0])} {unit[1]}"
+
+
+def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
+    """A line for each Lyapunov exponent with its interval, per unit of τ; with scales, per second."""
+    factor, unit = (1.0, "") if scales is None else (scales.rate, " 1/s")
+    digits = 5 if scales is None else 1
+    rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
+    numbers = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)] for v, ends in rows]
+    return "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in numbers)
+
+
+def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of the attractors of one operating point, with the index of that in which each sweep ends."""
+    rows = []
+    for i, label in enumerate(motions(dataset["attractor_label"], dataset["attractor_period"])):
+        one = {n: dataset[f"attractor_{n}"].values[i].item() for n in _ATTRACTOR_FIELDS}
+        period, contact = int(dataset["attractor_period"][i]), CONTACTS[int(dataset["attractor_contact"][i])]
+        rows.append({"label": label, "period": period or None, "contact": contact, **one})
+        if "attractor_kick" in dataset:
+            parts, names = ("attractor_kick_change", "attractor_kick_point"), dataset["coordinate"].values.tolist()
+            change, point = (dict(zip(names, dataset[part].values[i].tolist(), strict=True)) for part in parts)
+            rows[-1] |= {"kick": dataset["attractor_kick"].values[i].item(), "kick_change": change, "kick_point": point}
+    undecided = float((dataset["attractor"] < 0).mean())
+    ends = {n: int(dataset[f"attractor_{n}"]) for n in ("up", "down") if f"attractor_{n}" in dataset}
+    swept = {f"swept_{n}": i if i >= 0 else None for n, i in ends.items()}
+    return {"attractors": rows, "undecided_fraction": undecided, "starts": int(dataset.sizes["start"]), **swept}
+
+
+_ATTRACTOR_FIELDS = (
+    "fraction", "fraction_lo", "fraction_hi", "v_rms", "contact_fraction", "dynamic_factor", "lyapunov",
+    "lyapunov_lo", "lyapunov_hi", "multiplier", "residual",
+)
+"""The variables ``attractor_<name>`` that are keys of the JSON of an attractor."""
+
+
+def attractor_units(dataset: xr.Dataset) -> dict[str, str]:
+    """The physical units in `attractor_list`, by key; empty for a dimensionless result."""
+    units = {name: dataset[f"attractor_{name}"].attrs["units"] for name in _ATTRACTOR_FIELDS}
+    return {name: unit for name, unit in units.items() if unit != quantity(name).unit}
+
+
+def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
+    """Print the attractors of an operating point of a model, one per row."""
+    found = attractor_list(dataset)
+    print(f"Attractors found from {found['starts']} starts: {len(found['attractors'])}")
+    units = {name: f"\n({unit})" for name, unit in attractor_units(dataset).items()}
+    exponent = f"λ1{units.get('lyapunov', '')}"
+    numbers = {"dynamic\nfactor": "dynamic_factor", exponent: "lyapunov", "max |μ|": "multiplier"}
+    if "attractor_kick" in dataset:
+        numbers["smallest\nkick"] = "kick"
+    table = plain_table("motion", "% of starts\n(95 %)", f"V_RMS{units.get('v_rms', '')}", "contact", *numbers,
+                        left=("motion", "contact"))
+    for a in found["attractors"]:
+        share = f"{100 * a['fraction']:.1f} ({100 * a['fraction_lo']:.1f} to {100 * a['fraction_hi']:.1f})"
+        measures = (measured(a[name]) for name in numbers.values())
+        table.add_row(a["label"], share, measured(a["v_rms"]), a["contact"], *measures)
+    if found["undecided_fraction"]:
+        table.add_row("diverged or undecided", f"{100 * found['undecided_fraction']:.1f}")
+    for way in ("up", "down"):
+        if f"swept_{way}" in found:
+            end = found[f"swept_{way}"]
+            label = "none" if end is None else f"{found['attractors'][end]['label']}, row {end + 1}"
+            table.add_row(f"swept {way}", label)
+    print_table(table)
+    if ratio := _quasi_static(model, *(a["dynamic_factor"] for a in found["attractors"])):
+        print(f"dynamic factor: {ratio}")
+
+
+_WIDTH = 80
+"""Longest line, in characters."""
+
+_TEETH = {"permanent": "in contact", "one-sided": "separate", "two-sided": "hit both flanks", "none": "no contact"}
+"""Contact states in words."""
+
+
+def map_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
+    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
+    if "basin_entropy" in dataset:
+        shares = dataset["attractor_fraction"].values.tolist()
+        names = motions(dataset["attractor_label"], dataset["attractor_period"])
+        measures = {name: dataset[name].item() for name in ("basin_entropy", "uncertainty_exponent")}
+        return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
+    names = motions(dataset["label"], dataset["period"])
+    codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
+    return {
+        "cells": {name: names.count(name) for name in sorted(set(names))},
+        "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
+        "largest": _largest(dataset), **({"proofs": proof_counts([dataset])} if "proved" in dataset else {}),
+    }
+
+
+def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """The largest dynamic factor, or without static load V_RMS, of a map, and where; None if all diverge."""
+    for name in ("dynamic_factor", "v_rms"):
+        known = dataset[name].where(abs(dataset[name]) < math.inf)
+        if known.notnull().any():
+            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
+            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
+    return None
+
+
+def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
+    """Print the JSON summary of a map in two lines: the shares of what was found, and its extreme.
+
+    The first line of given gears has the shares of the contact states, that of others the shares of the motions.
+    """
+    if "attractors" in found:
+        _print_shares("basins", [(each["label"], each["fraction"]) for each in found["attractors"]], "initial values")
+        print(f"basin entropy {shown(found['basin_entropy'])} nat, "
+              f"uncertainty exponent {shown(found['uncertainty_exponent'])}")
+        return
+    cells, size = "columns" if dataset["label"].ndim == 1 else "cells", dataset["label"].size
+    if "gears" in dataset.attrs:
+        one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
+        _print_shares(f"teeth{one}", [(_TEETH[state], n / size) for state, n in found["contact"].items()], cells)
+    else:
+        counts = sorted(found["cells"].items(), key=lambda item: -item[1])
+        _print_shares("motions", [(name, count / size) for name, count in counts], cells)
+    if (largest := found["largest"]) is None:
+        print("no motion is bounded")
+        return
+    name = largest["quantity"]
+    value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
+    place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
+    which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
+    print(f"largest {value}{which}, at {place}")
+
+
+def result_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of any result: its dimensions, and smallest and largest value and unit of each variable."""
+    known = {str(n): v for n, v in dataset.data_vars.items() if v.dtype.kind in "fiub" and v.notnull().any()}
+    ranges = {n: {"least": v.min().item(), "most": v.max().item(), "units": v.attrs.get("units", "")}
+              for n, v in known.items()}
+    return {"sizes": {str(n): size for n, size in dataset.sizes.items()}, "variables": ranges}
+
+
+def print_result(found: Mapping[str, Any]) -> None:
+    """Print the sizes of a result, and the range of each of its variables."""
+    print(", ".join(f"{name} {size}" for name, size in found["sizes"].items()) or "a single value")
+    table = plain_table("variable", "least", "most", "unit", left=("variable", "unit"))
+    for name, each in found["variables"].items():
+        table.add_row(name, shown(each["least"]), shown(each["most"]), each["units"])
+    print_table(table)
+
+
+def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) -> None:
+    """Print shares in a line, as many as have room in it."""
+    parts = [f"{name} {100 * share:.3g} %" for name, share in shares]
+    lines = [f"{what}: {', '.join([*parts[:n], *(['…'] if n < len(parts) else [])])} of the {whole}"
+             for n in range(len(parts), -1, -1)]
+    print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
+
+
+def _attractors(found: Found) -> dict[str, Any]:
+    document = attractor_list(found.dataset)
+    return {**document, "units": attractor_units(found.dataset)} if found.physical else document
+
+
+def _map(found: Found) -> dict[str, Any]:
     """The JSON document of a map; how many cells are proved is also said on stderr."""
-    document = maps.map_document(found.dataset)
+    document = map_document(found.dataset)
     say_proofs(document)
     axes = [{**asdict(axis), "units": quantity(axis.name).unit} for axis in found.axes]
-    return {"study": found.kind, **found.files, "axes": axes, **document}
+    return {**found.head, "axes": axes, **document}
 
 
-SUMMARIES: dict[str, tuple[Callable[[Found], Document], Callable[[Found, Document], None]]] = {
-    "section": (lambda found: {**motions.section(found.dataset), **found.units(motions.section_units)},
-                lambda found, _: motions.print_section(found.in_units)),
-    "attractors": (lambda found: {**motions.attractor_list(found.dataset), **found.units(motions.attractor_units)},
-                   lambda found, _: motions.print_attractors(found.in_units, found.loaded.model)),
-    "map": (_map, lambda found, content: maps.print_map(content, found.dataset)),
+SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {
+    "section": (section_document, lambda found, _: print_section(found.in_units)),
+    "attractors": (_attractors, lambda found, _: print_attractors(found.in_units, found.loaded.model)),
+    "map": (_map, lambda found, content: print_map(content, found.dataset)),
     "branch": (lambda found: branches.branch_document(found.dataset, found.plain),
                lambda found, content: branches.print_branch(content, found.dataset)),
     "curve": (lambda found: branches.curve_document(found.dataset, *(axis.name for axis in found.axes)),
-              lambda found, content: branches.print_curve(
-                  content, found.dataset, *(axis.name for axis in found.axes))),
-    "skeleton": (lambda found: {"study": found.kind, **found.files, **branches.skeleton_document(found.dataset)},
+              lambda found, content: branches.print_curve(content, found.dataset)),
+    "skeleton": (lambda found: {**found.head, **branches.skeleton_document(found.dataset)},
                  lambda found, content: branches.print_skeleton(content)),
-    "result": (lambda found: {"study": found.kind, **found.files, **maps.result_document(found.dataset)},
-               lambda found, content: maps.print_result(content)),
+    "result": (lambda found: {**found.head, **result_document(found.dataset)},
+               lambda found, content: print_result(content)),
 }
 """The document of a result, and how it is printed, by the `Study.summary` of its study."""
 

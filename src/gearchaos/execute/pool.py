@@ -38,27 +38,14 @@ def connection_lost(error: BaseException | None) -> bool:
 
 @dataclass(frozen=True)
 class Pool:
-    """An open pool of workers.
-
-    Attributes
-    ----------
-    executor : concurrent.futures.Executor
-    workers : callable
-        Function without arguments: the number of work items computed at once, which may change on a cluster.
-    check : callable
-        Function without arguments that raises `PoolLostError` if the workers cannot be reached any more.
-    threads_per_item : callable
-        Function from the number of remaining work items to the number of threads that each may use.
-    stop : callable, optional
-        Function without arguments that ends the pool without waiting for work that is being computed. None for the
-        threads of this process, which cannot be stopped.
-    """
+    """An open pool of workers."""
 
     executor: Executor
-    workers: Callable[[], int]
-    check: Callable[[], None] = lambda: None
-    threads_per_item: Callable[[int], int] = lambda items: 1
+    workers: Callable[[], int]  # the number of work items computed at once, which may change on a cluster
+    check: Callable[[], None] = lambda: None  # raises `PoolLostError` if the workers cannot be reached any more
+    threads_per_item: Callable[[int], int] = lambda items: 1  # for so many remaining items
     stop: Callable[[], None] | None = None
+    """Ends the pool without waiting for what is being computed; None for threads, which cannot be stopped."""
 
     def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Submit one work item, ``work(*arguments)``."""

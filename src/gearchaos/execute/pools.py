@@ -90,29 +90,22 @@ def _begin_worker(environment: dict[str, str]) -> None:
     """
     os.environ.update(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with_parent, daemon=True).start()
 
+    def end_with_parent() -> None:
+        if (parent := parent_process()) is not None:
+            parent.join()
+            os._exit(1)
 
-def _end_with_parent() -> None:
-    """Wait for the end of the parent process, then exit."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    Thread(target=end_with_parent, daemon=True).start()
 
 
 def pool_from_options(
     threads: int | None = None, processes: int | None = None, scheduler: str | None = None, cluster: str | None = None,
     jobs: int | None = None, modules: Sequence[str] = (),
 ) -> PoolFactory:
-    """The pool that the options of a command select, of which at most one is given; by default one thread per core.
+    """The pool that the options of a command select, of which at most one may be given; by default one thread per core.
 
     ``modules`` are those that the work items need; see `process_pool`.
-
-    Raises
-    ------
-    InputError
-        If several are given, or one is wrong.
     """
     options = {"threads": threads, "processes": processes, "scheduler": scheduler, "cluster": cluster}
     given = {name: value for name, value in options.items() if value is not None}
@@ -131,30 +124,21 @@ def pool_from_options(
 
 def dask_workers(address: str) -> PoolFactory:
     """The workers of a Dask scheduler; the folder of the store must have the same path on all of them."""
-    _client(address).close()  # checked before any work
+    distributed = _distributed()
+
+    def client() -> Any:
+        try:
+            return distributed.Client(address, timeout="10s", set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError("scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with _client(address) as client:
-            yield _dask_pool(client)
+        with client() as reached:
+            yield _dask_pool(reached)
 
+    client().close()  # checked before any work
     return opened
-
-
-def _client(address: str) -> Any:
-    """A client of the Dask scheduler at an address; raises `InputError` if it does not answer."""
-    distributed = _distributed()
-    try:
-        return distributed.Client(address, timeout="10s", set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InputError("scheduler", "must be a Dask scheduler that answers", address, f"{error}.") from None
-
-
-_SUBMIT = "sbatch"
-"""The command that submits a job of Slurm."""
-
-_MEMORY = "2GB"
-"""Memory of a Slurm job where dask-jobqueue's configuration sets none."""
 
 
 def slurm_jobs(jobs: int) -> PoolFactory:
@@ -164,8 +148,8 @@ def slurm_jobs(jobs: int) -> PoolFactory:
         from dask_jobqueue import SLURMCluster
     except ImportError:
         raise missing_package("cluster", "dask-jobqueue", "cluster") from None
-    if shutil.which(_SUBMIT) is None:  # otherwise the store is made before the first job cannot be submitted
-        raise InputError("cluster", f"needs the command {_SUBMIT}", "no such command",
+    if shutil.which("sbatch") is None:  # otherwise the store is made before the first job cannot be submitted
+        raise InputError("cluster", "needs the command sbatch", "no such command",
                          "Run it on a machine that submits jobs of Slurm, or leave out --cluster and --jobs.")
 
     @contextmanager
@@ -179,10 +163,11 @@ def slurm_jobs(jobs: int) -> PoolFactory:
 
 
 def slurm_job() -> dict[str, Any]:
-    """Arguments of `SLURMCluster`: one worker with one core per job; dask-jobqueue's configuration sets the others."""
+    """Arguments of `SLURMCluster`: one worker with one core per job, with 2 GB where dask-jobqueue's configuration,
+    which sets the others, does not say its memory."""
     import dask
 
-    return {"cores": 1, "processes": 1, "memory": dask.config.get("jobqueue.slurm.memory", None) or _MEMORY}
+    return {"cores": 1, "processes": 1, "memory": dask.config.get("jobqueue.slurm.memory", None) or "2GB"}
 
 
 def _distributed() -> Any:
@@ -196,7 +181,6 @@ def _distributed() -> Any:
 
 def _dask_pool(client: Any) -> Pool:
     """The pool of the workers that a Dask client reaches."""
-
     counted, count = -CHECK_INTERVAL, 1
 
     def workers() -> int:

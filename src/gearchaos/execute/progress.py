@@ -41,15 +41,7 @@ def in_notebook() -> bool:
 
 
 class NotebookBar:
-    """A progress bar as HTML, which needs no widgets: a notebook shows it again when it is reopened.
-
-    Parameters
-    ----------
-    name : str
-        What is computed.
-    total, done : int
-        Number of all items, and of those that were done before.
-    """
+    """A progress bar as HTML, which needs no widgets: a notebook shows it again when it is reopened."""
 
     def __init__(self, name: str, total: int, done: int) -> None:
         self.name, self.total, self.done = name, total, done
@@ -99,10 +91,8 @@ def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], 
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-    )
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+               TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=console.is_terminal) as shown:
         task = shown.add_task(name, total=total, completed=done, rate="")

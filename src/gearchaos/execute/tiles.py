@@ -69,31 +69,14 @@ def interleaved(count: int, threads: int | None = None) -> np.ndarray:
 def run(
     work: Callable[[slice], Any], tiles: Iterable[slice], *, progress: str | None = None, threads: int | None = None,
 ) -> Iterator[tuple[slice, Any]]:
-    """Yield (tile, work(tile)) in the order of completion, computed in threads.
+    """Yield (tile, work(tile)) in the order of completion, computed in so many threads, by default one per core.
 
-    Parameters
-    ----------
-    work : callable
-        Called with a tile, with the context variables of the caller.
-    tiles : iterable of slice
-        Without a progress bar the iterable is consumed as tiles are submitted; with one it is read in advance.
-    progress : str, optional
-        Name of a progress bar on stderr.
-    threads : int, optional
-        Tiles computed at once; by default one per core.
-
-    Notes
-    -----
-    After an interrupt the tiles being computed are finished and the others are cancelled.
+    Work has the context variables of the caller. With the name of a ``progress`` bar the tiles are read in advance,
+    otherwise as they are submitted. After an interrupt those being computed are finished and the others cancelled.
     """
     tiles = tiles if progress is None else list(tiles)
-    total = sum(map(_size, tiles)) if progress else 0
+    total = sum(tile.stop - tile.start for tile in tiles) if progress else 0
     with bar(progress, total) as advance, thread_pool(_workers(threads))() as pool:
         for tile, future in pool.results(work, tiles):
             yield tile, future.result()
-            advance(_size(tile))
-
-
-def _size(tile: slice) -> int:
-    """Number of work items in a tile."""
-    return tile.stop - tile.start
+            advance(tile.stop - tile.start)

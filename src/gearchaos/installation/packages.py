@@ -35,16 +35,15 @@ def extras() -> list[str]:
 
 def requirements(extra: str = "") -> list[Requirement]:
     """What an extra requires on this platform; without one, what every command requires."""
+
+    def belongs(requirement: Requirement) -> bool:
+        marker = requirement.marker
+        if not extra or marker is None:
+            return not extra and (marker is None or marker.evaluate({"extra": ""}))
+        return marker.evaluate({"extra": extra}) and not marker.evaluate({"extra": ""})
+
     found = map(Requirement, metadata.requires("gearchaos") or [])
-    return [r for r in found if r.name != "gearchaos" and _belongs(r, extra)]
-
-
-def _belongs(requirement: Requirement, extra: str) -> bool:
-    """Whether a requirement is one of an extra, or, for "", one of all installations."""
-    marker = requirement.marker
-    if not extra or marker is None:
-        return not extra and (marker is None or marker.evaluate({"extra": ""}))
-    return marker.evaluate({"extra": extra}) and not marker.evaluate({"extra": ""})
+    return [r for r in found if r.name != "gearchaos" and belongs(r)]
 
 
 def problems(found: list[Requirement]) -> Iterator[str]:
@@ -85,15 +84,9 @@ _VARIABLES = ("GEARCHAOS_", "NUMBA_", "MPLBACKEND", "OMP_NUM_THREADS", "PYTHONPA
 
 
 def report() -> dict[str, Any]:
-    """Versions, machine and kernel cache of this installation, as it can be written as JSON.
+    """Versions, machine and kernel cache of this installation, and the variables that change how gearchaos runs.
 
-    Returns
-    -------
-    dict
-        ``gearchaos``, ``python``, ``platform``; ``packages``: the version of each package that is used, None if it is
-        missing; ``processor``: see `gearchaos.flow.Processor`; ``cores``: those that this process may use; ``memory``
-        in bytes; ``kernel_cache`` with ``folder``, ``kernels`` and ``bytes`` of this version; ``environment``:
-        variables that change how gearchaos runs.
+    Packages that are missing have None for their version; ``processor`` is a `gearchaos.flow.Processor`.
     """
     from gearchaos.flow import cache_directory, processor  # here, since packages are checked where this may fail
 

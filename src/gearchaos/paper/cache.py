@@ -21,11 +21,8 @@ from gearchaos.studies.regime import regime
 from gearchaos.studies.simulate import simulate
 from gearchaos.studies.zones import zones
 
-TRANSIENT = 3000
-"""Mesh periods before a portrait or trajectory is recorded."""
-
-SAMPLES = 64
-"""Samples per mesh period of a trajectory."""
+TRANSIENT, SAMPLES = 3000, 64
+"""Mesh periods before a portrait or trajectory is recorded, and samples per mesh period of a trajectory."""
 
 
 class _Requests(threading.local):
@@ -56,7 +53,7 @@ class ComputationCache:
     def study(self, panel: str) -> Any:
         """The study of a panel such as "2a": a Dataset, or for ``attractors`` a Dataset for each motion."""
         study = study_of(panel)
-        return self.cached(f"figure {panel}", lambda: _computed(self, study))
+        return self.cached(f"figure {panel}", lambda: self._computed(study))
 
     def cached(self, key: str, compute: Callable[[], Any]) -> Any:
         """The result of ``compute()``, which is called only the first time with this key."""
@@ -86,29 +83,41 @@ class ComputationCache:
 
     def portrait(self, count: int, **values: Any) -> xr.Dataset:
         """The stroboscopic portrait (``count`` stroboscopic points) at one operating point."""
-        return self.cached(
-            f"{count} stroboscopic points at {_described(values)}",
-            lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT),
-        )
+        return self.cached(f"{count} stroboscopic points at {_described(values)}",
+                           lambda: simulate(MeshModel.of(**values), count, transient=TRANSIENT))
 
     def scan(self, axis: Axis, *, long_transients: bool = False, **values: Any) -> xr.Dataset:
-        """Verdicts at the values of one axis, without stroboscopic points.
+        """Verdicts at the values of one axis, without stroboscopic points; ``values`` are those of the model by name.
 
-        With ``long_transients`` motions are followed for as long as by `gearchaos.regime` before they are called
-        chaotic. ``values`` are those of the model by name, as in `regime`.
+        With ``long_transients`` motions are followed as long as by `gearchaos.regime` before they are called chaotic.
         """
-        return self.cached(
-            f"{_range(axis)} at {_described(values)}{', waited for longer' if long_transients else ''}",
-            lambda: bifurcation(
-                MeshModel.of(**values), axis, points=0, settings=SINGLE_MOTION if long_transients else None),
-        )
+        settings = SINGLE_MOTION if long_transients else None
+        return self.cached(f"{_range(axis)} at {_described(values)}{', waited for longer' if long_transients else ''}",
+                           lambda: bifurcation(MeshModel.of(**values), axis, points=0, settings=settings))
 
     def map(self, model: MeshModel, x: Axis, y: Axis) -> xr.Dataset:
         """A map of verdicts over two axes."""
-        return self.cached(
-            f"map over {_range(x)} and {_range(y)} of {model}",
-            lambda: zones(model, x, y, settings=self.settings),
-        )
+        return self.cached(f"map over {_range(x)} and {_range(y)} of {model}",
+                           lambda: zones(model, x, y, settings=self.settings))
+
+    def _computed(self, study: FigureStudy) -> Any:
+        """The result of one study of a figure."""
+        quality, model, progress = self.quality, study.mesh_model, self.progress
+        columns, points = quality.bifurcation
+        counts = {"zones": quality.zones, "basins": quality.basins, "bifurcation": (columns,)}.get(study.kind, ())
+        axes = [Axis(name, r.start, r.stop, n) for (name, r), n in zip(study.axes.items(), counts, strict=True)]
+        match study.kind:
+            case "zones":
+                return zones(model, *axes, settings=self.settings, progress=progress)
+            case "basins":
+                return basins(model, *axes, progress=progress)
+            case "bifurcation":
+                return bifurcation(model, *axes, points=points, progress=progress)
+            case "portrait":
+                return simulate(model, quality.portrait, transient=TRANSIENT)
+            case "trajectory":
+                return simulate(model, quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
+        return _orbits(study, self.study(study.found_in))  # attractors
 
 
 def _described(values: Mapping[str, Any]) -> str:
@@ -118,28 +127,6 @@ def _described(values: Mapping[str, Any]) -> str:
 
 def _range(axis: Axis) -> str:
     return f"{axis.count} values of {axis.name} from {axis.start:g} to {axis.stop:g}"
-
-
-def _computed(cache: ComputationCache, study: FigureStudy) -> Any:
-    """The result of one study of a figure at the quality of the cache."""
-    quality, model, progress = cache.quality, study.mesh_model, cache.progress
-    columns, points = quality.bifurcation
-    counts = {"zones": quality.zones, "basins": quality.basins, "bifurcation": (columns,)}.get(study.kind, ())
-    axes = [Axis(name, r.start, r.stop, n) for (name, r), n in zip(study.axes.items(), counts, strict=True)]
-    match study.kind:
-        case "zones":
-            return zones(model, *axes, settings=cache.settings, progress=progress)
-        case "basins":
-            return basins(model, *axes, progress=progress)
-        case "bifurcation":
-            return bifurcation(model, *axes, points=points, progress=progress)
-        case "portrait":
-            return simulate(model, quality.portrait, transient=TRANSIENT)
-        case "trajectory":
-            return simulate(model, quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
-        case "attractors":
-            return _orbits(study, cache.study(study.found_in))
-    raise ValueError(study.kind)
 
 
 def _orbits(study: FigureStudy, found: xr.Dataset) -> dict[str, xr.Dataset]:

@@ -1,4 +1,4 @@
-"""The figures of the paper: one function per layout, which draws Datasets according to the settings of a figure."""
+"""The figures of the paper, one function per layout, and what each shows in sentences computed from its Datasets."""
 
 from __future__ import annotations
 
@@ -7,43 +7,34 @@ from io import BytesIO
 from typing import Any
 
 import matplotlib
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.ndimage import binary_dilation
 
 from gearchaos import plot
-from gearchaos.paper.settings import FigureSettings
+from gearchaos.dynamics.time_series import spectral_class
+from gearchaos.paper.cache import ComputationCache
+from gearchaos.paper.settings import FigureSettings, FigureStudy, symbol
+from gearchaos.studies import motions
 
 WIDTH = 7.2
 """Width of every figure, in inches."""
 
 STYLE: Any = {
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 10,
-    "axes.labelsize": 10,
-    "axes.titlesize": 10,
-    "legend.fontsize": 9,
-    "xtick.labelsize": 9,
-    "ytick.labelsize": 9,
-    "axes.linewidth": 0.7,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "xtick.direction": "out",
-    "ytick.direction": "out",
-    "axes.formatter.limits": (-3, 4),
-    "axes.formatter.use_mathtext": True,
-    "path.simplify_threshold": 0.5,
+    "font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 10, "axes.labelsize": 10,
+    "axes.titlesize": 10, "legend.fontsize": 9, "xtick.labelsize": 9, "ytick.labelsize": 9, "axes.linewidth": 0.7,
+    "xtick.major.width": 0.7, "ytick.major.width": 0.7, "xtick.direction": "out", "ytick.direction": "out",
+    "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True, "path.simplify_threshold": 0.5,
 }
 
 
 def letter(ax: Axes, name: str, text: str = "") -> None:
     """The panel's letter and a short text above its upper left corner (above the strip and legend if there are any)."""
-    ax.annotate(
-        f"({name})" + (f"  {text}" if text else ""), (0, 1), (0, 4), xycoords="axes fraction",
-        textcoords="offset points", ha="left", va="bottom", fontsize=10,
-    )
+    ax.annotate(f"({name})" + (f"  {text}" if text else ""), (0, 1), (0, 4), xycoords="axes fraction",
+                textcoords="offset points", ha="left", va="bottom", fontsize=10)
 
 
 def system(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
@@ -115,11 +106,8 @@ def _letter_inside(ax, name: str, text: str = "") -> None:
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5})
 
 
-_HISTORY_PERIODS = 40
-"""Mesh periods in a time history."""
-
-_TRAJECTORY_PERIODS = 120
-"""Mesh periods in a phase trajectory."""
+_HISTORY_PERIODS, _TRAJECTORY_PERIODS = 40, 120
+"""Mesh periods in a time history, and in a phase trajectory."""
 
 _THIN_LINE_WIDTH = 0.25
 """Width of the line of a long trajectory, in points."""
@@ -190,17 +178,9 @@ def _first_part(ds: xr.Dataset) -> xr.Dataset:
     return ds.isel(tau=slice(0, _TRAJECTORY_PERIODS * samples))
 
 
-Layout = Callable[[Figure, FigureSettings, Mapping[str, xr.Dataset]], None]
-LAYOUTS: dict[str, Layout] = {
-    "system": system,
-    "maps": maps,
-    "basins": basins,
-    "bifurcations": bifurcations,
-    "bifurcation_and_exponent": bifurcation_and_exponent,
-    "coexisting": coexisting,
-    "portraits": portraits,
-    "dossiers": dossiers,
-    "trajectories_and_portraits": trajectories_and_portraits,
+LAYOUTS: dict[str, Callable[[Figure, FigureSettings, Mapping[str, xr.Dataset]], None]] = {
+    layout.__name__: layout for layout in (system, maps, basins, bifurcations, bifurcation_and_exponent, coexisting,
+                                           portraits, dossiers, trajectories_and_portraits)
 }
 """A layout draws on an empty figure; add one here and name it in `settings.toml`."""
 
@@ -210,18 +190,133 @@ def draw(setting: FigureSettings, data: Mapping[str, xr.Dataset], dpi: int = 300
     with matplotlib.rc_context(STYLE):
         figure = Figure(layout="constrained", dpi=dpi)
         LAYOUTS[setting.layout](figure, setting, data)
-        return png(figure, dpi)
+        FigureCanvasAgg(figure)
+        layout, buffer = figure.get_layout_engine(), BytesIO()
+        assert layout is not None
+        layout.execute(figure)  # a second pass beside that of savefig: sizes of Axes and tick labels depend on another
+        figure.savefig(
+            buffer, format="png", dpi=dpi, facecolor="white", metadata={"Software": "gearchaos"},
+            pil_kwargs={"compress_level": 3},  # faster than the default 6, and smaller files for these pictures
+        )
+        return buffer.getvalue()
 
 
-def png(figure: Figure, dpi: int) -> bytes:
-    """A figure as the bytes of a PNG file."""
-    buffer = BytesIO()
-    FigureCanvasAgg(figure)
-    layout = figure.get_layout_engine()
-    assert layout is not None
-    layout.execute(figure)  # a second pass beside that of savefig: sizes of Axes and tick labels depend on each other
-    figure.savefig(
-        buffer, format="png", dpi=dpi, facecolor="white", metadata={"Software": "gearchaos"},
-        pil_kwargs={"compress_level": 3},  # faster than the default 6, and smaller files for these pictures
+def findings(cache: ComputationCache, figure: FigureSettings, data: Mapping[str, xr.Dataset]) -> list[str]:
+    """The sentences about a figure: one text for each of its panels whose kind of study is in `_SENTENCES`."""
+    if figure.layout == "coexisting":
+        parts = [
+            f"{key.split('_')[0]} (reached from {percent(ds.attrs['share_of_starts'])} of the initial states, "
+            f"smallest stroboscopic z {ds['section_z'].values.min():.4f})" for key, ds in data.items()]
+        return [f"{len(parts)} of the motions shown were found: {', '.join(parts)}."]
+    panels = [(name, study) for name, study in figure.studies.items() if study.kind in _SENTENCES]
+    return [(f"({name[0]}) " if len(panels) > 1 else "") + _SENTENCES[study.kind](cache, study, data[name])
+            for name, study in panels]
+
+
+def percent(share: float) -> str:
+    """A share in percent with one digit after the point below 10 %."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.1f} %" if share >= 0.001 else "below 0.1 %"
+
+
+def shares(ds: xr.Dataset) -> str:
+    """The shares of the classes of motion, largest first."""
+    counts = np.bincount(plot.motion_class(ds["label"], ds["period"]).ravel(), minlength=len(plot.MOTION_CLASSES))
+    order = [i for i in np.argsort(-counts) if counts[i]]
+    return ", ".join(f"{plot.MOTION_CLASSES[i].name} {percent(counts[i] / counts.sum())}" for i in order)
+
+
+def _zones(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
+    v_rms = ds["v_rms"].values
+    y, x = (int(i) for i in np.unravel_index(np.nanargmax(v_rms), v_rms.shape))
+    (x_name, y_name) = study.axes
+    where = f"{symbol(x_name)} = {float(ds[x_name][x]):.3g}, {symbol(y_name)} = {float(ds[y_name][y]):.3g}"
+    separated = float((ds["contact"].values > 0).mean())
+    return (
+        f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
+        f"{np.nanmin(v_rms):.3g} to {np.nanmax(v_rms):.3g} (at {where}), its median is {np.nanmedian(v_rms):.3g}. "
+        f"Teeth lose contact in {percent(separated)} of the cells.{_locked(ds)}"
     )
-    return buffer.getvalue()
+
+
+def _locked(ds: xr.Dataset) -> str:
+    """The share of cells next to quasi-periodic ones that are periodic with a high order; empty without tori."""
+    kinds = plot.motion_class(ds["label"], ds["period"])
+    tori, higher = kinds == _TORUS, kinds == _HIGHER
+    if not tori.any():
+        return ""
+    beside = binary_dilation(tori, np.ones((3, 3))) & ~tori
+    locked = beside & higher
+    longest = int(ds["period"].values[locked].max(initial=0))
+    orbits = f", on orbits of up to {longest}T" if longest else ""
+    share = percent(locked.sum() / beside.sum())
+    return f" Of the {beside.sum()} cells beside quasi-periodic ones {share} are locked at a higher order{orbits}."
+
+
+def _basins(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
+    shared = zip(plot.attractor_names(ds), ds["attractor_fraction"].values, strict=True)
+    parts = [f"{name} {percent(float(share))}" for name, share in shared]
+    return f"{ds['attractor'].size} initial states lead to {len(parts)} attractors: {', '.join(parts)}."
+
+
+def _bifurcation(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
+    (axis,) = study.axes
+    values = ds[axis].values[plot.motion_class(ds["label"], ds["period"]) == _CHAOTIC]
+    text = f"Shares of the {ds.sizes[axis]} columns: {shares(ds)}."
+    if values.size:
+        text += (
+            f" Chaos occurs between {symbol(axis)} = {values[0]:.4g} and {values[-1]:.4g}, with exponents up to "
+            f"{float(ds['lyapunov'].max()):.3f}.{_onset(ds, axis)}"
+        )
+    return f"{text} {spectral_comparison(ds, axis)}"
+
+
+def _onset(ds: xr.Dataset, axis: str) -> str:
+    """The two columns between which chaos first sets in, with their largest exponents."""
+    first = int(np.argmax(plot.motion_class(ds["label"], ds["period"]) == _CHAOTIC))
+    if first == 0:
+        return ""
+    before, after = ds.isel({axis: first - 1}), ds.isel({axis: first})
+    (name,) = motions(before["label"], before["period"])
+    return (
+        f" Going up, it first sets in between {float(before[axis]):.5g} ({name}, largest exponent "
+        f"{float(before['lyapunov']):+.4f}) and {float(after[axis]):.5g} ({float(after['lyapunov']):+.4f})."
+    )
+
+
+_COLUMNS_COMPARED, _COLUMNS_LISTED = 120, 4
+"""Largest number of columns that are compared, and of those that differ and are listed."""
+
+
+def spectral_comparison(ds: xr.Dataset, axis: str) -> str:
+    """The columns whose class by the spectrum of stroboscopic points, as in the paper, differs from the verdict."""
+    columns = np.unique(np.linspace(0, ds.sizes[axis] - 1, _COLUMNS_COMPARED).astype(int))
+    names, differing = motions(ds["label"], ds["period"]), []
+    for i in columns:
+        points = np.stack([ds[f"section_{n}"].values[i] for n in ("z", "z_dot")], axis=1)
+        found = spectral_class(points, longest=len(points) // 2)[0]
+        if found != names[i]:
+            differing.append(f"{float(ds[axis][i]):.4g} ({found}, not {names[i]})")
+    if not differing:
+        return f"The spectrum of the stroboscopic points says the same in all of {len(columns)} columns compared."
+    listed = ", ".join(differing[:_COLUMNS_LISTED]) + (", …" if len(differing) > _COLUMNS_LISTED else "")
+    return (
+        f"The spectrum of the stroboscopic points says the same in {len(columns) - len(differing)} of {len(columns)} "
+        f"columns compared; not at {symbol(axis)} = {listed}."
+    )
+
+
+_CHAOTIC, _TORUS, _HIGHER = (
+    [c.name for c in plot.MOTION_CLASSES].index(n) for n in ("chaotic", "quasi-periodic", "other sub-harmonic")
+)
+
+
+def _point(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
+    found = cache.regime(**study.model)
+    (low, high), value = found.lyapunov_ci[0], found.lyapunov[0]
+    interval = f" (99 % interval {low:.4f} to {high:.4f})" if high > low else ""
+    return f"{found.label}, largest exponent {value:.4f}{interval}, V_RMS {found.v_rms:.4f}."
+
+
+_SENTENCES: dict[str, Callable[[ComputationCache, FigureStudy, xr.Dataset], str]] = {
+    "zones": _zones, "basins": _basins, "bifurcation": _bifurcation, "portrait": _point,
+}

@@ -16,6 +16,7 @@ from functools import cache
 from importlib import metadata
 from importlib.resources import files
 from io import BytesIO
+from itertools import groupby
 from typing import Any
 
 import jinja2
@@ -24,11 +25,14 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from gearchaos.model import MeshModel
-from gearchaos.paper import proofs
-from gearchaos.paper.claims import VERDICTS, Claim, failed
+from gearchaos.paper.claims import MISSING, Claim, failed
+from gearchaos.paper.claims._claim import CONTRADICTED, DIGITS, HOLDS, MISPRINT, VERDICTS
 from gearchaos.paper.settings import FigureSettings, Quality, symbol
 
 _LIBRARIES = ("gearchaos", "numpy", "numba", "scipy", "xarray", "matplotlib")
+
+_ONE_BY_ONE = 3
+"""Up to this number the motions of a statement are listed one by one; more are values of a scan, and share a line."""
 
 
 @dataclass(frozen=True)
@@ -43,31 +47,20 @@ class FinishedFigure:
     draw_seconds: float
 
 
-@dataclass(frozen=True)
-class ReportContents:
-    """The results of a run: figures, claims, and the seconds that the checks of claims and the whole run took."""
-
-    figures: Sequence[FinishedFigure]
-    claims: Sequence[Claim]
-    quality: Quality
-    claim_seconds: float
-    seconds: float
-
-
-def render(contents: ReportContents) -> str:
-    """The report as one self-contained HTML document."""
-    claims = contents.claims
+def render(
+    figures: Sequence[FinishedFigure], claims: Sequence[Claim], quality: Quality, check_seconds: float, seconds: float
+) -> str:
+    """The report as one self-contained HTML document; the seconds are those of the checks and of the whole run."""
     counts = Counter(c.verdict for c in claims)
     tally = [(verdict, counts[verdict]) for verdict in VERDICTS if counts[verdict]]
-    minutes, rest = divmod(round(contents.seconds), 60)
+    minutes, rest = divmod(round(seconds), 60)
     run = {
-        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": contents.quality.name,
-        "cores": os.cpu_count(), "total": f"{minutes} min {rest} s" if minutes else f"{contents.seconds:.1f} s",
+        "gearchaos": metadata.version("gearchaos"), "date": date.today().isoformat(), "quality": quality.name,
+        "cores": os.cpu_count(), "total": f"{minutes} min {rest} s" if minutes else f"{seconds:.1f} s",
     }
-    times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s")
-             for f in contents.figures]
+    times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s") for f in figures]
     if claims:
-        times.append(("Statements", f"{contents.claim_seconds:.1f} s", ""))
+        times.append(("Statements", f"{check_seconds:.1f} s", ""))
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
         undefined=jinja2.StrictUndefined,
@@ -76,11 +69,11 @@ def render(contents: ReportContents) -> str:
     environment.filters["slug"] = lambda text: text.replace(" ", "-")
     environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
     return environment.get_template("report.html.j2").render(
-        css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in contents.figures],
+        css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in figures],
         claims=[_claim(c) for c in claims], tally=tally, outcome=_outcome(claims, tally),
         equations=_equations(), defaults=_defaults(), times=times,
         corrections=tomllib.loads(_text_of("corrections.toml"))["correction"],
-        provenance=_provenance(contents.quality), run=run, proofs=proofs.summary(claims),
+        provenance=_provenance(quality), run=run, proofs=proofs_in_words(claims),
     )
 
 
@@ -145,9 +138,7 @@ def _ranges(figure: FigureSettings) -> list[dict[str, str]]:
     return list(seen.values())
 
 
-_PLURAL = {
-    "holds": "hold", "holds within the printed digits": "hold within the printed digits", "misprint": "misprints",
-}
+_PLURAL = {HOLDS: "hold", DIGITS: "hold within the printed digits", MISPRINT: "misprints"}
 
 
 def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
@@ -161,9 +152,67 @@ def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
 
 def _claim(claim: Claim) -> dict[str, Any]:
     return {
-        **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": proofs.lines(claim),
-        "mark": proofs.mark(claim), "all_proved": all(proof["proved"] for proof in claim.proofs),
+        **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": _proof_lines(claim),
+        "mark": _mark(claim), "all_proved": all(proof["proved"] for proof in claim.proofs),
     }
+
+
+def proofs_in_words(claims: Sequence[Claim]) -> str:
+    """How many periodic motions are proved, in a sentence; empty if there are none."""
+    proofs = [proof for claim in claims for proof in claim.proofs]
+    if not proofs:
+        return ""
+    if any(proof.get("reason") == MISSING for proof in proofs):
+        return f'Periodic motions were not proved, since {MISSING} (pip install "gearchaos[proof]").'
+    count = sum(proof["proved"] for proof in proofs)
+    return f"Proved in ball arithmetic: {count} of {len(proofs)} periodic motions behind the statements."
+
+
+def _mark(claim: Claim) -> str:
+    """What is marked beside the verdict on a claim: "theorem", or at how many values of a scan a period is proved.
+
+    Empty if the claim does not hold as printed or within its digits, or if one of its motions is not proved.
+    """
+    count = len(claim.proofs)
+    if not count or not all(proof["proved"] for proof in claim.proofs):
+        return ""
+    if count > _ONE_BY_ONE:
+        periods = sorted({proof["period"] for proof in claim.proofs})
+        return f"{', '.join(f'{n}T' for n in periods)} proved at {count} values"
+    return "" if claim.verdict in (CONTRADICTED, MISPRINT) else "theorem"
+
+
+def _proof_lines(claim: Claim) -> list[dict[str, str]]:
+    """What is proved of a claim with the files, and what is not and why: ``text`` and ``file``, empty if there is none.
+
+    One line for each motion, or for the values of a scan.
+    """
+    proofs = [proof for proof in claim.proofs if proof.get("reason") != MISSING]
+    if len(proofs) <= _ONE_BY_ONE:
+        return [_proof_line([proof]) for proof in proofs]
+
+    def shared(proof: dict[str, Any]) -> tuple[int, str]:  # by the values of a scan on one line
+        return proof["period"], proof.get("reason", "")
+
+    return [_proof_line(list(same)) for _, same in groupby(sorted(proofs, key=shared), key=shared)]
+
+
+def _proof_line(proofs: list[dict[str, Any]]) -> dict[str, str]:
+    """The line of one motion, or of several that differ in the value of one parameter."""
+    first, where = proofs[0], ""
+    for name in first["at"]:
+        values = [proof["at"][name] for proof in proofs]
+        where = f" at {symbol(name)} = {values[0]:.8g}" if len(values) == 1 else (
+            f" at {len(values)} of the values of {symbol(name)} computed, from {min(values):.8g} to {max(values):.8g}")
+    text = f"{first['period']}T{where}"
+    if not first["proved"]:
+        return {"text": f"{text}: not proved, {first['reason']}", "file": ""}
+    radius, bits = max(proof["radius"] for proof in proofs), max(proof["bits"] for proof in proofs)
+    file = first["file"]
+    if len(proofs) > 1:
+        (name,) = first["at"]
+        file = f"{file[: file.index(name)]}{name}-*.json"
+    return {"text": f"{text}: radius {radius:g}, {bits} bits,", "file": file}
 
 
 def _flat(evidence: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -255,7 +304,6 @@ def _svg(rows: tuple[tuple[str, str], ...]) -> str:
                 figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
                 figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)
         buffer = BytesIO()
-        figure.savefig(
-            buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True, metadata={"Date": None}
-        )
+        figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True,
+                       metadata={"Date": None})
     return buffer.getvalue().decode()

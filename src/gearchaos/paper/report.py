@@ -8,10 +8,9 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_EXCEPTION, Future, wait
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +25,8 @@ from gearchaos.flow import cancel_event
 from gearchaos.paper import claims as claims_
 from gearchaos.paper import settings
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.figures import draw
-from gearchaos.paper.findings import findings
-from gearchaos.paper.page import FinishedFigure, ReportContents, render
-from gearchaos.paper.proofs import prove_claims, summary
+from gearchaos.paper.figures import draw, findings
+from gearchaos.paper.page import FinishedFigure, proofs_in_words, render
 from gearchaos.studies import save
 
 _COMPRESSED_FROM = 1000
@@ -41,41 +38,26 @@ def build(
 ) -> int:
     """Reproduce the paper: compute its figures, check its claims, and write a report.
 
-    Parameters
-    ----------
-    out_dir : path
-        Folder for index.html, figNN.png, claims.json, data/ and certificates/; created if necessary.
-    figures : iterable of int, optional
-        Which figures, with the claims that belong to them; all if left out.
-    quality : {"paper", "draft"}
-        Resolution of maps, diagrams and portraits.
-    progress : bool
-        Report progress on stderr.
-
-    Returns
-    -------
-    int
-        0, or 1 if a statement that should hold is contradicted.
-
-    Raises
-    ------
-    InputError
-        For an unknown figure or quality, or a folder that cannot be written; before any work.
+    The folder gets index.html, figNN.png, claims.json, data/ and certificates/; progress is reported on stderr. Only
+    these ``figures`` are made, with the claims that belong to them; ``quality``, "paper" or "draft", sets the
+    resolution. Returns 0, or 1 if a statement that should hold is contradicted. Raises `InputError` before any work.
     """
     chosen, resolution = settings.chosen_figures(figures), settings.quality(quality)
     folder = writable_folder(out_dir)
     start, console = time.perf_counter(), Console(stderr=True, quiet=not progress, highlight=False)
-    done = _figures(ComputationCache(resolution, progress=progress), console, folder, chosen.values())
-    checked = [one.checked.result() for one in done]
-    claims = [claim for one in checked for claim in one.claims]
+    cache = ComputationCache(resolution, progress=progress)
+    done, claims, check_seconds = _figures(cache, console, folder, chosen.values())
     text = json.dumps([c.to_dict() for c in claims], indent=2, ensure_ascii=False, allow_nan=False)
     write_bytes(folder / "claims.json", f"{text}\n".encode())
-    contents = ReportContents(
-        [one.finished() for one in done], claims, resolution, sum(one.seconds for one in checked),
-        time.perf_counter() - start,
-    )
-    write_bytes(folder / "index.html", render(contents).encode())
-    _print_outcome(console, folder, claims)
+    page = render(done, claims, resolution, check_seconds, time.perf_counter() - start)
+    write_bytes(folder / "index.html", page.encode())
+    tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
+    console.print(f"{len(claims)} statements checked: {tally or 'none'}.")
+    if proved := proofs_in_words(claims):
+        console.print(proved, markup=False)
+    for claim in claims_.failed(claims):
+        console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
+    console.print(f"Report: {folder / 'index.html'}")
     return 1 if claims_.failed(claims) else 0
 
 
@@ -87,68 +69,42 @@ def writable_folder(path: str | os.PathLike[str]) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError as error:
-        raise InputError(
-            "out", "must be a folder that files can be written in", str(path), f"{error.strerror}."
-        ) from None
-
-
-@dataclass(frozen=True)
-class _Checked:
-    """The claims of a figure, and the seconds that their checks took."""
-
-    claims: list[claims_.Claim]
-    seconds: float
-
-
-@dataclass(frozen=True)
-class _FigureInProgress:
-    """A computed figure, and what other threads make of it: picture and seconds of drawing, data files, claims."""
-
-    setting: settings.FigureSettings
-    found: list[str]
-    seconds: float
-    picture: Future[tuple[bytes, float]]
-    files: Future[list[str]]
-    checked: Future[_Checked]
-
-    @property
-    def parts(self) -> tuple[Future[Any], ...]:
-        """All that is made in other threads."""
-        return self.picture, self.files, self.checked
-
-    def finished(self) -> FinishedFigure:
-        """The figure with its picture and data files; waits until they are made."""
-        png, seconds = self.picture.result()
-        return FinishedFigure(self.setting, png, self.found, self.files.result(), self.seconds, seconds)
+        rule = "must be a folder that files can be written in"
+        raise InputError("out", rule, str(path), f"{error.strerror}.") from None
 
 
 def _figures(
     cache: ComputationCache, console: Console, folder: Path, figures: Iterable[settings.FigureSettings]
-) -> list[_FigureInProgress]:
+) -> tuple[list[FinishedFigure], list[claims_.Claim], float]:
     """Compute every figure; draw it, save its data and check its claims while others are computed.
 
-    An error in another thread is raised before the next figure is computed, not only at the end.
+    Returns the figures, their claims, and the seconds that the checks took. An error in another thread is raised before
+    the next figure is computed, not only at the end.
     """
-    under_way = list[_FigureInProgress]()
+    under_way: list[tuple[settings.FigureSettings, list[str], float, tuple[Future[Any], ...]]] = []
     with _single_threads(3) as (drawing, saving, checking):
         for setting in figures:
-            for part in (part for before in under_way for part in before.parts if part.done()):
+            for part in (part for *_, parts in under_way for part in parts if part.done()):
                 part.result()
             console.print(f"[bold]Figure {setting.number}[/bold]  {setting.title}")
             start = time.perf_counter()
             data = cache.figure(setting)
             found = findings(cache, setting, data)
-            under_way.append(_FigureInProgress(
-                setting, found, time.perf_counter() - start,
+            under_way.append((setting, found, time.perf_counter() - start, (
                 drawing.submit(_draw, folder, setting, data, cache.quality.dpi),
                 saving.submit(_save, folder, setting.number, data),
                 checking.submit(_check, cache, folder, setting.number),
-            ))
+            )))
         console.print("[bold]Last statements and drawings[/bold]")
-        parts = [part for one in under_way for part in one.parts]
-        for part in wait(parts, return_when=FIRST_EXCEPTION).done:
+        for part in wait([part for *_, parts in under_way for part in parts], return_when=FIRST_EXCEPTION).done:
             part.result()
-    return under_way
+    finished, claims, check_seconds = [], list[claims_.Claim](), 0.0
+    for setting, found, seconds, parts in under_way:
+        (png, draw_seconds), files, (checked, took) = (part.result() for part in parts)
+        finished.append(FinishedFigure(setting, png, found, files, seconds, draw_seconds))
+        claims += checked
+        check_seconds += took
+    return finished, claims, check_seconds
 
 
 @contextmanager
@@ -193,22 +149,11 @@ def _save(folder: Path, number: int, data: Mapping[str, xr.Dataset]) -> list[str
     return files
 
 
-def _check(cache: ComputationCache, folder: Path, number: int) -> _Checked:
-    """Check the claims of one figure, and prove their periodic motions.
+def _check(cache: ComputationCache, folder: Path, number: int) -> tuple[list[claims_.Claim], float]:
+    """Check the claims of one figure, and prove their periodic motions; also the seconds that this took.
 
     The precision of python-flint belongs to the process: proofs are made in one thread at a time.
     """
     start = time.perf_counter()
-    claims = prove_claims(claims_.check_all(cache, claims_.claims_of([number])), folder)
-    return _Checked(claims, time.perf_counter() - start)
-
-
-def _print_outcome(console: Console, folder: Path, claims: Sequence[claims_.Claim]) -> None:
-    """How many claims have each verdict, which failed, and the path of the report."""
-    tally = ", ".join(f"{count} {verdict}" for verdict, count in Counter(c.verdict for c in claims).items())
-    console.print(f"{len(claims)} statements checked: {tally or 'none'}.")
-    if proved := summary(claims):
-        console.print(proved, markup=False)
-    for claim in claims_.failed(claims):
-        console.print(f"[bold red]{claim.id}: {claim.verdict}[/bold red]  {claim.statement}")
-    console.print(f"Report: {folder / 'index.html'}")
+    claims = claims_.prove_claims(claims_.check_all(cache, claims_.claims_of([number])), folder)
+    return claims, time.perf_counter() - start

@@ -26,22 +26,13 @@ class AxisRange:
 
 @dataclass(frozen=True)
 class FigureStudy:
-    """One computation behind a figure.
-
-    Attributes
-    ----------
-    kind : {"zones", "basins", "bifurcation", "portrait", "trajectory", "attractors"}
-    model : values for `MeshModel.of`.
-    axes : ranges of one or two axes by parameter or initial value.
-    found_in : for ``attractors`` the panel of the basins in which they are found, "3c".
-    periods : for ``attractors`` the periods of the motions to show.
-    """
+    """One computation behind a figure: zones, basins, bifurcation, portrait, trajectory or attractors."""
 
     kind: str
-    model: Mapping[str, Any]
-    axes: Mapping[str, AxisRange] = field(default_factory=dict)
-    found_in: str = ""
-    periods: tuple[int, ...] = ()
+    model: Mapping[str, Any]  # values for `MeshModel.of`
+    axes: Mapping[str, AxisRange] = field(default_factory=dict)  # one or two, by parameter or initial value
+    found_in: str = ""  # for attractors: the panel of the basins in which they are found, "3c"
+    periods: tuple[int, ...] = ()  # for attractors: those of the motions to show
 
     @property
     def mesh_model(self) -> MeshModel:
@@ -79,12 +70,9 @@ class Quality:
     dpi: int
 
 
-_SYMBOLS = {"omega": "ω", "eps1": "ε1", "q0": "q0", "kappa": "κ", "beta": "β", "z": "z(0)", "z_dot": "z'(0)"}
-
-
 def symbol(name: str) -> str:
     """The paper's symbol of a parameter or initial value in plain text."""
-    return _SYMBOLS.get(name, name)
+    return {"omega": "ω", "eps1": "ε1", "kappa": "κ", "beta": "β", "z": "z(0)", "z_dot": "z'(0)"}.get(name, name)
 
 
 @cache

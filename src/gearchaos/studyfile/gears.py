@@ -44,17 +44,9 @@ def refuse_without_table(gears: Gears, values: Mapping[str, Any], known: Collect
 def gears_of(
     tables: StudyFile, values: Mapping[str, Mapping[str, Any]], folder: Path, default: Mapping[str, Any]
 ) -> Gears | None:
-    """The gears of a study file; None if it describes none.
+    """The gears of a study file in a folder; None if it describes none.
 
-    Parameters
-    ----------
-    tables : StudyFile
-    values : mapping
-        Values that replace those of the file, by table and key.
-    folder : Path
-        The folder of the file.
-    default : mapping
-        Speed and torque of a design that has none.
+    ``values`` by table and key replace those of the file; ``default`` has speed and torque of a design without.
     """
     for table in TABLES:
         for key, value in values[table].items():

@@ -28,12 +28,7 @@ from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
 from gearchaos.studyfile.gears import gears_of, refuse_without_table, separated
-from gearchaos.studyfile.tables import (
-    MODEL_NAMES,
-    ModelTable,
-    StudyFile,
-    validated,
-)
+from gearchaos.studyfile.tables import MODEL_NAMES, ModelTable, StudyFile, validated
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -46,37 +41,23 @@ MAX_BYTES = 1_000_000
 
 @dataclass(frozen=True)
 class LoadedStudy:
-    """The content of a study file, with the values that were given to replace some of it.
+    """The content of a study file, with the values that were given to replace some of it."""
 
-    Attributes
-    ----------
-    model : MeshModel
-        The dimensionless model; an `OperatingModel` if the file describes gears.
-    kind : str or None
-        The kind of study, if the file has a table ``[study]``.
-    options : dict
-        The fields of the study that the file sets, axes included.
-    classification : dict
-        The fields of `Classification` that the file sets.
-    least_torque : float, optional
-        Least torque in N m of the axes of torques.
-    """
-
-    model: MeshModel
-    kind: str | None = None
-    options: Mapping[str, Any] = field(default_factory=dict)
-    classification: Mapping[str, Any] = field(default_factory=dict)
-    least_torque: float | None = None
-
-    @property
-    def pair(self) -> GearPair | None:
-        """The gear pair in SI at the operating point of the model; None if the file describes no gears."""
-        return self.model.gears.to_pair() if isinstance(self.model, OperatingModel) else None
+    model: MeshModel  # an `OperatingModel` if the file describes gears
+    kind: str | None = None  # of study, if the file has a table ``[study]``
+    options: Mapping[str, Any] = field(default_factory=dict)  # fields of the study that the file sets, axes included
+    classification: Mapping[str, Any] = field(default_factory=dict)  # fields of `Classification` that it sets
+    least_torque: float | None = None  # of the axes of torques, in N m
 
     @property
     def gears(self) -> Gears | None:
         """The gears at the operating point of the model; None if the file describes no gears."""
         return self.model.gears if isinstance(self.model, OperatingModel) else None
+
+    @property
+    def pair(self) -> GearPair | None:
+        """The same gears as a gear pair in SI."""
+        return None if self.gears is None else self.gears.to_pair()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -91,20 +72,10 @@ class LoadedStudy:
         return dict(self.options) if self.kind == kind else {}
 
     def study(self, study_type: type[AnyStudy], **options: Any) -> AnyStudy:
-        """A study of the model of this file.
+        """A study of the model of this file; raises `InputError` if an option is missing or wrong.
 
-        Parameters
-        ----------
-        study_type : type
-            The class of the study. The options of the file are used if it describes a study of this class; its
-            classification settings are always used.
-        **options
-            Fields of the study; they replace those of the file.
-
-        Raises
-        ------
-        InputError
-            If an option is missing or wrong.
+        The options of the file are used if it describes a study of this class, and replaced by those given here; its
+        classification settings are always used.
         """
         values = {**self.options_for(study_type.kind), **options}
         if self.classification and issubclass(study_type, ClassifyingStudy):
@@ -115,24 +86,11 @@ class LoadedStudy:
 def load_study(
     path: str | os.PathLike[str] | None = None, values: Mapping[str, Any] | None = None, *, axes: Iterable[Axis] = (),
 ) -> LoadedStudy:
-    """Read a study file and replace values by name.
+    """Read a study file, without one the default values of the model, and replace values by name.
 
-    Parameters
-    ----------
-    path : path, optional
-        A TOML file; without it the model has its default values.
-    values : mapping, optional
-        Values that replace those of the file. Names as in `MeshModel.with_values`, ``kind`` included, or
-        ``gearpair.<field>``, ``design.<key>`` and ``operation.<key>`` for values of the gears.
-    axes : iterable of Axis, optional
-        Axes given beside the file. A ``[design]`` without speed or torque gets the first value of the axis ``speed`` or
-        ``torque`` among these, or else among those of the file.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, an unknown name (with the nearest known one), or a value that breaks
-        its rule.
+    Names of ``values`` are as in `MeshModel.with_values`, ``kind`` included, or ``gearpair.<field>``, ``design.<key>``
+    and ``operation.<key>``. A ``[design]`` without speed or torque gets the first value of the axis ``speed`` or
+    ``torque`` among ``axes``, given beside the file, or else among those of the file. Raises `InputError`.
     """
     tables = _read(Path(path)) if path is not None else StudyFile()
     of_gears, model_values = separated(values or {})
@@ -145,11 +103,10 @@ def load_study(
     if gears is not None:
         gears = at_axis_starts(gears, axes)
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
+        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
-    if gears is not None:
-        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
     for name in tables.initial:
         check_state_name(model.kind, name)
     model = model.with_values(tables.initial).with_values(model_values)
@@ -212,10 +169,8 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
     for pair, singles in PARAMETER_PAIRS.items():
         for single in singles:
             if pair in values and single in values:
-                raise InputError(
-                    f"{table}.{pair}", f"must not be given beside {table}.{single}", values[pair],
-                    f"{pair} sets both {' and '.join(singles)}.",
-                )
+                raise InputError(f"{table}.{pair}", f"must not be given beside {table}.{single}", values[pair],
+                                 f"{pair} sets both {' and '.join(singles)}.")
 
 
 def _study(table: Any) -> tuple[str | None, dict[str, Any]]:

@@ -1,4 +1,7 @@
-"""Statements about maps: resonances, zones, and whether a change of the model changes the zones."""
+"""Statements about maps and basins: resonances, zones, whether a change of the model changes them, and attractors.
+
+Figures 3 and 4 are checked by the attractors that many initial states lead to, which texts and evidence call starts.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ from scipy.stats import spearmanr
 
 from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._claim import CheckResult, check, graded
-from gearchaos.paper.claims._read import is_chaotic, is_periodic, is_quasi_periodic, similarity
+from gearchaos.paper.claims._claim import CheckResult, PeriodicMotion, graded, is_kind
 from gearchaos.paper.settings import study_of
+from gearchaos.plot import attractor_names, motion_class
 from gearchaos.studies import Axis
 
 _OMEGA, _EPS1 = Axis("omega", 0.2, 3.0, 60), Axis("eps1", 0.0, 0.3, 40)
@@ -26,7 +29,6 @@ def _reference(**values: Any) -> MeshModel:
     return MeshModel.of(**study_of("2a").model, **values)
 
 
-@check
 def resonances(cache: ComputationCache) -> CheckResult:
     """Whether V_RMS over ω has peaks near 2, 1, 1/2 and 1/4."""
     ds = cache.scan(Axis("omega", 0.2, 3.0, 401), q0=0.1, eps1=0.005)
@@ -40,12 +42,11 @@ def resonances(cache: ComputationCache) -> CheckResult:
                        {"raised_levels": found, "reached": reached})
 
 
-@check
 def v_rms_in_chaos(cache: ComputationCache) -> CheckResult:
     """Whether V_RMS is higher in chaotic cells than in others, in the median but not everywhere."""
     ds = cache.study("2a")
     low = ds.sel(omega=slice(None, 2.0))
-    chaos, v_rms = is_chaotic(low), low["v_rms"].values
+    chaos, v_rms = is_kind(low, "chaotic"), low["v_rms"].values
     inside, outside = float(np.median(v_rms[chaos])), float(np.median(v_rms[~chaos]))
     lower = float((v_rms[chaos] < outside).mean())
     evidence = {"median_v_rms_chaotic": round(inside, 5), "median_v_rms_other": round(outside, 5),
@@ -53,7 +54,6 @@ def v_rms_in_chaos(cache: ComputationCache) -> CheckResult:
     return CheckResult(graded(inside > outside and lower > 0), "Levels of the cells of Fig. 2 at ω < 2.", evidence)
 
 
-@check
 def bearing_friction(cache: ComputationCache) -> CheckResult:
     """Whether the map without bearing friction is similar to the reference map."""
     other = cache.map(_reference(beta=0.0), _OMEGA, _EPS1)
@@ -62,7 +62,6 @@ def bearing_friction(cache: ComputationCache) -> CheckResult:
     return _compared(cache, other, {"labels_of_6b_with_beta_0": fine}, remark)
 
 
-@check
 def sine_stiffness(cache: ComputationCache) -> CheckResult:
     """Whether the map with a sinusoidal mesh stiffness is similar to the reference map."""
     sine = first_harmonic(TwoLevelStiffness())
@@ -81,17 +80,25 @@ def _compared(cache: ComputationCache, other: xr.Dataset, extra: dict, remark: s
     """Whether a map is as similar to the reference map as that of the same model from another initial state."""
     reference, baseline = cache.map(_reference(), _OMEGA, _EPS1), _from_another_state(cache)
     found = similarity(reference, other)
-    chaotic = [round(float(is_chaotic(ds).mean()), 4) for ds in (reference, other)]
+    chaotic = [round(float(is_kind(ds, "chaotic").mean()), 4) for ds in (reference, other)]
     evidence = {**found, **extra, "chaotic_share": chaotic, "same_model_from_x1_0.5": baseline}
     return CheckResult(graded(_similar(found, baseline, reference.label.size)),
                        "Two maps of 60 × 40 cells over (ω, ε1), compared cell by cell.", evidence, remark)
 
 
-def _from_another_state(cache: ComputationCache) -> dict[str, float]:
-    """Similarity of the reference map to that of the same model from another initial state, x1 = 0.5.
+def similarity(a: xr.Dataset, b: xr.Dataset) -> dict[str, float]:
+    """Similarity of two maps with the same cells: the share of those with the same class in both, and Pearson's
+    correlation of V_RMS over all cells."""
+    one, other = (motion_class(ds["label"], ds["period"]) for ds in (a, b))
+    va, vb = a["v_rms"].values.ravel(), b["v_rms"].values.ravel()
+    good = np.isfinite(va) & np.isfinite(vb)
+    return {"same_class": round(float((one == other).mean()), 4),
+            "v_rms_correlation": round(float(np.corrcoef(va[good], vb[good])[0, 1]), 4)}
 
-    The maps differ only by coexisting motions, so this is the baseline for other changes of the model.
-    """
+
+def _from_another_state(cache: ComputationCache) -> dict[str, float]:
+    """Similarity of the reference map to that of the same model from x1 = 0.5: the baseline for other changes, since
+    these maps differ only by coexisting motions."""
     return similarity(*(cache.map(model, _OMEGA, _EPS1) for model in (_reference(), _reference(x1=0.5))))
 
 
@@ -101,7 +108,6 @@ def _similar(found: dict[str, float], baseline: dict[str, float], cells: int) ->
     return found["same_class"] >= share - 2 * np.sqrt(2 * share * (1 - share) / cells)
 
 
-@check
 def stiff_supports(cache: ComputationCache) -> CheckResult:
     """Whether stiff supports give the same verdicts as rigid ones, in the setting of Fig. 10.
 
@@ -126,11 +132,10 @@ def stiff_supports(cache: ComputationCache) -> CheckResult:
     )
 
 
-@check
 def chaos_at_small_load(cache: ComputationCache) -> CheckResult:
     """Whether chaos is confined to q0 < 0.15 in the map of Fig. 5."""
     ds = cache.study("5a")
-    chaos, q0 = is_chaotic(ds), ds["q0"].values
+    chaos, q0 = is_kind(ds, "chaotic"), ds["q0"].values
     below = {limit: float(chaos[q0 < limit].sum() / chaos.sum()) for limit in (0.15, 0.155)}
     last = float(q0[chaos.mean(axis=1) >= 0.02].max())
     evidence = {"share_of_chaotic_cells_below": {str(k): round(v, 4) for k, v in below.items()},
@@ -140,7 +145,6 @@ def chaos_at_small_load(cache: ComputationCache) -> CheckResult:
                        "The chaotic cells of Fig. 5.", evidence, f"chaos takes 2 % of a row up to q0 = {last:.3f}")
 
 
-@check
 def small_v_rms_at_high_frequency(cache: ComputationCache) -> CheckResult:
     """Whether V_RMS at ω > 2 is less than half of that at lower ω, for all q0."""
     ds = cache.study("5a")
@@ -151,11 +155,10 @@ def small_v_rms_at_high_frequency(cache: ComputationCache) -> CheckResult:
     return CheckResult(graded(all(a < 0.5 * b for a, b in pairs)), "Levels of the cells of Fig. 5.", evidence)
 
 
-@check
 def chaos_moves_to_higher_frequencies(cache: ComputationCache) -> CheckResult:
     """Whether ω increases with κ along every band of chaotic cells in Fig. 10."""
     ds = cache.study("10a")
-    chaos = is_chaotic(ds)
+    chaos = is_kind(ds, "chaotic")
     bands, count = ndimage.label(ndimage.binary_dilation(chaos, np.ones((3, 3))))
     large = [k for k in range(1, count + 1) if (chaos & (bands == k)).sum() >= 0.05 * chaos.sum()]
     found = []
@@ -173,20 +176,18 @@ def chaos_moves_to_higher_frequencies(cache: ComputationCache) -> CheckResult:
                        {"bands": found})
 
 
-@check
 def quasi_periodic_cells(cache: ComputationCache) -> CheckResult:
     """Whether the map of Fig. 10 has quasi-periodic cells."""
-    share = float(is_quasi_periodic(cache.study("10a")).mean())
+    share = float(is_kind(cache.study("10a"), "quasi_periodic").mean())
     evidence = {"share_of_quasi_periodic_cells": round(share, 4)}
     return CheckResult(graded(share >= 0.01), "The cells of Fig. 10.", evidence)
 
 
-@check
 def chaos_bordered_by_tori(cache: ComputationCache) -> CheckResult:
     """Whether cells next to the chaotic ones near ω = 1 in Fig. 11 are quasi-periodic or periodic with a long
     period."""
     ds = cache.study("11a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
-    chaos = is_chaotic(ds)
+    chaos = is_kind(ds, "chaotic")
     beside = ndimage.binary_dilation(chaos) & ~chaos  # cells with a chaotic one among their four neighbours
     share = float(_high_order(ds)[beside].mean()) if beside.any() else 0.0
     evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
@@ -197,4 +198,82 @@ def chaos_bordered_by_tori(cache: ComputationCache) -> CheckResult:
 
 def _high_order(ds: xr.Dataset) -> np.ndarray:
     """Whether each cell is quasi-periodic or periodic with a period above 4T."""
-    return is_quasi_periodic(ds) | (is_periodic(ds) & (ds["period"].values > 4))
+    return is_kind(ds, "quasi_periodic") | (is_kind(ds, "periodic") & (ds["period"].values > 4))
+
+
+_COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."
+
+
+def _shares(ds: xr.Dataset) -> dict[str, float]:
+    """Share of the initial states that lead to each attractor, by its name."""
+    return {n: round(float(s), 4) for n, s in zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)}
+
+
+def two_kinds_of_motion(cache: ComputationCache, panel: str) -> CheckResult:
+    """Whether two kinds of motion attract nearly all initial states."""
+    ds = cache.study(panel)
+    kinds: dict[str, float] = {}
+    for attractor, share in _shares(ds).items():
+        kinds[attractor.rstrip("′")] = kinds.get(attractor.rstrip("′"), 0.0) + share
+    ranked = sorted(kinds.items(), key=lambda item: -item[1])
+    leading = ranked[:2]
+    enough = sum(s for _, s in leading) >= 0.9 and leading[-1][1] >= 0.05 and len(leading) == 2
+    evidence = {"share_by_kind": {k: round(s, 4) for k, s in ranked}, "share_by_attractor": _shares(ds),
+                "starts": int(ds["attractor"].size)}
+    return CheckResult(graded(enough), _COMPUTED, evidence)
+
+
+def many_attractors_at_high_frequency(cache: ComputationCache) -> CheckResult:
+    """Whether Fig. 3c has more attractors than Figs. 3a and 3b, at lower frequencies."""
+    counts = {panel: len(_shares(cache.study(f"3{panel}"))) for panel in "abc"}
+    evidence = {"attractors": counts, "share_by_attractor_3c": _shares(cache.study("3c"))}
+    return CheckResult(graded(counts["c"] > max(counts["a"], counts["b"])), _COMPUTED, evidence)
+
+
+def orbit_of_period(cache: ComputationCache, period: int, number: int = 1) -> CheckResult:
+    """Whether there is a stable orbit of this period among the attractors, or as many of them as ``number``."""
+    ds, indices = _of_period(cache, period)
+    motions = _motions(ds, indices[number - 1 : number])
+    return CheckResult(graded(len(indices) >= number), _COMPUTED, _orbits(ds, indices), motions=motions)
+
+
+def orbit_of_2t_or_3t(cache: ComputationCache) -> CheckResult:
+    """Whether there is a stable 2T orbit, as the caption of Fig. 4b says; the text says 3T."""
+    ds, of_2t = _of_period(cache, 2)
+    _, of_3t = _of_period(cache, 3)
+    evidence = {"2T": _orbits(ds, of_2t), "3T": _orbits(ds, of_3t)}
+    return CheckResult(graded(len(of_2t), misprint=len(of_3t)), _COMPUTED, evidence,
+                       "" if len(of_2t) else "3T, as the text says", _motions(ds, (of_2t if len(of_2t) else of_3t)[:1]))
+
+
+def _of_period(cache: ComputationCache, period: int) -> tuple[xr.Dataset, np.ndarray]:
+    """The basins of figure 3c, and the indices of the attractors with this period."""
+    ds = cache.study("3c")
+    return ds, np.flatnonzero(ds["attractor_period"].values == period)
+
+
+def _motions(ds: xr.Dataset, indices: np.ndarray) -> list[PeriodicMotion]:
+    """The motions on these attractors of figure 3c, each from one of its stroboscopic points."""
+    model, found = study_of("3c").mesh_model, []
+    for i in indices:
+        start = {name: float(ds[f"attractor_section_{name}"].values[i, 0]) for name in ("z", "z_dot")}
+        found.append(PeriodicMotion(int(ds["attractor_period"].values[i]), model.with_values(start)))
+    return found
+
+
+def _orbits(ds: xr.Dataset, indices: np.ndarray) -> dict:
+    """Number of initial states, and of each attractor its share of them and its stroboscopic point of smallest z."""
+    z, z_dot = (ds[f"attractor_section_{n}"].values for n in ("z", "z_dot"))
+    found = []
+    for i in indices:
+        point = int(np.nanargmin(z[i]))
+        found.append({"share_of_starts": round(float(ds["attractor_fraction"][i]), 5),
+                      "z": round(float(z[i, point]), 6), "z_dot": round(float(z_dot[i, point]), 6)})
+    return {"starts": int(ds["attractor"].size), "orbits": found}
+
+
+CHECKS = (
+    resonances, v_rms_in_chaos, bearing_friction, sine_stiffness, stiff_supports, chaos_at_small_load,
+    small_v_rms_at_high_frequency, chaos_moves_to_higher_frequencies, quasi_periodic_cells, chaos_bordered_by_tori,
+    two_kinds_of_motion, many_attractors_at_high_frequency, orbit_of_period, orbit_of_2t_or_3t,
+)

@@ -8,32 +8,22 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.tables.text import plain_table, print_table
+from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import edges, factor_and_share
 from gearchaos.gears.units import measured
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from gearchaos.datasheet.answer import Answer
-    from gearchaos.datasheet.quantities import Entry
     from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid
 
 _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
 """Lines of an answer; ranges and warnings that are shown in it."""
 
-_MOTION_TITLES = ("factor\nfrom rest", "speed\nrising", "speed\nfalling", "other\nstarts")
-"""Titles of the columns of `MOTIONS`."""
-
-_MOST_NAMED = 3
-"""Ranges without a row of which both ends are named."""
-
-_HEADING = 2
-"""Lines of the heading of the table of ranges."""
-
-_SHOWN_SPEEDS = 8
-"""Number of speeds for which the dynamic factors of the standards are printed."""
+_MOST_NAMED, _SHOWN_SPEEDS = 3, 8
+"""Ranges without a row of which both ends are named; speeds for which dynamic factors by the standards are printed."""
 
 
 def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
@@ -55,7 +45,7 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
         basis = [line for text in answer.basis for line in _wrapped(text)]
         print("\n" * (number > 0) + "\n".join(head))
         if answer.speeds and windows:
-            room = _MOST_LINES - len(warnings) - len(head) - len(basis) - _HEADING
+            room = _MOST_LINES - len(warnings) - len(head) - len(basis) - 2  # of the heading
             _print_windows(answer.speeds, len(windows) if every else max(room, _FEWEST_WINDOWS))
         print(*basis, sep="\n", end="\n" * bool(basis), flush=True)
     for line in warnings:
@@ -76,12 +66,10 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
     from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
 
     most -= len(speeds.windows) > most
-    table = plain_table()
     forces = len({each.criterion for each in speeds.windows}) > 1
-    for title in ("from\nrpm", "to\nrpm", *_MOTION_TITLES, "largest\nat rpm", "quasi-\nstatic"):
-        table.add_column(title, justify="right")
-    if forces:
-        table.add_column("teeth")
+    table = plain_table(
+        "from\nrpm", "to\nrpm", "factor\nfrom rest", "speed\nrising", "speed\nfalling", "other\nstarts",  # MOTIONS
+        "largest\nat rpm", "quasi-\nstatic", *(["teeth"] * forces), left=["teeth"])
     by_factor = sorted(speeds.windows, key=lambda each: -math.inf if any(
         math.isnan(motion.dynamic_factor) for motion in each.reached) else -each.dynamic_factor)
     shown_ones = sorted(by_factor[:most], key=lambda each: each.start)
@@ -100,32 +88,30 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
 
 
 def print_datasheets(answers: Sequence[Answer]) -> None:
-    """Print the datasheet of the first answer, what differs from it in the others, and K_v by the standards."""
+    """Print the datasheet of the first answer, what differs from it in the others, and K_v by the standards.
+
+    Quantities are in groups, each above its formula and source, then the reasons why others have no value.
+    """
     first = answers[0]
     for answer in answers:
-        if answer is first:
-            _print_datasheet(first.entries, first.absent)
-        else:
+        entries, absent = first.entries, first.absent
+        if answer is not first:
             print(f"\nWhat differs at {answer.design.torque:.6g} N m")
-            _print_datasheet(answer.differing(first), [each for each in answer.absent if each not in first.absent])
+            entries, absent = answer.differing(first), [each for each in answer.absent if each not in first.absent]
+        for group, members in groupby(entries.items(), key=lambda item: item[1].group):
+            print(f"\n{group}")
+            for name, e in members:
+                values = e.shown if isinstance(e.shown, tuple) else (e.shown,)
+                text = "–" if e.value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
+                print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
+                reason = e.reason if e.expected else e.formula
+                print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
+        if absent:
+            print("\nNot computed")
+        for reason, names in absent:
+            print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
         if answer.speeds is not None:
             _print_standards(answer.speeds)
-
-
-def _print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, list[str]]]) -> None:
-    """Print quantities by group, each above its formula and source, and the reasons why others have no value."""
-    for group, members in groupby(entries.items(), key=lambda item: item[1].group):
-        print(f"\n{group}")
-        for name, e in members:
-            values = e.shown if isinstance(e.shown, tuple) else (e.shown,)
-            text = "–" if e.value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
-            print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
-            reason = e.reason if e.expected else e.formula
-            print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
-    if absent:
-        print("\nNot computed")
-    for reason, names in absent:
-        print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
 
 
 def _print_standards(speeds: SpeedsToAvoid) -> None:
@@ -135,11 +121,10 @@ def _print_standards(speeds: SpeedsToAvoid) -> None:
     ds = speeds.dataset
     few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
     print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
-    table, largest = plain_table(), ds["dynamic_factor"].max("motion")
+    largest = ds["dynamic_factor"].max("motion")
     columns = {"computed": largest, "over quasi-static": largest / speeds.quasi_static_ratio,
                **{each.heading: ds[each.name] for each in standards()}}
-    for title in ("rpm", *columns):
-        table.add_column(title, justify="right")
+    table = plain_table("rpm", *columns)
     for i in few:
         table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(float(each[i])) for each in columns.values()))
     print_table(table)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from gearchaos.cli.tables.text import print_table, unit_after
+from gearchaos.cli.output import facts_table, print_table, unit_after
 from gearchaos.datasets import motions
 from gearchaos.gears.results import is_physical
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import xarray as xr
 
@@ -22,21 +22,32 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
     """The JSON document of a branch: number of points, range, ends, events in order, stable intervals, jumps.
 
     After a cascade it also has the branches of doubled periods and the ratios of successive intervals between flips,
-    with ``--pitchforks`` the branches of asymmetric orbits, and in physical units the unit of the
-    parameter.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The branch, in physical units if these are wanted.
-    found : Dataset
-        The dimensionless branch: states are initial values, as ``--start`` takes them.
+    with ``--pitchforks`` the branches of asymmetric orbits, and in physical units the unit of the parameter. States of
+    events are those of ``found``, the dimensionless branch: initial values, as ``--start`` takes them.
     """
-    whole = {name: json.loads(dataset.attrs[name]) for name in ("closed", "range", "ends", "stable")}
-    events = [_event(dataset, found, i) for i in range(dataset.sizes["event"])]
-    out = {"points": dataset.sizes["point"], "closed": whole.pop("closed"), "range": whole["range"],
-           "ends": whole["ends"], "events": events, "stable": whole["stable"],
-           "jumps": [_jump(dataset, i) for i in range(dataset.sizes["jump"])]}
+    closed, ends_at, ends, stable = (json.loads(dataset.attrs[n]) for n in ("closed", "range", "ends", "stable"))
+    events, prefix = [], "event_section_"
+    for i in range(dataset.sizes["event"]):
+        at, start = dataset.isel(event=i), found.isel(event=i)
+        parts = (at[f"event_multipliers_{part}"].values.tolist() for part in ("real", "imag"))
+        events.append({
+            "kind": str(at["event_kind"].item()), "value": at["event_value"].item(),
+            "period": at["event_period"].item(), "multipliers": [list(pair) for pair in zip(*parts, strict=True)],
+            "boundary": at["event_boundary"].item() or None,
+            "state": {str(n).removeprefix(prefix): start[n].item() for n in start.data_vars
+                      if str(n).startswith(prefix)},
+            "residual": at["event_residual"].item(),
+        })
+    jumps = []
+    for i in range(dataset.sizes["jump"]):
+        at = dataset.isel(jump=[i])
+        jumps.append({
+            "value": at["jump_value"].item(), "direction": {1: "up", -1: "down"}[at["jump_direction"].item()],
+            "event": at["jump_event"].item(), "to": motions(at["jump_label"], at["jump_period"])[0],
+            "on_branch": at["jump_point"].item() >= 0,
+        })
+    out = {"points": dataset.sizes["point"], "closed": closed, "range": ends_at, "ends": ends, "events": events,
+           "stable": stable, "jumps": jumps}
     settings = json.loads(dataset.attrs["settings"])
     if settings["pitchforks"]:
         out["asymmetric"] = json.loads(dataset.attrs["asymmetric"])
@@ -47,53 +58,31 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
     return out
 
 
-def _event(dataset: xr.Dataset, found: xr.Dataset, number: int) -> dict[str, Any]:
-    """One event of a branch as JSON."""
-    at, start = dataset.isel(event=number), found.isel(event=number)
-    prefix = "event_section_"
-    parts = (at[f"event_multipliers_{part}"].values.tolist() for part in ("real", "imag"))
-    return {
-        "kind": str(at["event_kind"].item()), "value": at["event_value"].item(), "period": at["event_period"].item(),
-        "multipliers": [list(pair) for pair in zip(*parts, strict=True)],
-        "boundary": at["event_boundary"].item() or None,
-        "state": {str(n).removeprefix(prefix): start[n].item() for n in start.data_vars if str(n).startswith(prefix)},
-        "residual": at["event_residual"].item(),
-    }
-
-
-def _jump(dataset: xr.Dataset, number: int) -> dict[str, Any]:
-    """One jump from a branch as JSON."""
-    at = dataset.isel(jump=[number])
-    return {
-        "value": at["jump_value"].item(), "direction": {1: "up", -1: "down"}[at["jump_direction"].item()],
-        "event": at["jump_event"].item(), "to": motions(at["jump_label"], at["jump_period"])[0],
-        "on_branch": at["jump_point"].item() >= 0,
-    }
-
-
 def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     """Print a branch of periodic orbits: where it ends and is stable, jumps, its events in order."""
-    from gearchaos.studies.branch_lines import axis_of
+    from gearchaos.studies.branch_lines import axis_of, stable_parts
 
-    name, (low, high) = axis_of(dataset), document["range"]
-    unit = unit_after(dataset, name)
-    table = Table(show_header=False)
+    name, (low, high), events = axis_of(dataset), document["range"], document["events"]
+    unit, table = unit_after(dataset, name), facts_table()
+
+    def place(event: int | None) -> str:
+        return "end" if event is None else f"event {event + 1}, {events[event]['kind']}"
+
     table.add_row("branch", f"{document['points']} points, {name} from {_range(low, high, unit)}")
     if document["closed"]:
         table.add_row("ends", "none: it is closed, an isola")
     for end in document["ends"]:
         table.add_row("end", f"{name} = {_number(end['value'], unit)}{unit}: {end['why']}")
-    table.add_row("stable, in order\nalong the branch", "\n".join(_stable_parts(document, dataset, unit)) or "nowhere")
-    jumps = []
-    for jump in document["jumps"]:
-        target = f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
-        jumps.append(f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
-                     f"{target}")
+    stable_ones = [f"{_range(part.first, part.last, unit)}, from {place(part.first_event)} to {place(part.last_event)}"
+                   for part in stable_parts(dataset, document["closed"])]
+    table.add_row("stable, in order\nalong the branch", "\n".join(stable_ones) or "nowhere")
+    jumps = [f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
+             f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
+             for jump in document["jumps"]]
     if jumps:
         table.add_row("jumps", "\n".join(jumps))
-    others = [("doubled", branch) for branch in document.get("cascade", [])]
-    others += [("asymmetric", branch) for branch in document.get("asymmetric", [])]
-    for word, branch in others:
+    others = {"doubled": document.get("cascade", []), "asymmetric": document.get("asymmetric", [])}
+    for word, branch in ((word, branch) for word, found in others.items() for branch in found):
         stable = ", ".join(f"{_number(a, unit)} to {_number(b, unit)}" for a, b in branch["stable"])
         table.add_row(f"{word}, {branch['period']}T", f"stable {stable + unit if stable else 'nowhere'}")
     if document.get("cascade") == []:
@@ -101,32 +90,6 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     if document.get("feigenbaum"):
         table.add_row("ratios of intervals", ", ".join(f"{ratio:.6g}" for ratio in document["feigenbaum"]))
     print_table(table)
-    _print_events(document["events"], name, unit)
-
-
-def _number(value: float, unit: str, digits: int = 10) -> str:
-    """The value of a parameter to so many digits, or with a unit to six, more than drawings support."""
-    return f"{value:.{6 if unit else digits}g}"
-
-
-def _range(first: float, last: float, unit: str) -> str:
-    """Two values of a parameter with its unit."""
-    return f"{_number(first, unit)} to {_number(last, unit)}{unit}"
-
-
-def _stable_parts(document: dict[str, Any], dataset: xr.Dataset, unit: str) -> list[str]:
-    """The stable parts of a branch in order along it, with the events between which they lie."""
-    from gearchaos.studies.branch_lines import stable_parts
-
-    def place(event: int | None) -> str:
-        return "end" if event is None else f"event {event + 1}, {document['events'][event]['kind']}"
-
-    return [f"{_range(part.first, part.last, unit)}, from {place(part.first_event)} to {place(part.last_event)}"
-            for part in stable_parts(dataset, document["closed"])]
-
-
-def _print_events(events: Sequence[Mapping[str, Any]], name: str, unit: str) -> None:
-    """Print the events of a branch in order, one per row."""
     if not events:
         return
     table = Table(title="Events, in order along the branch")
@@ -138,6 +101,16 @@ def _print_events(events: Sequence[Mapping[str, Any]], name: str, unit: str) -> 
         table.add_row(str(number), f"{event['kind']}{flank}", _number(event["value"], unit, 12), f"{event['period']}T",
                       multipliers, f"{event['residual']:.1e}")
     print_table(table)
+
+
+def _number(value: float, unit: str, digits: int = 10) -> str:
+    """The value of a parameter to so many digits, or with a unit to six, more than drawings support."""
+    return f"{value:.{6 if unit else digits}g}"
+
+
+def _range(first: float, last: float, unit: str) -> str:
+    """Two values of a parameter with its unit."""
+    return f"{_number(first, unit)} to {_number(last, unit)}{unit}"
 
 
 def curve_document(dataset: xr.Dataset, x: str, y: str) -> dict[str, Any]:
@@ -157,10 +130,10 @@ def curve_document(dataset: xr.Dataset, x: str, y: str) -> dict[str, Any]:
     return out
 
 
-def print_curve(document: dict[str, Any], dataset: xr.Dataset, x: str, y: str) -> None:
+def print_curve(document: dict[str, Any], dataset: xr.Dataset) -> None:
     """Print a curve of events over two parameters: its range, where it ends, its points of codimension 2 in order."""
-    table, units = Table(show_header=False), {name: unit_after(dataset, name) for name in (x, y)}
-    ranges = ", ".join(f"{name} from {_range(min(v), max(v), units[name])}" for name in (x, y)
+    table, units = facts_table(), {name: unit_after(dataset, name) for name in document["points"][0]}
+    ranges = ", ".join(f"{name} from {_range(min(v), max(v), unit)}" for name, unit in units.items()
                        for v in [[point[name] for point in document["points"]]])
     table.add_row("curve", f"{len(document['points'])} points, {ranges}")
     if not document["ends"]:
