@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.orbits import obstacle
 from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.panels.labels import Units, hint, symbol, unit
-from gearchaos.explorer.panels.style import motion_colour
+from gearchaos.explorer.panels.style import Units, hint, motion_colour, symbol, unit
 from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
@@ -41,43 +40,20 @@ HINTS = {words: hint(name) for name, words in {
 """What the rows of a verdict mean, by their names."""
 
 
-@dataclass(frozen=True)
-class VerdictText:
-    """The text on the motion at a point.
-
-    Attributes
-    ----------
-    label, reason, colour : str
-        The kind of motion, why it is that one, and its colour.
-    where : str
-        The point on the map.
-    stage : str
-        As of `PointMotion.stage`.
-    final : bool
-        Whether the verdict is final.
-    periods : str
-        Mesh periods computed.
-    rows : list of (str, str)
-        Names and values of the evidence and of the response measures.
-    spectral : str
-        The class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none.
-    evidence : str
-        What the verdict rests on.
-    obstacle : str
-        Why the branch of the motion cannot be followed; empty if it can.
-    """
+class VerdictText(NamedTuple):
+    """The text on the motion at a point."""
 
     label: str
     reason: str
-    colour: str
-    where: str
-    stage: str
-    final: bool
-    periods: str
-    rows: list[tuple[str, str]]
-    spectral: str
-    evidence: str
-    obstacle: str
+    colour: str  # of the kind of motion
+    where: str  # the point on the map
+    stage: str  # as of `PointMotion.stage`
+    final: bool  # whether the verdict is
+    periods: str  # mesh periods computed
+    rows: list[tuple[str, str]]  # names and values of the evidence and of the response measures
+    spectral: str  # the class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none
+    evidence: str  # what the verdict rests on
+    obstacle: str  # why the branch of the motion cannot be followed; empty if it can
 
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:

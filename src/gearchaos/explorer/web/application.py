@@ -32,11 +32,11 @@ from tornado.web import ErrorHandler
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import Workers
-from gearchaos.explorer.view.address import from_query
 from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.state import View
+from gearchaos.explorer.view.text import from_query
 from gearchaos.explorer.web import LOCAL
-from gearchaos.explorer.web.messages import static_text, template_text
+from gearchaos.explorer.web.messages import asset
 from gearchaos.explorer.web.session import Session
 
 LARGEST_MESSAGE = 2**20
@@ -110,10 +110,10 @@ class Socket(WSHandler):
             known = isinstance(message.header["msgid"], str) and "num_buffers" not in message.header
         except Exception:
             known = False
-        if not known:
+        if known:
+            await self.send_message(await self._answer(answer, message))
+        else:
             self._refuse()
-            return
-        await self.send_message(await self._answer(answer, message))
 
     async def _answer(self, answer: Any, message: Message[Any]) -> Message[Any]:
         try:
@@ -134,14 +134,7 @@ _SERVED: dict[Any, Any] = {
 
 
 class GuardedTornado(BokehTornado):
-    """Bokeh's Tornado application with these checks; session tokens are signed.
-
-    Parameters
-    ----------
-    applications : mapping of str to Application
-    host : str
-        The address at which the server listens.
-    """
+    """Bokeh's Tornado application with these checks for a server at ``host``; session tokens are signed."""
 
     def __init__(self, applications: Any, host: str, **options: Any) -> None:
         self._host = host
@@ -160,7 +153,6 @@ class GuardedTornado(BokehTornado):
         if status is not None:
             target, target_kwargs, path_args, path_kwargs = ErrorHandler, {"status_code": status}, None, None
         return super().get_handler_delegate(request, target, target_kwargs, path_args, path_kwargs)
-
 
 
 _HOST = re.compile(r"(?P<name>[a-z0-9._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
@@ -190,14 +182,10 @@ def own_host(header: str, host: str) -> bool:
 def application(view: View, workers: Workers) -> Application:
     """The application with the explorer's page.
 
-    Parameters
-    ----------
-    view : View
-        What a page without a query shows; its gears are those of all pages.
-    workers : Workers
-        They are stopped when the server ends.
+    ``view`` is what a page without a query shows; its gears are those of all pages. The workers are stopped when the
+    server ends.
     """
-    template, css = get_env().from_string(template_text("page.html.j2")), static_text("page.css")
+    template, css = get_env().from_string(asset("templates", "page.html.j2")), asset("static", "page.css")
 
     def fill(document: Any) -> None:
         message = ""
@@ -212,8 +200,7 @@ def application(view: View, workers: Workers) -> Application:
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
         document.template_variables.update(
-            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS,
-            period=SKELETON_PERIOD)
+            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name
