@@ -122,6 +122,8 @@ def test_kinds_and_stiffnesses_change_and_change_back():
     assert wavy.model.stiffness.kind == "harmonics" and wavy.with_stiffness("two-level").point == START.point
     over = START.with_axes(START.x, gc.Axis("chi1", 0.0, 0.5, 300)).with_stiffness("harmonics")
     assert over.y.name == "eps1"
+    both = wavy.with_axis("y", "omega").with_axis("x", "c1").with_stiffness("two-level")  # ω cannot be both
+    assert (both.x.name, both.y.name) == ("omega", "eps1")
 
 
 def test_keys_move_the_point_by_cells_and_stop_at_what_a_parameter_may_be():

@@ -16,14 +16,9 @@ from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_moti
 from gearchaos.explorer.jobs.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.view.state import View
 
-_DELAY = 0.05
-"""Seconds between the last change of a slider and the start of a long computation."""
-
-_SKELETON = "bifurcation curves"
-"""The task of the curves over the map."""
-
-_COARSE_DIAGRAM = 4
-"""The first bifurcation diagram has every 4th column."""
+_DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
+_SKELETON = "bifurcation curves"  # the task of the curves over the map
+_COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
 class Display(Protocol):

@@ -97,12 +97,10 @@ class MapGrid:
         """Show the values of some cells (N,) of the lattice with this stride also in the cells around them."""
         self._spread(cells, stride, self.source, self.measure_source)
 
-    def unresolved(self) -> np.ndarray:
-        """Numbers of the known cells whose verdict is chaotic or undecided."""
-        return np.flatnonzero(self.known.ravel() & np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED)))
-
-    def reopen(self, cells: np.ndarray) -> None:
-        """Mark cells (N,) as to be computed again; until then they keep what they show."""
+    def reopen(self) -> None:
+        """Mark the cells known as chaotic or undecided as to be computed again; until then they keep what they show."""
+        unresolved = np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED))
+        cells = np.flatnonzero(self.known.ravel() & unresolved)
         self.requested.flat[cells] = self.known.flat[cells] = False
 
     def _spread(self, cells: np.ndarray, stride: int, *targets: np.ndarray) -> None:
@@ -149,11 +147,8 @@ def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarra
     return found.reindex(torque=dataset["torque"])
 
 
-COARSE = (16, 8)
-"""Strides of the coarse lattices: every 16th, then every 8th row and column."""
-
-FINE = (4, 2, 1)
-"""Strides of the lattices after them."""
+COARSE = (16, 8)  # strides of the coarse lattices: every 16th, then every 8th row and column
+FINE = (4, 2, 1)  # strides of the lattices after them
 
 QUICK = Classification(transient_lengths=(48, 96), longest_period=16, exponent_run=150, doublings=0,
                        longest_transient=0, averaging_periods=32)
@@ -166,11 +161,8 @@ FULL = Classification(transient_lengths=(64, 320), longest_period=16, exponent_r
 _TILE_SECONDS = 0.4
 """Computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
-_SMALLEST_TILE, _LARGEST_TILE = 256, 4096
-"""Limits of the size of a tile, in cells."""
-
-_INTERVAL = 1.0
-"""Least number of seconds between two maps shown."""
+_SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells
+_INTERVAL = 1.0  # least number of seconds between two maps shown
 
 
 def successive_maps(view: View) -> Generator[Map]:
@@ -192,7 +184,7 @@ def _motion_map(view: View) -> Generator[Map]:
         grid.put(quick.compute(cells := grid.request(stride)), cells)
         grid.show(cells, stride)
         yield grid.map(quick, stride)
-    grid.reopen(grid.unresolved())
+    grid.reopen()
     classifier = BatchClassifier(quick.initial_states, lambda _cells, _motions, found: found.variables(), FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:

@@ -79,14 +79,9 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
     yield in_units(dataset, view)
 
 
-_PLACES = (32, 20)
-"""Numbers of places on a line along x and along y at which stable motions are searched."""
-
-_STARTS = 3
-"""Number of initial states at each place, besides those of the model."""
-
-_CURVE_SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6, points=BRANCH_POINTS)
-"""Steps along a curve."""
+_PLACES = (32, 20)  # numbers of places on a line along x and along y at which stable motions are searched
+_STARTS = 3  # number of initial states at each place, besides those of the model
+_CURVE_SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6, points=BRANCH_POINTS)  # steps along a curve
 
 
 @dataclass(frozen=True)

@@ -98,8 +98,7 @@ def _with_portrait(found: PointMotion) -> Generator[PointMotion]:
 _SETTINGS = Classification(doublings=2, longest_transient=1500)
 """Transients are shorter than those of `gearchaos.regime`, since a page needs many motions within seconds."""
 
-_PARTS = 8
-"""Parts in which a fine study is computed; it can be cancelled between them."""
+_PARTS = 8  # parts in which a fine study is computed; it can be cancelled between them
 
 
 def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:

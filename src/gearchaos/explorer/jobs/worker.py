@@ -43,11 +43,8 @@ from gearchaos.flow import StoppedError, cancel_event, on_compile
 INTERNAL_ERROR = "something went wrong here; the server's log says what"
 """Message on the page about an error in this program."""
 
-COMPILING = "compiling"
-"""Message that kernels are being compiled, which takes about half a minute."""
-
-_NICENESS = 15
-"""Niceness of a process of low priority on Unix."""
+COMPILING = "compiling"  # message that kernels are being compiled, which takes about half a minute
+_NICENESS = 15  # niceness of a process of low priority on Unix
 
 _LOW_PRIORITY = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
 """Flag of a process of low priority on Windows, where there is no niceness; 0 elsewhere."""

@@ -17,8 +17,7 @@ from gearchaos.plot._classes import motion_class
 from gearchaos.plot._theme import EVENT_COLOURS, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
-BRANCH_COLOUR = "#d95f02"
-"""Colour of the lines, which differs from those of the diagram and of the marker at the point."""
+BRANCH_COLOUR = "#d95f02"  # colour of the lines, which differs from those of the diagram and of the marker at the point
 
 _MARKERS = {
     "fold": ("circle", "●"), "flip": ("square", "■"), "neimark-sacker": ("triangle", "▲"),
@@ -123,11 +122,8 @@ def _interval(low: float, high: float) -> str:
     return " to ".join(next((ends for ends in texts if ends[0] != ends[1]), texts[0]))
 
 
-_ROWS = 240
-"""Rows of the image."""
-
-_RIBBON = 0.05
-"""Height of the strip with the kinds of motion, relative to the range of displacements."""
+_ROWS = 240  # rows of the image
+_RIBBON = 0.05  # height of the strip with the kinds of motion, relative to the range of displacements
 
 
 class BifurcationFigure(Panel):

@@ -48,11 +48,8 @@ from gearchaos.plot._theme import EVENT_COLOURS, event_words
 CURVE_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
 """Colours of the curves by the kind of event, in the order of the legend."""
 
-_DOTTED = "graze"
-"""The kind whose curves are dotted, since a graze is no bifurcation in general."""
-
-_CURVE_WIDTH = 2.0
-"""Width of the curves of orbits of period 1, in pixels; it decreases with the period."""
+_DOTTED = "graze"  # the kind whose curves are dotted, since a graze is no bifurcation in general
+_CURVE_WIDTH = 2.0  # width of the curves of orbits of period 1, in pixels; it decreases with the period
 
 
 class SkeletonCurves:
@@ -110,8 +107,7 @@ def skeleton_text(found: Skeleton | None) -> SkeletonText:
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
 
-_NO_VALUE = "#bfbfbf"
-"""Colour of cells whose motion does not have the response measure, or that are not computed yet."""
+_NO_VALUE = "#bfbfbf"  # colour of cells whose motion does not have the response measure, or that are not computed yet
 
 
 def _scale_of(classes: Sequence[MotionClass]) -> dict[str, Any]:

@@ -16,8 +16,7 @@ from gearchaos.plot._axes import mesh_period
 from gearchaos.plot._motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot._theme import INK, STROBE
 
-_HISTORY_SAMPLES = 3000
-"""Largest number of samples drawn."""
+_HISTORY_SAMPLES = 3000  # largest number of samples drawn
 
 _PERIODS = "time τ/T (mesh periods)"
 
@@ -96,11 +95,8 @@ def times(motion: xr.Dataset) -> tuple[np.ndarray, float]:
     return motion["tau"].values, mesh_period(motion)
 
 
-_PHASE_SAMPLES = 3072
-"""Largest number of samples of the trajectory drawn."""
-
-_PHASE_POINTS = 96
-"""Largest number of stroboscopic points drawn."""
+_PHASE_SAMPLES = 3072  # largest number of samples of the trajectory drawn
+_PHASE_POINTS = 96  # largest number of stroboscopic points drawn
 
 
 class PhaseFigure(Panel):
@@ -131,8 +127,7 @@ class PhaseFigure(Panel):
         self._set(self.points, data={"x": [], "y": []})
 
 
-_FEW = 64
-"""Up to this number of points, markers are large."""
+_FEW = 64  # up to this number of points, markers are large
 
 _PADDING = 0.3
 """Room around the points, relative to the range of their values, so that few of them do not lie in the corners."""
@@ -165,8 +160,7 @@ class PortraitFigure(Panel):
         self._set(self.source, data=FIRST_DATA)
 
 
-_ORDERS = 6
-"""Highest order of the mesh frequency shown."""
+_ORDERS = 6  # highest order of the mesh frequency shown
 
 _ORDER, _AMPLITUDE = "order of the mesh frequency", "amplitude"
 

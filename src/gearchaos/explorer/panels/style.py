@@ -140,8 +140,7 @@ def _plain_symbols() -> dict[str, str]:
     return with_units | {q.tex: q.symbol for q in found}
 
 
-NONE = "–"
-"""The unit of a plain number on a page that marks those."""
+NONE = "–"  # the unit of a plain number on a page that marks those
 
 
 @dataclass(frozen=True)

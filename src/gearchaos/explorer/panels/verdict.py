@@ -22,11 +22,8 @@ _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
     "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
 }
-_JOINED = "\N{WORD JOINER}"
-"""Keeps the characters beside it in one line."""
-
-_FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}
-"""Measures that are shown in the units of gears only."""
+_JOINED = "\N{WORD JOINER}"  # keeps the characters beside it in one line
+_FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}  # measures that are shown in the units of gears only
 
 _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
@@ -41,15 +38,10 @@ HINTS = {words: hint(name) for name, words in {
 
 
 class VerdictText(NamedTuple):
-    """The text on the motion at a point."""
+    """What the page says of a motion beside its label and reason."""
 
-    label: str
-    reason: str
     colour: str  # of the kind of motion
     where: str  # the point on the map
-    stage: str  # as of `PointMotion.stage`
-    final: bool  # whether the verdict is
-    periods: str  # mesh periods computed
     rows: list[tuple[str, str]]  # names and values of the evidence and of the response measures
     spectral: str  # the class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none
     evidence: str  # what the verdict rests on
@@ -57,14 +49,12 @@ class VerdictText(NamedTuple):
 
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
-    """The text on the motion at a point, with response measures in these units."""
+    """What the page says of the motion at a point beside its label and reason, in these units."""
     v, names = found.verdict, (view.x.name, view.y.name)
     where = ", ".join(f"{symbol(n)} = {at:g}{units.after(n)}" for n, at in zip(names, view.at, strict=True))
-    spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""
     return VerdictText(
-        label=v.label, reason=v.reason, colour=motion_colour(v.label), where=where, stage=found.stage,
-        final=found.final, periods=f"{v.periods_spent:,}", rows=[*_operation(v.model, units), *_rows(v, units)],
-        spectral=spectral,
+        motion_colour(v.label), where, [*_operation(v.model, units), *_rows(v, units)],
+        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
         evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
         obstacle=obstacle(found),
     )

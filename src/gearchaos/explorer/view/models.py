@@ -21,8 +21,7 @@ from gearchaos.model import COORDINATES, PARAMETER_PAIRS, SUPPORTS, MeshModel, h
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
 from gearchaos.studies.axis import Axis
 
-WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")
-"""Pairs of values that belong to the wheels and their supports."""
+WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")  # pairs of values that belong to the wheels and their supports
 
 AnyModel = TypeVar("AnyModel", bound=MeshModel)
 
@@ -61,8 +60,7 @@ _DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
 _SHARES = (0.1, 2.5)
 """Ends of the axes that a page shows first, relative to the speed and the torque at which the gears operate."""
 
-TOLERANCE = 1e-12
-"""Relative rounding error allowed for the conversion of a value to SI units and back."""
+TOLERANCE = 1e-12  # relative rounding error allowed for the conversion of a value to SI units and back
 
 
 def own_kind(gears: Gears) -> str:

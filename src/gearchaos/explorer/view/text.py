@@ -16,18 +16,8 @@ import numpy as np
 import tomlkit
 
 from gearchaos.errors import InputError
+from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
-from gearchaos.explorer.view.models import (
-    GEAR_VALUES,
-    TOLERANCE,
-    as_dimensionless_axis,
-    changes,
-    gear_values,
-    own_kind,
-    own_model,
-    value_on,
-    with_gear_value,
-)
 from gearchaos.explorer.view.state import View, check_known, view_of
 from gearchaos.gears.design.gear_design import FILES, GearDesign
 from gearchaos.gears.operating import OperatingModel
@@ -45,19 +35,18 @@ from gearchaos.model import (
 )
 from gearchaos.studies.axis import Axis
 
-_OTHER_NAMES = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
+_OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
 """Names in a query that set no parameter or initial value: the kinds of model and stiffness, and fields of `View`.
 
 ``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
 the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
 """
 
-_USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))
-"""The kind of stiffness that a query does not name."""
+_USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))  # the kind of stiffness that a query does not name
 
 _UNITS = ("dimensionless", "physical")
 
-_OF_GEARS = set(GEAR_VALUES) - {"zeta"}
+_OF_GEARS = set(models.GEAR_VALUES) - {"zeta"}
 """Names in a query that only gears have: a query with one of them is about the gears of the server."""
 
 
@@ -69,7 +58,7 @@ def to_query(view: View) -> str:
     model = point = view.operating_point
     of_gears, own = isinstance(point, OperatingModel), {}
     if isinstance(point, OperatingModel):
-        own, changed = gear_values(own_model(point.gears, point.kind)), changes(point)
+        own, changed = models.gear_values(models.own_model(point.gears, point.kind)), models.changes(point)
         named = None if changed.pop("stiffness", None) is None else _query_of_stiffness(point.stiffness, always=True)
     else:
         model, changed = view.model, {}
@@ -109,12 +98,11 @@ def from_query(text: str, default: View) -> View:
     if len(text) > QUERY_LENGTH:
         raise InputError("address", f"must have at most {QUERY_LENGTH} characters", len(text))
     given = dict(parse_qsl(text, keep_blank_values=True))
-    axes = {given.get(n, "").partition("=")[0] for n in "xy"}
-    model = _model_of_gears(given, default) if _OF_GEARS & (given.keys() | axes) else _model(given)
+    model = _model(given, default)
     usual = view_of(model)
     counts = dict(zip("xy", MAP_CELLS, strict=True))
     x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
-    at = _two_numbers("at", given["at"]) if "at" in given else (value_on(model, x), value_on(model, y))
+    at = _two_numbers(given["at"]) if "at" in given else (models.value_on(model, x), models.value_on(model, y))
     units = given.get("units", _UNITS[usual.physical])
     check_known("units", units, _UNITS)
     initial = [part.partition("=") for part in given.get("start", "").split(",") if part]
@@ -124,32 +112,27 @@ def from_query(text: str, default: View) -> View:
     return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical")
 
 
-def _model_of_gears(given: Mapping[str, str], default: View) -> MeshModel:
-    """The model of the server's gears with the values of a query."""
-    gears = default.gears
-    if gears is None:
-        name = next(iter(_OF_GEARS & given.keys()), "axis")
-        raise InputError(name, "needs gears", given.get(name), "Start the explorer with a file that has [design] or "
-                         "[gearpair]; the models on this page are dimensionless.")
-    for name in GEAR_VALUES:
-        if name in given:
-            gears = with_gear_value(gears, name, bounded(name, given[name]))
-    kind = given.get("kind", default.model.kind)
+def _model(given: Mapping[str, str], default: View) -> MeshModel:
+    """The model of a query: that of the server's gears if it has a value that only gears have."""
+    others, axes = _OTHER_NAMES, {given.get(n, "").partition("=")[0] for n in "xy"}
+    if of_gears := _OF_GEARS & (given.keys() | axes):
+        gears, others = default.gears, others + models.GEAR_VALUES
+        if gears is None:
+            name = next(iter(of_gears & given.keys()), "axis")
+            raise InputError(name, "needs gears", given.get(name), "Start the explorer with a file that has [design] "
+                             "or [gearpair]; the models on this page are dimensionless.")
+        for name in models.GEAR_VALUES:
+            if name in given:
+                gears = models.with_gear_value(gears, name, bounded(name, given[name]))
+    kind = given.get("kind", default.model.kind if of_gears else "torsional")
     check_known("kind", kind, KINDS)
-    model, others = own_model(gears, kind), GEAR_VALUES
-    if "stiffness" in given:
-        model = replace(model, stiffness=_stiffness(given["stiffness"], given))
+    model = models.own_model(gears, kind) if of_gears else MeshModel(kind=kind)  # type: ignore[arg-type]
+    if not of_gears or "stiffness" in given:
+        model = replace(model, stiffness=_stiffness(given.get("stiffness", _USUAL_STIFFNESS), given))
         others += tuple(model.stiffness.unnamed())
-    return _with_values(model, given, others)
-
-
-def _model(given: Mapping[str, str]) -> MeshModel:
-    """The dimensionless model of a query."""
-    kind = given.get("kind", "torsional")
-    check_known("kind", kind, KINDS)
-    stiffness = _stiffness(given.get("stiffness", _USUAL_STIFFNESS), given)
-    model = MeshModel(kind=kind, stiffness=stiffness)  # type: ignore[arg-type]
-    return _with_values(model, given, tuple(stiffness.unnamed()))
+    values = {n: v for n, v in given.items() if n not in others}
+    model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
+    return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 
 def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
@@ -158,13 +141,6 @@ def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
     chosen = STIFFNESS_KINDS[kind]
     return chosen(**{
         n: tuple(finite_number(n, part) for part in given.get(n, "").split(",")) for n in chosen.example().unnamed()})
-
-
-def _with_values(model: MeshModel, given: Mapping[str, str], others: tuple[str, ...]) -> MeshModel:
-    """The model with the values of a query by name, except those with other names."""
-    values = {n: v for n, v in given.items() if n not in (*_OTHER_NAMES, *others)}
-    model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
-    return model.with_values({n: bounded(n, v) for n, v in values.items()})
 
 
 def _axis(field: str, text: str, count: int) -> Axis:
@@ -176,15 +152,16 @@ def _axis(field: str, text: str, count: int) -> Axis:
     return Axis(name, bounded(name, parts[0]), bounded(name, parts[1]), count)
 
 
-def _two_numbers(field: str, text: str) -> tuple[float, float]:
+def _two_numbers(text: str) -> tuple[float, float]:
+    """The point chosen, from its two values with a comma between."""
     rule, parts, found = "must be two numbers with a comma between", text.split(","), []
     if len(parts) != 2:
-        raise InputError(field, rule, text[:60])
+        raise InputError("at", rule, text[:60])
     for part in parts:
         try:
             found.append(float(part))
         except ValueError:
-            raise InputError(field, rule, part[:40]) from None
+            raise InputError("at", rule, part[:40]) from None
     return found[0], found[1]
 
 
@@ -199,7 +176,7 @@ def as_python(view: View) -> str:
     x, y = (f'gc.Axis("{a.name}", {a.start!r}, {a.stop!r}, {a.count})' for a in (view.x, view.y))
     first, scaled = "", ""
     if isinstance(model, OperatingModel):
-        gears, values = model.gears, {**changes(model), **model.initial}
+        gears, values = model.gears, {**models.changes(model), **model.initial}
         made = f"gc.{gears!r}"
         if isinstance(gears, GearDesign):
             made = f"gc.GearDesign({', '.join(f'{n}={v!r}' for n, v in design_values(gears).items())})"
@@ -240,7 +217,7 @@ def as_toml(view: View) -> str:
     for name, table in tables.items():
         document[name] = table
     if isinstance(model, OperatingModel) and "model" in document:
-        axes = as_dimensionless_axis(model.gears, view.x), as_dimensionless_axis(model.gears, view.y)
+        axes = models.as_dimensionless_axis(model.gears, view.x), models.as_dimensionless_axis(model.gears, view.y)
     if model.initial:
         document["initial"] = dict(model.initial)
     ranges = {n: f"{a.name}={a.start!r}:{a.stop!r}:{a.count}" for n, a in zip("xy", axes, strict=True)}
@@ -257,7 +234,7 @@ def _tables(model: MeshModel) -> tuple[str, dict[str, Any]]:
     }}
     if isinstance(model, OperatingModel):
         gears, comment = model.gears, "The gears at the point chosen; numbers without a unit are in SI, speeds in rpm."
-        if isinstance(gears, GearDesign) and model.kind == own_kind(gears) and not changes(model):
+        if isinstance(gears, GearDesign) and model.kind == models.own_kind(gears) and not models.changes(model):
             values = design_values(gears)
             operation = {n: values.pop(n) for n in ("speed", "torque")}
             return comment, {"design": values, "operation": operation}
@@ -336,5 +313,5 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     made = found.to_model(model.kind)  # has to be the model up to rounding
     a, b = ({n: v for n, v in m.parameters().items() if n not in ignored} for m in (made, model))
     same = made.stiffness.kind == model.stiffness.kind and a.keys() == b.keys() and np.allclose(
-        [*a.values()], [b[n] for n in a], rtol=TOLERANCE, atol=1e-15)
+        [*a.values()], [b[n] for n in a], rtol=models.TOLERANCE, atol=1e-15)
     return found if same else None

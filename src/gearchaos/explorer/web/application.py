@@ -19,7 +19,6 @@ from urllib.parse import unquote
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
 from bokeh.core.templates import get_env
-from bokeh.protocol.message import Message
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.doc_handler import DocHandler
@@ -39,20 +38,17 @@ from gearchaos.explorer.web import LOCAL
 from gearchaos.explorer.web.messages import asset
 from gearchaos.explorer.web.session import Session
 
-LARGEST_MESSAGE = 2**20
-"""Largest number of bytes in a message; a page sends a few thousand at most."""
+LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
 _SESSIONS = ("bokeh-token", "bokeh-session-id")
 """Arguments by which a request could choose a session of Bokeh. They are refused: every page gets a new session."""
 
-_FRAMES = 3
-"""Number of frames in a message: header, metadata, content."""
+_FRAMES = 3  # number of frames in a message: header, metadata, content
 
 _ANSWERS = {"PULL-DOC-REQ": ServerSession.pull, "PATCH-DOC": ServerSession.patch}
 """The types of message that a page sends, and the function that answers each."""
 
-_INVALID = "not a message of this page"
-"""Reason given when a connection is closed."""
+_INVALID = "not a message of this page"  # reason given when a connection is closed
 
 log = logging.getLogger(__name__)
 
@@ -99,28 +95,24 @@ class Socket(WSHandler):
             self._refuse()
             return
         self._frames.append(fragment)
-        if len(self._frames) == _FRAMES:
-            frames, self._frames = self._frames, []
-            await self._answer_message(*frames)
-
-    async def _answer_message(self, header: str, metadata: str, content: str) -> None:
+        if len(self._frames) < _FRAMES:
+            return
+        frames, self._frames = self._frames, []
         try:
-            message = self.connection.protocol.assemble(header, metadata, content)
-            answer = _ANSWERS[message.msgtype]
+            message = self.connection.protocol.assemble(*frames)
+            answer: Any = _ANSWERS[message.msgtype]
             known = isinstance(message.header["msgid"], str) and "num_buffers" not in message.header
         except Exception:
             known = False
-        if known:
-            await self.send_message(await self._answer(answer, message))
-        else:
+        if not known:
             self._refuse()
-
-    async def _answer(self, answer: Any, message: Message[Any]) -> Message[Any]:
+            return
         try:
-            return await answer(message, self.connection)
+            reply = await answer(message, self.connection)
         except Exception:  # an unknown model or value; errors in event handlers are caught by `Session`
             log.info("a patch cannot be applied", exc_info=True)
-        return self.connection.error(message, _INVALID)
+            reply = self.connection.error(message, _INVALID)
+        await self.send_message(reply)
 
     def _refuse(self) -> None:
         log.info("a connection is closed: %s", _INVALID)

@@ -10,16 +10,9 @@ import xarray as xr
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
-from gearchaos.explorer.panels.motion import (
-    ForceFigure,
-    HistoryFigure,
-    PhaseFigure,
-    PortraitFigure,
-    SpectrumFigure,
-    times,
-)
 from gearchaos.explorer.panels.style import Units, hint, symbol, title
 from gearchaos.explorer.panels.verdict import HINTS, verdict_text
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
@@ -45,8 +38,7 @@ _GROUPS_OF_GEARS: tuple[tuple[str, tuple[str, ...]], ...] = (
 )
 """Headings of the form for gears, with their fields. The fields of `_GROUPS` follow, folded."""
 
-GEARS = "gears"
-"""The entry of the menu of presets that shows the gears of the server."""
+GEARS = "gears"  # the entry of the menu of presets that shows the gears of the server
 
 _KINDS = {
     "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
@@ -208,11 +200,11 @@ class Page:
         self.map = MapFigure(set_attributes)
         self.diagram = BifurcationFigure(set_attributes)
         self.basins = BasinsFigure(set_attributes)
-        self.history = HistoryFigure(set_attributes)
-        self.phase = PhaseFigure(set_attributes)
-        self.portrait = PortraitFigure(set_attributes)
-        self.spectrum = SpectrumFigure(set_attributes)
-        self.force = ForceFigure(set_attributes) if self._has_gears else None
+        self.history = motion.HistoryFigure(set_attributes)
+        self.phase = motion.PhaseFigure(set_attributes)
+        self.portrait = motion.PortraitFigure(set_attributes)
+        self.spectrum = motion.SpectrumFigure(set_attributes)
+        self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self._write_choices([])
         self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
@@ -277,7 +269,8 @@ class Page:
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
-        self._write("verdict", "verdict", v=verdict_text(found, view, units), hints=HINTS)
+        text = verdict_text(found, view, units)
+        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=HINTS)
 
     def _show_trajectory(self, trajectory: xr.Dataset, units: Units) -> None:
         """Draw the motion in time, unless it is drawn already."""
@@ -285,7 +278,7 @@ class Page:
         if key == self._trajectory_key:
             return
         self._trajectory_key = key
-        tau, period = times(trajectory)
+        tau, period = motion.times(trajectory)
         shown = units.scaled(trajectory)
         self.spectrum.show(trajectory, shown["z_dot"], units)
         self.history.show(shown, tau, period, units)

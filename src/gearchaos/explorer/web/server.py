@@ -26,17 +26,13 @@ from gearchaos.studies.axis import Axis
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
 
-PORT = 5006
-"""The port that the server listens at by default."""
+PORT = 5006  # the port that the server listens at by default
 
 _SWITCH_INTERVAL = 0.001
 """Seconds after which Python switches threads, so that results of the worker processes are shown soon."""
 
-_UNUSED_LIFETIME = 3000
-"""Milliseconds after which the session of a closed page is removed."""
-
-_HEIGHT = 900
-"""Height of the page in a notebook, in pixels."""
+_UNUSED_LIFETIME = 3000  # milliseconds after which the session of a closed page is removed
+_HEIGHT = 900  # height of the page in a notebook, in pixels
 
 
 def check_installed() -> None:

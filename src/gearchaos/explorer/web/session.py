@@ -18,6 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.computations import Computations
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import INTERNAL_ERROR, Workers
+from gearchaos.explorer.panels.style import Panel
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
 from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.presets import presets
@@ -35,8 +36,7 @@ _ZOOM_DELAY = 250
 _CLICKS = (Tap, DoubleTap, PressUp)
 """Events of Bokeh that are clicks: two in quick succession are a DoubleTap, and a slow one is a press."""
 
-_STEPS = (-10, -1, 0, 1, 10)
-"""Cells that an arrow key moves the point by."""
+_STEPS = (-10, -1, 0, 1, 10)  # cells that an arrow key moves the point by
 
 _MENUS: dict[str, Callable[[View, str], View]] = {
     "kind": View.with_kind, "stiffness": View.with_stiffness,
@@ -63,11 +63,9 @@ class Session:
         self._skeleton_period = SKELETON_PERIOD
         page.messages.act = partial(self._checked, self._act)
         page.map.figure.on_event(RangesUpdate, partial(self._checked, self._zoomed))
-        for click in _CLICKS:
-            for panel, action in (
-                (page.map, self._click_map), (page.diagram, self._click_diagram), (page.basins, self._click_basins),
-            ):
-                panel.figure.on_event(click, partial(self._checked, action))
+        for panel in (page.map, page.diagram, page.basins):
+            for click in _CLICKS:
+                panel.figure.on_event(click, partial(self._checked, self._click, panel))
         page.show_view()
 
     def start(self) -> None:
@@ -138,20 +136,16 @@ class Session:
 
     # --- figures ---------------------------------------------------------------------------------------------------
 
-    def _click_map(self, event: PointEvent) -> None:
-        """Move the point."""
-        self.change(lambda view: view.moved(event.x, event.y))
-
-    def _click_diagram(self, event: PointEvent) -> None:
-        """Move the point along the line of the bifurcation diagram."""
-        self.change(
-            lambda view: view.moved(event.x, view.at[1]) if view.line == "x" else view.moved(view.at[0], event.x))
-
-    def _click_basins(self, event: PointEvent) -> None:
-        """Show the motion from a point in the plane of the basins shown."""
-        if axes := self.page.basins.axes:
-            values = (value / scale for value, scale in zip((event.x, event.y), self.page.basins.scales, strict=True))
-            initial = self.page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True))).initial
+    def _click(self, panel: Panel, event: PointEvent) -> None:
+        """Move the point, on the diagram along its line only; show the motion from one of the basins."""
+        page, x, y = self.page, event.x, event.y
+        if panel is page.diagram:
+            x, y = (x, page.view.at[1]) if page.view.line == "x" else (page.view.at[0], x)
+        if panel is not page.basins:
+            self.change(lambda view: view.moved(x, y))
+        elif axes := page.basins.axes:
+            values = (value / scale for value, scale in zip((x, y), page.basins.scales, strict=True))
+            initial = page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True))).initial
             self.change(lambda view: replace(view, initial=initial))
 
     def _zoomed(self, event: RangesUpdate) -> None:
