@@ -27,7 +27,7 @@ _OTHERS = {
     "prove_chaos": "studies.chaos_proof",
     "card": "cards.make", "save": "datasets",
     "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",
-    "explore": "explorer.web.notebook",
+    "explore": "explorer.web.server",
     "SymbolicModel": "interchange.symbolic", "script": "interchange.scripts",
     "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",
 }

@@ -21,7 +21,7 @@ from gearchaos.continuation.orbit import orbits as orbits
 from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
-from gearchaos.explorer.web.notebook import explore as explore
+from gearchaos.explorer.web.server import explore as explore
 from gearchaos.gears.design.gear_design import GearDesign as GearDesign
 from gearchaos.gears.operating import AnyModel
 from gearchaos.gears.pair import GearPair as GearPair

@@ -19,13 +19,13 @@ from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.map import MapGrid
 from gearchaos.explorer.jobs.point import final_verdict, point_motion
-from gearchaos.explorer.panels.basins import choices
-from gearchaos.explorer.panels.labels import plain
+from gearchaos.explorer.panels.map import choices
+from gearchaos.explorer.panels.style import plain
 from gearchaos.explorer.view import bounds, state
-from gearchaos.explorer.view.address import from_query, to_query
 from gearchaos.explorer.view.models import axis_names
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import View, stiffness_name, view_of
+from gearchaos.explorer.view.state import View, view_of
+from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures
@@ -119,9 +119,11 @@ def test_kinds_and_stiffnesses_change_and_change_back():
     assert START.with_kind("full").with_kind("torsional").point == START.point
     assert START.with_kind("single").model.beta1 == 0.0
     wavy = START.with_stiffness("harmonics")
-    assert stiffness_name(wavy.model) == "harmonics" and wavy.with_stiffness("two-level").point == START.point
+    assert wavy.model.stiffness.kind == "harmonics" and wavy.with_stiffness("two-level").point == START.point
     over = START.with_axes(START.x, gc.Axis("chi1", 0.0, 0.5, 300)).with_stiffness("harmonics")
     assert over.y.name == "eps1"
+    both = wavy.with_axis("y", "omega").with_axis("x", "c1").with_stiffness("two-level")  # ω cannot be both
+    assert (both.x.name, both.y.name) == ("omega", "eps1")
 
 
 def test_keys_move_the_point_by_cells_and_stop_at_what_a_parameter_may_be():
@@ -316,12 +318,12 @@ def test_without_its_libraries_the_explorer_says_what_to_install(monkeypatch):
 
 
 def test_a_server_that_cannot_start_is_an_error_and_not_a_wait(monkeypatch):
-    from gearchaos.explorer.web import notebook
+    from gearchaos.explorer.web import server
 
     def broken(*_, **__):
         raise OSError("no more sockets")
 
-    monkeypatch.setattr(notebook, "server", broken)
+    monkeypatch.setattr(server, "server", broken)
     with pytest.raises(OSError, match="no more sockets"):
         gc.explore()
 
@@ -353,9 +355,9 @@ def test_ctrl_c_ends_the_explorer_also_where_python_ignores_exceptions(monkeypat
 
 
 def test_everything_on_the_page_is_explained_in_words():
-    from gearchaos.explorer.panels.labels import hint, motion_hint, title
+    from gearchaos.explorer.panels.style import hint, motion_hint, title
     from gearchaos.explorer.panels.verdict import HINTS
-    from gearchaos.explorer.web.form import parameter_form
+    from gearchaos.explorer.web.page import parameter_form
     from gearchaos.plot import CONTACT_CLASSES, MOTION_CLASSES
 
     for kind in ("full", "torsional", "single"):

@@ -16,9 +16,8 @@ from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, branch, obstacle, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
-from gearchaos.explorer.panels.labels import Units
 from gearchaos.explorer.panels.map import SkeletonCurves, skeleton_text
-from gearchaos.explorer.panels.style import empty_figure
+from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
@@ -172,7 +171,7 @@ def test_a_flip_curve_separates_motions_of_one_and_two_periods():
               for step in (-5e-3, 5e-3)]
     assert labels == ["2T", "1T"]
     text = skeleton_text(last)
-    assert text.complete and text.count == len(last.curves)
+    assert text.complete and text.curves == len(last.curves)
     assert ("#2a7fff", False, "flip") in text.legend
     assert not skeleton_text(found[0]).complete and "line 1 of" in skeleton_text(found[0]).status
     assert not skeleton_text(None).complete

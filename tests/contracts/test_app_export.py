@@ -13,12 +13,12 @@ import gearchaos as gc
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.labels import Units
 from gearchaos.explorer.panels.motion import SpectrumFigure
+from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.study_text import as_python, as_toml, pair_at
+from gearchaos.explorer.view.text import as_python, as_toml, pair_at
 from gearchaos.studyfile import load_study
 
 pytestmark = pytest.mark.slow

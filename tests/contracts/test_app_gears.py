@@ -12,15 +12,14 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.map import MapGrid, physical_measures
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.labels import Units
 from gearchaos.explorer.panels.motion import ForceFigure, times
+from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.panels.verdict import verdict_text
-from gearchaos.explorer.view.address import from_query, to_query
 from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.study_text import as_python, as_toml
-from gearchaos.explorer.web.form import field_values, parameter_form
+from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
+from gearchaos.explorer.web.page import field_values, parameter_form
 from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study

@@ -13,8 +13,7 @@ import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.jobs.worker import Job, Worker
-from gearchaos.explorer.jobs.worker_process import WorkerProcess
+from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
@@ -206,7 +205,7 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
 @pytest.mark.slow
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
     code = """
-from gearchaos.explorer.jobs.worker_process import WorkerProcess
+from gearchaos.explorer.jobs.worker import WorkerProcess
 print(WorkerProcess()._process.pid, flush=True)
 input()
 """

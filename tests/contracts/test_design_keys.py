@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from gearchaos.cli import app
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.study_text import design_values
+from gearchaos.explorer.view.text import design_values
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.operating import gears_from_json, gears_json

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from gearchaos.cli import app
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.study_text import design_values
+from gearchaos.explorer.view.text import design_values
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.stiffness.table import read_curve
 from tests.contracts.exports import AT, MODULE, WIDTH, Export, exports

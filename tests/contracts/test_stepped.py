@@ -13,12 +13,11 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.errors import InputError
-from gearchaos.explorer.panels.labels import Units
-from gearchaos.explorer.view.address import from_query, to_query
+from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import stiffness_name, view_of
-from gearchaos.explorer.view.study_text import as_python, as_toml, pair_at
-from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
+from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.view.text import as_python, as_toml, from_query, pair_at, to_query
+from gearchaos.explorer.web.page import field_values, parameter_form, plane_menus
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
 from gearchaos.model.switched import switched_system
@@ -146,7 +145,7 @@ def test_the_picture_has_the_steps():
 
 def test_the_explorer_shows_and_keeps_steps(tmp_path):
     view = view_of(MODEL, gc.Axis("omega", 0.5, 2.0, 3), gc.Axis("eps1", 0.0, 0.2, 3))
-    assert stiffness_name(view.model) == "steps"
+    assert view.model.stiffness.kind == "steps"
     assert from_query(to_query(view), presets()["2"].view) == view
     assert not {"chi1", "c1"} & field_values(view).keys()
     shown = (*parameter_form(view, (), view).menus, *plane_menus(view, Units(marked=False)))

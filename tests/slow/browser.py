@@ -11,8 +11,8 @@ from contextlib import contextmanager
 import pytest
 
 from gearchaos.explorer.view import bounds
-from gearchaos.explorer.view.address import from_query
 from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.view.text import from_query
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")

@@ -12,10 +12,10 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.datasets import model_json
 from gearchaos.explorer.jobs.export import FILES
-from gearchaos.explorer.view.address import to_query
 from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, view_of
+from gearchaos.explorer.view.text import to_query
 from gearchaos.studyfile import load_study
 from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, Visit, served
 

@@ -13,75 +13,42 @@ from gearchaos.explorer.jobs import export, point
 from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
-from gearchaos.explorer.jobs.worker import Job, Worker, Workers
-from gearchaos.explorer.jobs.worker_process import GeneratorFunction
+from gearchaos.explorer.jobs.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.view.state import View
 
-_DELAY = 0.05
-"""Seconds between the last change of a slider and the start of a long computation."""
-
-_SKELETON = "bifurcation curves"
-"""The task of the curves over the map."""
-
-_COARSE_DIAGRAM = 4
-"""The first bifurcation diagram has every 4th column."""
+_DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
+_SKELETON = "bifurcation curves"  # the task of the curves over the map
+_COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
 class Display(Protocol):
     """Where results are shown; all methods are called in the thread of the page."""
 
     def show_map(self, found: Map) -> None: ...
-
     def show_point_motion(self, found: PointMotion) -> None: ...
-
     def show_diagram(self, found: xr.Dataset) -> None: ...
-
     def show_basins(self, view: View, found: xr.Dataset) -> None: ...
-
     def show_attractors(self, found: xr.Dataset) -> None: ...
-
     def clear_point_studies(self) -> None: ...
-
     def show_branch(self, found: xr.Dataset) -> None: ...
-
     def clear_branch(self) -> None: ...
-
     def show_skeleton(self, found: Skeleton | None) -> None: ...
-
     def clear_skeleton(self) -> None: ...
-
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
-
     def show_message(self, message: str) -> None: ...
-
     def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
 
 
 class Computations:
-    """The computations of one page, at most one per task ("map", "diagram", ...).
+    """The computations of one page (``owner``), at most one per task ("map", "diagram", ...).
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
     the branch of the motion at the point and the bifurcation curves over the map, which begin once the map is complete.
 
-    Parameters
-    ----------
-    owner : str
-        Name of the page.
-    view : View
-        The view that the page shows first.
-    workers : Workers
-    call_soon : callable
-        Takes a function and calls it, later, in the thread of the page.
-    display : Display
-
-    Attributes
-    ----------
-    map, point_motion : Map, PointMotion or None
-        The newest results.
-    skeleton_period : int
-        The largest period of the orbits whose bifurcation curves are shown or asked for; 0 without curves.
+    ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
+    period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
     """
 
     def __init__(
@@ -91,8 +58,8 @@ class Computations:
         self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
         self._quick, self._slow, self._branches, self._curves = workers
         self._pending: set[str] = set()
-        self.map: Map | None = None
-        self.point_motion: PointMotion | None = None
+        self.map: Map | None = None  # the newest one
+        self.point_motion: PointMotion | None = None  # the newest one
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
         self._awaits_update = False  # the point has moved, and `update_rest` comes later
         self._fine_diagram_waits = self._basins_wait = self._branch_waits = False
@@ -142,6 +109,51 @@ class Computations:
 
     # --- requests --------------------------------------------------------------------------------------------------
 
+    def _ask(
+        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
+    ) -> None:
+        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only."""
+        def deliver(found: Any) -> None:
+            if not isinstance(found, xr.Dataset) or found:
+                show(found)
+            self._show_busy()
+
+        self._pending.add(task)
+        self._show_busy()
+        worker.submit(self._owner, task, Job(
+            function, lambda found: self._call_soon(partial(deliver, found)),
+            lambda message: self._call_soon(partial(self._ended, task, message)), delay,
+            lambda: self._call_soon(partial(self._show_busy, compiling=True)),
+        ))
+
+    def _drop(self, worker: Worker, task: str) -> None:
+        """Cancel a task that need not be computed again."""
+        worker.cancel(self._owner, task)
+        self._ended(task, None)
+
+    def _ask_point_motion(self) -> None:
+        self._quick.cancel(self._owner, "final verdict")
+        self._pending.discard("final verdict")
+        self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
+
+    def _ask_map(self) -> None:
+        self.map = None
+        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _DELAY)
+
+    def _ask_diagram(self, *strides: int) -> None:
+        """Compute the bifurcation diagram; the fine one waits until the map is complete."""
+        self._fine_diagram_waits = not strides and "map" in self._pending
+        strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
+        function = partial(point.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", function, self._display.show_diagram, 2 * _DELAY)
+
+    def _ask_attractors(self) -> None:
+        """Compute the other motions of the point; remove the basins and motions of the previous point."""
+        self._drop(self._slow, "basins")
+        self._display.clear_point_studies()
+        function = partial(point.attractors, self._view)
+        self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
+
     def ask_basins(self) -> None:
         """Compute the basins of the point, as soon as the page shows that point and a first map."""
         self._basins_wait = self._awaits_map or self._awaits_update
@@ -165,11 +177,15 @@ class Computations:
         else:
             self._follow(self._followed)
 
+    def _follow(self, motion: PeriodicMotion) -> None:
+        """Compute the branch of a motion."""
+        self._display.clear_branch()
+        self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
+
     def clear_branch(self) -> None:
         """Remove the branch; cancel its computation."""
         self._followed, self._branch_waits = None, False
-        self._branches.cancel(self._owner, "branch")
-        self._ended("branch", None)
+        self._drop(self._branches, "branch")
         self._display.clear_branch()
 
     def ask_skeleton(self, period: int) -> None:
@@ -180,79 +196,32 @@ class Computations:
         if "map" not in self._pending or (self.map is not None and self.map.share == 1):
             self._ask_waiting_skeleton()
 
-    def clear_skeleton(self) -> None:
-        """Remove the bifurcation curves; cancel their computation."""
-        if self.skeleton_period:
-            self._skeleton, self.skeleton_period = None, 0
-            self._curves.cancel(self._owner, _SKELETON)
-            self._ended(_SKELETON, None)
-            self._display.clear_skeleton()
-
-    def ask_file(self, kind: str, suffix: str) -> None:
-        """Make a file of the map or of the motion, in the units that the view shows."""
-        dataset = {
-            "map": None if self.map is None else self.map.dataset,
-            "motion": None if self.point_motion is None else self.point_motion.trajectory,
-        }[kind]
-        if dataset is None:
-            self._display.show_message("There is nothing to save yet.")
-            return
-        title = self.point_motion.verdict.label if self.point_motion and kind == "motion" else ""
-        gears = self._view.gears if self._view.physical else None
-        function = partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears)
-        self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
-
-    def _ask_point_motion(self) -> None:
-        self._quick.cancel(self._owner, "final verdict")
-        self._pending.discard("final verdict")
-        self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
-
-    def _ask_map(self) -> None:
-        self.map = None
-        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _DELAY)
-
-    def _ask_diagram(self, *strides: int) -> None:
-        """Compute the bifurcation diagram; the fine one waits until the map is complete."""
-        self._fine_diagram_waits = not strides and "map" in self._pending
-        strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
-        function = partial(point.bifurcation, self._view, *strides)
-        self._ask(self._slow, "diagram", function, self._display.show_diagram, 2 * _DELAY)
-
-    def _ask_attractors(self) -> None:
-        """Compute the other motions of the point; remove the basins and motions of the previous point."""
-        self._slow.cancel(self._owner, "basins")
-        self._ended("basins", None)
-        self._display.clear_point_studies()
-        function = partial(point.attractors, self._view)
-        self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
-
-    def _follow(self, motion: PeriodicMotion) -> None:
-        """Compute the branch of a motion."""
-        self._display.clear_branch()
-        self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
-
     def _ask_waiting_skeleton(self) -> None:
         """Compute the bifurcation curves that were asked for, unless that has begun."""
         if self.skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
             function = partial(skeleton, self._view, self.skeleton_period)
             self._ask(self._curves, _SKELETON, function, self._show_skeleton)
 
-    def _ask(
-        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
-    ) -> None:
-        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only."""
-        def deliver(found: Any) -> None:
-            if not isinstance(found, xr.Dataset) or found:
-                show(found)
-            self._show_busy()
+    def clear_skeleton(self) -> None:
+        """Remove the bifurcation curves; cancel their computation."""
+        if self.skeleton_period:
+            self._skeleton, self.skeleton_period = None, 0
+            self._drop(self._curves, _SKELETON)
+            self._display.clear_skeleton()
 
-        self._pending.add(task)
-        self._show_busy()
-        worker.submit(self._owner, task, Job(
-            function, lambda found: self._call_soon(partial(deliver, found)),
-            lambda message: self._call_soon(partial(self._ended, task, message)), delay,
-            lambda: self._call_soon(partial(self._show_busy, compiling=True)),
-        ))
+    def ask_file(self, kind: str, suffix: str) -> None:
+        """Make a file of the map or of the motion, in the units that the view shows."""
+        motion, dataset, title = self.point_motion, None, ""
+        if kind == "map" and self.map is not None:
+            dataset = self.map.dataset
+        elif kind == "motion" and motion is not None:
+            dataset, title = motion.trajectory, motion.verdict.label
+        if dataset is None:
+            self._display.show_message("There is nothing to save yet.")
+            return
+        gears = self._view.gears if self._view.physical else None
+        function = partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears)
+        self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
 
     # --- results ---------------------------------------------------------------------------------------------------
 
@@ -264,8 +233,7 @@ class Computations:
             self._display.show_message(f"{task}: {message}")
         if task == "map":
             self._continue_after_first_map()
-            self._ask_fine_diagram()
-            self._ask_waiting_skeleton()
+            self._continue_after_last_map()
 
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
@@ -281,8 +249,7 @@ class Computations:
         if found.stride <= COARSE[-1]:
             self._continue_after_first_map()
         if found.share == 1:
-            self._ask_fine_diagram()
-            self._ask_waiting_skeleton()
+            self._continue_after_last_map()
 
     def _continue_after_first_map(self) -> None:
         if self._awaits_map:
@@ -292,9 +259,10 @@ class Computations:
             if self._basins_wait:
                 self.ask_basins()
 
-    def _ask_fine_diagram(self) -> None:
+    def _continue_after_last_map(self) -> None:
         if self._fine_diagram_waits:
             self._ask_diagram(1)
+        self._ask_waiting_skeleton()
 
     def _show_point_motion(self, found: PointMotion) -> None:
         """Show a motion, unless the point has moved since; compute the final verdict if this one is preliminary."""

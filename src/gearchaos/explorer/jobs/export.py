@@ -24,18 +24,7 @@ FILES = {
 
 
 def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> tuple[bytes, str]:
-    """A picture of a map or of a motion, drawn by `gearchaos.plot`, and its media type.
-
-    Parameters
-    ----------
-    kind : {"map", "motion"}
-    suffix : {"png", "svg"}
-    dataset : xarray.Dataset
-    colour : str
-        The variable by which a map is coloured.
-    title : str
-        Of a motion.
-    """
+    """A picture of a map, by the variable ``colour``, or of a motion with this title, and its media type."""
     if kind == "motion":
         figure = plot.dossier(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
     else:
@@ -50,7 +39,7 @@ def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str
 def exported(
     kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str, gears: Gears | None = None,
 ) -> Generator[tuple[bytes, str, str]]:
-    """One file as (content, media type, file name), the only result of this job; parameters as of `picture`.
+    """One file as (content, media type, file name), the only result of this job; arguments as of `picture`.
 
     It is in the units of the gears, if there are some. The suffix "nc" gives the Dataset as NetCDF with checksums.
     """

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
-from functools import partial
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -30,35 +30,18 @@ from gearchaos.studies.zones import Zones
 
 @dataclass(frozen=True)
 class Map:
-    """A map, possibly before all of its cells are computed.
+    """A map, possibly before all of its cells are computed."""
 
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        As from `gearchaos.zones`; ``label`` is 0 in cells that are not computed yet.
-    source : (rows, columns) of int
-        Number of the cell whose kind of motion is shown in each cell: its own number once it is computed, before that
-        the number of a computed cell nearby, or -1 if there is none.
-    measure_source : (rows, columns) of int
-        The same for response measures such as ``v_rms``. It differs from ``source`` in cells that are chaotic so far:
-        their measures are computed after the verdict.
-    chaotic_so_far : (cells,) of bool
-        Cells without a verdict whose motion has been chaotic up to now; this may be a transient.
-    stride : int
-        Distance between the rows, and between the columns, of the lattice that is being computed.
-    share : float
-        Share of the cells that are computed or chaotic so far.
-    physical : xarray.Dataset or None
-        The response measures of ``dataset`` that have a unit, in the units of the gears, if there are gears.
-    """
-
-    dataset: xr.Dataset
+    dataset: xr.Dataset  # as from `gearchaos.zones`; ``label`` is 0 in cells that are not computed yet
+    # (rows, columns) the number of the cell whose kind of motion is shown in each cell: its own once it is computed,
+    # before that the number of a computed cell nearby, or -1 if there is none
     source: np.ndarray
+    # the same for response measures such as ``v_rms``, which cells that are chaotic so far get after the verdict
     measure_source: np.ndarray
-    chaotic_so_far: np.ndarray
-    stride: int
-    share: float
-    physical: xr.Dataset | None = None
+    chaotic_so_far: np.ndarray  # (cells,) of bool: no verdict, but chaotic up to now, which may be a transient
+    stride: int  # distance between the rows, and between the columns, of the lattice that is being computed
+    share: float  # of the cells, those that are computed or chaotic so far
+    physical: xr.Dataset | None = None  # the measures of ``dataset`` that have a unit, in the units of the gears
 
     def labels(self) -> xr.DataArray:
         """Labels (rows, columns), with `Label.CHAOTIC` in cells that are chaotic so far."""
@@ -71,10 +54,8 @@ class Map:
         return np.where(self.source >= 0, values.ravel()[self.source], np.asarray(nothing, values.dtype))
 
     def measure(self, name: str, physical: bool = False) -> xr.Variable:
-        """The response measure that each cell shows, (rows, columns); NaN if it shows none yet.
-
-        If ``physical`` it is in the unit of the gears, if it has one.
-        """
+        """The response measure that each cell shows, (rows, columns), NaN if none yet; in the unit of the gears, if
+        ``physical`` and it has one."""
         scaled = physical and self.physical is not None and name in self.physical
         found = (self.physical if scaled and self.physical is not None else self.dataset)[name].variable
         return found.copy(data=np.where(self.measure_source >= 0, found.values.ravel()[self.measure_source], np.nan))
@@ -83,15 +64,9 @@ class Map:
 class MapGrid:
     """The cells of a map, computed in any order. A cell has the number row * columns + column.
 
-    Attributes
-    ----------
-    number : (rows, columns) of int
-    requested, known, chaotic_so_far : (rows, columns) of bool
-        Cells whose computation has been requested; that have a verdict; that have none, but are chaotic so far.
-    source, measure_source : (rows, columns) of int
-        As of `Map`.
-    found : dict of str to (cells,) array
-        Variables of the map by name.
+    ``requested``, ``known`` and ``chaotic_so_far``, (rows, columns) of bool, are the cells whose computation has been
+    requested; that have a verdict; that have none, but are chaotic so far. The sources are as of `Map`, ``found`` has
+    the variables (cells,) of the map by name.
     """
 
     def __init__(self, columns: int, rows: int) -> None:
@@ -118,44 +93,41 @@ class MapGrid:
         self.chaotic_so_far.flat[cells] = True
         self._spread(cells, stride, self.source)
 
-    def unresolved(self) -> np.ndarray:
-        """Numbers of the known cells whose verdict is chaotic or undecided."""
-        return np.flatnonzero(self.known.ravel() & np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED)))
-
-    def reopen(self, cells: np.ndarray) -> None:
-        """Mark cells (N,) as to be computed again; until then they keep what they show."""
-        self.requested.flat[cells] = self.known.flat[cells] = False
-
     def show(self, cells: np.ndarray, stride: int) -> None:
         """Show the values of some cells (N,) of the lattice with this stride also in the cells around them."""
-        for target in (self.source, self.measure_source):
-            self._spread(cells, stride, target)
+        self._spread(cells, stride, self.source, self.measure_source)
 
-    def _spread(self, cells: np.ndarray, stride: int, target: np.ndarray) -> None:
+    def reopen(self) -> None:
+        """Mark the cells known as chaotic or undecided as to be computed again; until then they keep what they show."""
+        unresolved = np.isin(self.found["label"], (Label.CHAOTIC, Label.UNDECIDED))
+        cells = np.flatnonzero(self.known.ravel() & unresolved)
+        self.requested.flat[cells] = self.known.flat[cells] = False
+
+    def _spread(self, cells: np.ndarray, stride: int, *targets: np.ndarray) -> None:
         """Make each cell of a lattice the source of the cells around it, up to half a stride away.
 
         Cells of the last row and column of the lattice are the source of all cells beyond them.
         """
+        half = max(1, (stride + 1) // 2)
+        around = range(-(stride // 2), max(1, stride))
         row, column = np.divmod(cells, self.shape[1])
-        for down in range(-(stride // 2), max(1, stride)):
-            for right in range(-(stride // 2), max(1, stride)):
-                r, c = row + down, column + right
-                inside = self._nearest(row, down, stride, 0) & self._nearest(column, right, stride, 1)
-                target[r[inside], c[inside]] = cells[inside]
 
-    def _nearest(self, index: np.ndarray, offset: int, stride: int, dimension: int) -> np.ndarray:
-        """Whether the row (or column) ``index + offset`` exists and ``index`` is its nearest lattice row, (N,)."""
-        half, size, moved = max(1, (stride + 1) // 2), self.shape[dimension], index + offset
-        return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
+        def nearest(index: np.ndarray, offset: int, size: int) -> np.ndarray:
+            """Whether the row or column ``index + offset`` exists and ``index`` is the nearest of the lattice, (N,)."""
+            moved = index + offset
+            return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
+
+        for down, right in product(around, around):
+            inside = nearest(row, down, self.shape[0]) & nearest(column, right, self.shape[1])
+            for target in targets:
+                target[row[inside] + down, column[inside] + right] = cells[inside]
 
     def map(self, study: Zones, stride: int) -> Map:
         """The map of what is known now; its arrays are copies."""
-        found = {n: v.copy() for n, v in self.found.items()}
-        share = float((self.known | self.chaotic_so_far).mean())
-        sources = self.source.copy(), self.measure_source.copy()
-        dataset = study.finish(found)
-        return Map(dataset, *sources, self.chaotic_so_far.ravel().copy(), stride, share,
-                   physical_measures(dataset, gears_of(study.model), self.known))
+        dataset = study.finish({n: v.copy() for n, v in self.found.items()})
+        return Map(dataset, self.source.copy(), self.measure_source.copy(), self.chaotic_so_far.ravel().copy(), stride,
+                   share=float((self.known | self.chaotic_so_far).mean()),
+                   physical=physical_measures(dataset, gears_of(study.model), self.known))
 
 
 def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarray) -> xr.Dataset | None:
@@ -175,11 +147,8 @@ def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarra
     return found.reindex(torque=dataset["torque"])
 
 
-COARSE = (16, 8)
-"""Strides of the coarse lattices: every 16th, then every 8th row and column."""
-
-FINE = (4, 2, 1)
-"""Strides of the lattices after them."""
+COARSE = (16, 8)  # strides of the coarse lattices: every 16th, then every 8th row and column
+FINE = (4, 2, 1)  # strides of the lattices after them
 
 QUICK = Classification(transient_lengths=(48, 96), longest_period=16, exponent_run=150, doublings=0,
                        longest_transient=0, averaging_periods=32)
@@ -192,11 +161,8 @@ FULL = Classification(transient_lengths=(64, 320), longest_period=16, exponent_r
 _TILE_SECONDS = 0.4
 """Computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
-_SMALLEST_TILE, _LARGEST_TILE = 256, 4096
-"""Limits of the size of a tile, in cells."""
-
-_INTERVAL = 1.0
-"""Least number of seconds between two maps shown."""
+_SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells
+_INTERVAL = 1.0  # least number of seconds between two maps shown
 
 
 def successive_maps(view: View) -> Generator[Map]:
@@ -218,9 +184,8 @@ def _motion_map(view: View) -> Generator[Map]:
         grid.put(quick.compute(cells := grid.request(stride)), cells)
         grid.show(cells, stride)
         yield grid.map(quick, stride)
-    grid.reopen(grid.unresolved())
-    classifier = BatchClassifier(
-        quick.initial_states, lambda _cells, _motions, found: found.variables(), FULL)
+    grid.reopen()
+    classifier = BatchClassifier(quick.initial_states, lambda _cells, _motions, found: found.variables(), FULL)
     stages, chaotic = _Stages(classifier, grid, quick), []
     for stride in FINE:
         cells = grid.request(stride)  # by column: if x is the frequency, neighbours then share their step grids
@@ -249,10 +214,14 @@ class _Stages:
 
     def run(self, stage: str, unresolved: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
         """Run one stage for all unresolved cells, and yield maps meanwhile; returns the cells that stay unresolved."""
+        def classify(tile: slice) -> tuple[np.ndarray, dict[str, np.ndarray], Unresolved]:
+            began = time.perf_counter()
+            found = self.classifier.run_stage(stage, unresolved, tile)
+            self.rate[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
+            return found
+
         rest, shown = {0: unresolved.take(slice(0))}, time.monotonic()
-        for tile, (cells, variables, left) in tiles.run(
-            partial(self._classify, stage, unresolved), self._tiles(stage, len(unresolved.number)),
-        ):
+        for tile, (cells, variables, left) in tiles.run(classify, self._tiles(stage, len(unresolved.number))):
             self.grid.put(variables, cells)
             self.grid.show(cells, stride)
             rest[tile.start] = left
@@ -269,15 +238,6 @@ class _Stages:
             size = int(np.clip(_TILE_SECONDS * self.rate.get(stage, 0.0), _SMALLEST_TILE, largest))
             yield slice(first, min(first + size, count))
             first += size
-
-    def _classify(
-        self, stage: str, unresolved: Unresolved, tile: slice
-    ) -> tuple[np.ndarray, dict[str, np.ndarray], Unresolved]:
-        """Run one stage for one tile, with the result of `BatchClassifier.run_stage`, and measure its rate."""
-        began = time.perf_counter()
-        found = self.classifier.run_stage(stage, unresolved, tile)
-        self.rate[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
-        return found
 
 
 def _attractor_map(view: View) -> Generator[Map]:

@@ -27,24 +27,12 @@ _BRANCH_SETTINGS = Settings(longest=2e-2, points=BRANCH_POINTS)
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """A periodic motion whose branch can be followed.
+    """A periodic motion whose branch can be followed."""
 
-    Attributes
-    ----------
-    model : MeshModel
-        The operating point.
-    label : str
-        Kind of motion, e.g. "2T".
-    period : int
-        Minimal period in mesh periods.
-    state : tuple of (name, value)
-        A stroboscopic point of its orbit, by names of initial values.
-    """
-
-    model: MeshModel
-    label: str
-    period: int
-    state: tuple[tuple[str, float], ...]
+    model: MeshModel  # the operating point
+    label: str  # e.g. "2T"
+    period: int  # minimal, in mesh periods
+    state: tuple[tuple[str, float], ...]  # a stroboscopic point of its orbit, by names of initial values
 
 
 def obstacle(found: PointMotion) -> str:
@@ -69,12 +57,8 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
 
     The only result is a Dataset as from `gearchaos.branch`, with the displacement z at the stroboscopic points of all
     orbits, ``section_z`` (point, cycle), and of those at the events, ``event_section_z`` (event, cycle). Its attributes
-    have the period of the orbits too.
-
-    Raises
-    ------
-    InputError
-        If the line varies an initial value, or no orbit is found at the motion.
+    have the period of the orbits too. An `InputError` says that the line varies an initial value, or that no orbit is
+    found at the motion.
     """
     axis = view.line_axis
     if axis.name in state_names(motion.model.kind):
@@ -88,66 +72,36 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
     found = follow_branch(family, cycle, (axis.start, axis.stop), _BRANCH_SETTINGS)
     attributes = provenance("branch", family.model, axis=[axis.name, axis.start, axis.stop], period=found.period)
     dataset = branch_dataset(found, [], [], [], axis, {**attributes, "period": found.period})
-    points, events = (
-        np.array([cycle.points[:, 0] for cycle in cycles]).reshape(-1, found.period)
-        for cycles in ([p.data for p in found.points], [e.cycle for e in found.events])
-    )
-    displacements = {
-        "section_z": variable("section_z", ("point", "cycle"), points),
-        "event_section_z": variable("event_section_z", ("event", "cycle"), events),
-    }
-    yield in_units(dataset.assign(displacements), view)
+    for prefix, along, cycles in (("", "point", [p.data for p in found.points]),
+                                  ("event_", "event", [e.cycle for e in found.events])):
+        z = np.array([cycle.points[:, 0] for cycle in cycles]).reshape(-1, found.period)
+        dataset[f"{prefix}section_z"] = variable(f"{prefix}section_z", (along, "cycle"), z)
+    yield in_units(dataset, view)
 
 
-_PLACES = (32, 20)
-"""Numbers of places on a line along x and along y at which stable motions are searched."""
-
-_STARTS = 3
-"""Number of initial states at each place, besides those of the model."""
-
-_CURVE_SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6, points=BRANCH_POINTS)
-"""Steps along a curve."""
+_PLACES = (32, 20)  # numbers of places on a line along x and along y at which stable motions are searched
+_STARTS = 3  # number of initial states at each place, besides those of the model
+_CURVE_SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6, points=BRANCH_POINTS)  # steps along a curve
 
 
 @dataclass(frozen=True)
 class EventCurve:
-    """A curve of one kind of event.
+    """A curve of one kind of event."""
 
-    Attributes
-    ----------
-    kind : str
-        "fold", "flip", "neimark-sacker" or "graze".
-    period : int
-        Of its orbits, in mesh periods.
-    x, y : (P,)
-        Both parameters of the map.
-    """
-
-    kind: str
-    period: int
-    x: np.ndarray
+    kind: str  # "fold", "flip", "neimark-sacker" or "graze"
+    period: int  # of its orbits, in mesh periods
+    x: np.ndarray  # (P,) both parameters of the map
     y: np.ndarray
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The curves found in the window of a map, possibly before all lines have been searched.
+    """The curves found in the window of a map, possibly before all lines have been searched."""
 
-    Attributes
-    ----------
-    period : int
-        Largest period of the orbits, in mesh periods.
-    curves : tuple of EventCurve
-    failed : int
-        Number of events whose curve could not be followed.
-    searched, lines : int
-        Numbers of lines that have been searched for events, and of all.
-    """
-
-    period: int
+    period: int  # largest one of the orbits, in mesh periods
     curves: tuple[EventCurve, ...]
-    failed: int
-    searched: int
+    failed: int  # number of events whose curve could not be followed
+    searched: int  # number of lines that have been searched for events
     lines: int
 
 
@@ -155,21 +109,15 @@ def skeleton(view: View, period: int) -> Generator[Skeleton]:
     """The curves of the events of orbits up to a period in the window of a map, once for every curve and line.
 
     The method is that of `gearchaos.skeleton`. The curves of a line are followed before the next line is searched, so
-    that the first ones are soon shown.
-
-    Raises
-    ------
-    InputError
-        If an axis of the map is an initial value.
+    that the first ones are soon shown. An `InputError` says that an axis of the map is an initial value.
     """
-    bounds = (view.x.start, view.x.stop), (view.y.start, view.y.stop)
-    spans = np.array([high - low for low, high in bounds])
     axes = view.x, view.y
     for axis in axes:
         if axis.name in state_names(view.model.kind):
             raise InputError("axis", "must be a parameter for bifurcation curves", axis.name,
                              "Orbits do not depend on initial values: choose another axis.")
-    names, lines = (view.x.name, view.y.name), []
+    names, bounds, lines = (view.x.name, view.y.name), ((view.x.start, view.x.stop), (view.y.start, view.y.stop)), []
+    spans = np.array([high - low for low, high in bounds])
     for share in SKELETON_LINES:  # in turn along y and along x, from the middle of the map outwards
         for along in (1, 0):
             across = axes[1 - along]

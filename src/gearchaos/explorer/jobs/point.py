@@ -36,26 +36,13 @@ verdict.
 
 @dataclass(frozen=True)
 class PointMotion:
-    """What is known about the motion at a point.
+    """What is known about the motion at a point."""
 
-    Attributes
-    ----------
-    model : MeshModel
-        The model at the point, with the initial values of the motion.
-    verdict : Verdict
-    final : bool
-        Whether this is the verdict of `gearchaos.regime`; otherwise it is preliminary.
-    trajectory : xarray.Dataset or None
-        The steady motion sampled in time; None until it is computed, and for a motion that diverged.
-    portrait : xarray.Dataset or None
-        More stroboscopic points than the verdict has, for a motion that is not periodic.
-    """
-
-    model: MeshModel
+    model: MeshModel  # with the initial values of the motion
     verdict: Verdict
-    final: bool
-    trajectory: xr.Dataset | None = None
-    portrait: xr.Dataset | None = None
+    final: bool  # whether this is the verdict of `gearchaos.regime`; otherwise it is preliminary
+    trajectory: xr.Dataset | None = None  # the steady motion in time; None until computed, and if it diverged
+    portrait: xr.Dataset | None = None  # more stroboscopic points than the verdict has, if it is not periodic
 
     @property
     def stage(self) -> str:
@@ -109,8 +96,7 @@ def _with_portrait(found: PointMotion) -> Generator[PointMotion]:
 _SETTINGS = Classification(doublings=2, longest_transient=1500)
 """Transients are shorter than those of `gearchaos.regime`, since a page needs many motions within seconds."""
 
-_PARTS = 8
-"""Parts in which a fine study is computed; it can be cancelled between them."""
+_PARTS = 8  # parts in which a fine study is computed; it can be cancelled between them
 
 
 def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
@@ -141,21 +127,17 @@ def in_units(dataset: xr.Dataset, view: View) -> xr.Dataset:
 
 
 def basins(view: View) -> Generator[xr.Dataset]:
-    """Basins of attraction of the point, coarse and then fine, on the plane of `basin_axes`.
+    """Basins of attraction of the point, coarse and then fine.
 
-    Initial values off the plane are those of the motion chosen at the point. An empty Dataset stands for progress
-    without a result.
+    The plane is that of displacement and velocity of wheel 1, or of the relative ones for the single model; initial
+    values off the plane are those of the motion chosen at the point. An empty Dataset stands for progress without a
+    result.
     """
+    ends = list(default_box(view.point).items())[:2]
     for share in (4, 1):
-        x, y = basin_axes(view.point, (BASIN_CELLS[0] // share, BASIN_CELLS[1] // share))
+        x, y = (Axis(name, *box, cells // share) for (name, box), cells in zip(ends, BASIN_CELLS, strict=True))
         in_plane = view.point.with_values({axis.name: axis.start for axis in (x, y)})
         yield from _in_parts(Basins(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
-
-
-def basin_axes(model: MeshModel, count: tuple[int, int]) -> tuple[Axis, Axis]:
-    """Displacement and velocity of wheel 1, or relative ones for the single model, with ``count`` values along each."""
-    (x, ends), (y, heights) = list(default_box(model).items())[:2]
-    return Axis(x, *ends, count[0]), Axis(y, *heights, count[1])
 
 
 def attractors(view: View) -> Generator[xr.Dataset]:

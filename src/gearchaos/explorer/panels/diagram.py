@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, HoverTool, Image, LinearColorMapper, MultiLine, Range1d, Scatter, Span
+from bokeh.models import ColumnDataSource, HoverTool, LinearColorMapper, MultiLine, Range1d, Scatter, Span
 from matplotlib.colors import to_hex
 
-from gearchaos.explorer.panels.labels import Units, symbol
-from gearchaos.explorer.panels.style import PALETTE, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import PALETTE, Panel, SetAttributes, Units, image_data, symbol
 from gearchaos.plot._axes import cell_extent
 from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot._classes import motion_class
 from gearchaos.plot._theme import EVENT_COLOURS, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
-BRANCH_COLOUR = "#d95f02"
-"""Colour of the lines, which differs from those of the diagram and of the marker at the point."""
+BRANCH_COLOUR = "#d95f02"  # colour of the lines, which differs from those of the diagram and of the marker at the point
 
 _MARKERS = {
     "fold": ("circle", "●"), "flip": ("square", "■"), "neimark-sacker": ("triangle", "▲"),
@@ -29,28 +26,22 @@ _MARKERS = {
 _EVENTS = {kind: (marker, EVENT_COLOURS[kind], sign) for kind, (marker, sign) in _MARKERS.items()}
 """Marker, colour and character in the legend of every kind of event, in the order of the legend."""
 
-_FIELDS = ("x", "y", "marker", "colour", "kind", "at", "multipliers")
+_NO_LINES: dict[str, list[Any]] = {"xs": [], "ys": []}
+_NO_EVENTS: dict[str, list[Any]] = {n: [] for n in ("x", "y", "marker", "colour", "kind", "at", "multipliers")}
 
 
 class BranchLines:
-    """The stroboscopic displacements of a branch, one line for each point of its orbits, and its events.
-
-    Parameters
-    ----------
-    figure : bokeh figure
-        Of the diagram.
-    set_attributes : SetAttributes
-    """
+    """The stroboscopic displacements of a branch over the diagram, a line for each point of its orbits; its events."""
 
     def __init__(self, figure: Any, set_attributes: SetAttributes) -> None:
         self._set = set_attributes
-        self.stable, self.unstable = (ColumnDataSource({"xs": [], "ys": []}) for _ in range(2))
+        self.stable, self.unstable = (ColumnDataSource(_NO_LINES) for _ in range(2))
         for source, width, dash in ((self.unstable, 1.5, [5, 4]), (self.stable, 2.2, [])):
             for colour, extra in (("white", 2.0), (BRANCH_COLOUR, 0.0)):
                 figure.add_glyph(source, MultiLine(
                     xs="xs", ys="ys", line_color=colour, line_width=width + extra, line_join="round",
                     line_alpha=0.7 if extra else 1.0, line_dash=[] if extra else dash))
-        self.events = ColumnDataSource({n: [] for n in _FIELDS})
+        self.events = ColumnDataSource(_NO_EVENTS)
         drawn = figure.add_glyph(self.events, Scatter(
             x="x", y="y", marker="marker", size=8, fill_color="colour", line_color="white", line_width=1))
         self.hover = HoverTool(renderers=[drawn], visible=False, limit=3, tooltips=[
@@ -59,34 +50,30 @@ class BranchLines:
 
     def show(self, found: xr.Dataset, units: Units) -> None:
         """Draw a branch, which is in these units."""
-        z, z_event = found["section_z"].values, found["event_section_z"].values
-        x = np.concatenate([found[axis_of(found)].values, found["event_value"].values])
+        axis, z, z_event = axis_of(found), found["section_z"].values, found["event_section_z"].values
+        kinds, values = found["event_kind"].values, found["event_value"].values
         nodes = line_nodes(found)
-        x, y = x[nodes.order], np.concatenate([z, z_event])[nodes.order]
+        x, y = np.concatenate([found[axis].values, values])[nodes.order], np.concatenate([z, z_event])[nodes.order]
         parts = list(line_parts(nodes))
         for source, wanted in ((self.stable, True), (self.unstable, False)):
             lines = [(x[first:end].tolist(), column.tolist()) for first, end, is_stable in parts if is_stable == wanted
                      for column in y[first:end].T]
             self._set(source, data={"xs": [a for a, _ in lines], "ys": [b for _, b in lines]})
-        axis = axis_of(found)
-        columns: dict[str, list[Any]] = {n: [] for n in _FIELDS}
+        rows = []
         multipliers = found["event_multipliers_real"].values + 1j * found["event_multipliers_imag"].values
-        kinds, values = found["event_kind"].values, found["event_value"].values
         for kind, value, own, points in zip(kinds, values, multipliers, z_event, strict=True):
             marker, colour, _ = _EVENTS[str(kind)]
             texts = (f"{event_words(str(kind))} of {len(points)}T",
                      f"{symbol(axis)} = {value:.6g}{units.after(axis)}", _multipliers(own))
-            for point in points:  # a row for each point of the orbit
-                row = (float(value), float(point), marker, colour, *texts)
-                for name, item in zip(_FIELDS, row, strict=True):
-                    columns[name].append(item)
-        self._set(self.events, data=columns)
+            rows += [(float(value), float(point), marker, colour, *texts) for point in points]
+        columns = zip(*rows, strict=True) if rows else _NO_EVENTS.values()
+        self._set(self.events, data={n: list(column) for n, column in zip(_NO_EVENTS, columns, strict=True)})
 
     def clear(self) -> None:
         """Draw nothing."""
         for source in (self.stable, self.unstable):
-            self._set(source, data={"xs": [], "ys": []})
-        self._set(self.events, data={n: [] for n in _FIELDS})
+            self._set(source, data=_NO_LINES)
+        self._set(self.events, data=_NO_EVENTS)
 
 
 def _multipliers(values: np.ndarray) -> str:
@@ -100,37 +87,23 @@ def _multipliers(values: np.ndarray) -> str:
     return ", ".join(texts).replace("-", "−")
 
 
-@dataclass(frozen=True)
-class BranchText:
-    """The text below the diagram on the branch shown.
+class BranchText(NamedTuple):
+    """The text below the diagram on the branch shown."""
 
-    Attributes
-    ----------
-    lines : list of (bool, str)
-        Whether dashed, and words, of the lines that occur.
-    colour : str
-        Of the lines.
-    events : list of (str, str, str)
-        Character, colour and words of the kinds of event that occur.
-    sentences : list of str
-    """
-
-    lines: list[tuple[bool, str]]
-    colour: str
-    events: list[tuple[str, str, str]]
+    lines: list[tuple[bool, str]]  # whether dashed, and words, of the lines that occur
+    colour: str  # of the lines
+    events: list[tuple[str, str, str]]  # character, colour and words of the kinds of event that occur
     sentences: list[str]
 
 
 def branch_text(found: xr.Dataset, units: Units) -> BranchText:
     """Legend, range, ends and stable intervals of a branch."""
     axis, unstable = axis_of(found), found["unstable"].values > 0
-    lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable"))
-             if (unstable == dashed).any()]
+    lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable")) if (unstable == dashed).any()]
     kinds = found["event_kind"].values.tolist()
     events = [(mark, colour, f"{event_words(kind)} ({kinds.count(kind)})")
               for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
-    low, high = json.loads(found.attrs["range"])
-    unit = units.after(axis)
+    (low, high), unit = json.loads(found.attrs["range"]), units.after(axis)
     if json.loads(found.attrs["closed"]):
         ends = "closed: it returns to its start (an isola)"
     else:
@@ -149,25 +122,18 @@ def _interval(low: float, high: float) -> str:
     return " to ".join(next((ends for ends in texts if ends[0] != ends[1]), texts[0]))
 
 
-_ROWS = 240
-"""Rows of the image."""
-
-_RIBBON = 0.05
-"""Height of the strip with the kinds of motion, relative to the range of displacements."""
+_ROWS = 240  # rows of the image
+_RIBBON = 0.05  # height of the strip with the kinds of motion, relative to the range of displacements
 
 
-class BifurcationFigure:
+class BifurcationFigure(Panel):
     """Density of stroboscopic displacements against one parameter, and a strip above it with the kinds of motion."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure(ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
-        self.figure.grid.visible = False
+        super().__init__(set_attributes, ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         ink = LinearColorMapper(palette=[to_hex(DENSITY_COLOURS(i / 255)) for i in range(256)], low=0, high=1)
-        classes = LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5)
-        self.ink, self.ribbon = (ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")}) for _ in range(2))
-        for source, mapper in ((self.ink, ink), (self.ribbon, classes)):
-            self.figure.add_glyph(source, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=mapper))
+        self.ink, _ = self._image(ink)
+        self.ribbon, _ = self._image(LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5))
         self.branch = BranchLines(self.figure, set_attributes)
         self._diagram: xr.Dataset | None = None
         self._branch: xr.Dataset | None = None
@@ -201,21 +167,18 @@ class BifurcationFigure:
         """Draw the diagram, if there is one, with a vertical axis on which the branch has room too."""
         if self._diagram is None:
             return
-        found, units, name = self._diagram, self._units, "section_z"
-        axis = str(found[name].dims[0])
-        values = found[name].transpose(..., "point").values
+        found, units, z = self._diagram, self._units, self._diagram["section_z"]
+        axis = str(z.dims[0])
+        values = z.transpose(..., "point").values
         low, high = _limits(values, self._branch)
         shades = density(values, low, high, _ROWS).T ** DENSITY_EXPONENT
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
         top = high + _RIBBON * (high - low)
-        place = {"x": [left], "dw": [right - left]}
-        self._set(self.ink, data={"image": [shades.astype(np.float32)], "y": [low], "dh": [high - low], **place})
+        self._set(self.ink, data=image_data(shades.astype(np.float32), left, right, low, high))
         strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
-        self._set(self.ribbon, data={"image": [strip], "y": [high], "dh": [top - high], **place})
-        self._set(self.figure.x_range, start=float(found[axis][0]), end=float(found[axis][-1]))
-        self._set(self.figure.y_range, start=low, end=top)
-        self._set(self.figure.xaxis[0], axis_label=units.parameter(axis))
-        self._set(self.figure.yaxis[0], axis_label=units.label(found[name], "z"))
+        self._set(self.ribbon, data=image_data(strip, left, right, high, top))
+        self._limit((float(found[axis][0]), float(found[axis][-1])), (low, top))
+        self._label(units.parameter(axis), units.label(z, "z"))
 
 
 def _limits(values: np.ndarray, branch: xr.Dataset | None) -> tuple[float, float]:

@@ -1,10 +1,9 @@
-"""The map: an image of kinds of motion or of response measures, bifurcation curves, a crosshair at the point."""
+"""The two planes: the map with its bifurcation curves and the point, and the basins of attraction at the point."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,6 @@ from bokeh.models import (
     CustomJSHover,
     HoverTool,
     HSpan,
-    Image,
     LinearColorMapper,
     MultiLine,
     Range1d,
@@ -27,11 +25,22 @@ from bokeh.palettes import Viridis256
 
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import EventCurve, Skeleton
-from gearchaos.explorer.panels.labels import NONE, Units, label, symbol, unit
-from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
+from gearchaos.explorer.panels.style import (
+    NO_IMAGE,
+    NONE,
+    Legend,
+    Panel,
+    SetAttributes,
+    Units,
+    image_data,
+    label,
+    symbol,
+    unit,
+)
 from gearchaos.explorer.view.models import limits
 from gearchaos.explorer.view.state import View
 from gearchaos.plot._axes import cell_extent
+from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
 from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
 from gearchaos.plot._maps import colour_limits
 from gearchaos.plot._theme import EVENT_COLOURS, event_words
@@ -39,28 +48,16 @@ from gearchaos.plot._theme import EVENT_COLOURS, event_words
 CURVE_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
 """Colours of the curves by the kind of event, in the order of the legend."""
 
-_DOTTED = "graze"
-"""The kind whose curves are dotted, since a graze is no bifurcation in general."""
-
-_CURVE_WIDTH = 2.0
-"""Width of the curves of orbits of period 1, in pixels; it decreases with the period."""
-
-_FIELDS = ("xs", "ys", "colour", "width", "outline")
+_DOTTED = "graze"  # the kind whose curves are dotted, since a graze is no bifurcation in general
+_CURVE_WIDTH = 2.0  # width of the curves of orbits of period 1, in pixels; it decreases with the period
 
 
 class SkeletonCurves:
-    """Curves over a map: solid with a white outline, which shows them on every colour; those of grazes are dotted.
-
-    Parameters
-    ----------
-    figure : bokeh figure
-        Of the map.
-    set_attributes : SetAttributes
-    """
+    """Curves over a map: solid with a white outline, which shows them on every colour; those of grazes are dotted."""
 
     def __init__(self, figure: Any, set_attributes: SetAttributes) -> None:
         self._set = set_attributes
-        self.solid, self.dotted = (ColumnDataSource({n: [] for n in _FIELDS}) for _ in range(2))
+        self.solid, self.dotted = (ColumnDataSource(self._data(())) for _ in range(2))
         place = {"xs": "xs", "ys": "ys", "line_join": "round"}
         for source, dash in ((self.dotted, [2, 3]), (self.solid, [])):
             outline = MultiLine(**place, line_color="white", line_width="outline", line_alpha=0.7)
@@ -71,34 +68,25 @@ class SkeletonCurves:
     def show(self, curves: Sequence[EventCurve]) -> None:
         """Draw these curves instead of those before."""
         for source, dotted in ((self.solid, False), (self.dotted, True)):
-            own = [c for c in curves if (c.kind == _DOTTED) == dotted]
-            widths = [max(1.0, _CURVE_WIDTH / c.period**0.5) for c in own]
-            self._set(source, data={
-                "xs": [c.x.tolist() for c in own], "ys": [c.y.tolist() for c in own],
-                "colour": [CURVE_COLOURS.get(c.kind, "#333333") for c in own], "width": widths,
-                "outline": [w + 1.6 for w in widths],
-            })
+            self._set(source, data=self._data([c for c in curves if (c.kind == _DOTTED) == dotted]))
+
+    @staticmethod
+    def _data(curves: Sequence[EventCurve]) -> dict[str, list[Any]]:
+        widths = [max(1.0, _CURVE_WIDTH / c.period**0.5) for c in curves]
+        return {
+            "xs": [c.x.tolist() for c in curves], "ys": [c.y.tolist() for c in curves],
+            "colour": [CURVE_COLOURS.get(c.kind, "#333333") for c in curves], "width": widths,
+            "outline": [w + 1.6 for w in widths],
+        }
 
 
-@dataclass(frozen=True)
-class SkeletonText:
-    """What stands beside the button for bifurcation curves.
+class SkeletonText(NamedTuple):
+    """What stands beside the button for bifurcation curves."""
 
-    Attributes
-    ----------
-    legend : list of (str, bool, str)
-        Colour, whether dotted, and words of the kinds that occur.
-    count : int
-        Number of curves.
-    status : str
-    complete : bool
-        Whether all lines have been searched.
-    """
-
-    legend: list[tuple[str, bool, str]]
-    count: int
+    legend: list[tuple[str, bool, str]]  # colour, whether dotted, and words of the kinds that occur
+    curves: int
     status: str
-    complete: bool
+    complete: bool  # whether all lines have been searched
 
 
 def skeleton_text(found: Skeleton | None) -> SkeletonText:
@@ -119,8 +107,7 @@ def skeleton_text(found: Skeleton | None) -> SkeletonText:
 _SATURATED = 1.0
 """Percentage of the cells whose values lie above the colour scale: otherwise a few peaks would determine the scale."""
 
-_NO_VALUE = "#bfbfbf"
-"""Colour of cells whose motion does not have the response measure, or that are not computed yet."""
+_NO_VALUE = "#bfbfbf"  # colour of cells whose motion does not have the response measure, or that are not computed yet
 
 
 def _scale_of(classes: Sequence[MotionClass]) -> dict[str, Any]:
@@ -142,35 +129,24 @@ return isNaN(value) ? "none" : `${Number(value.toPrecision(4))} ${unit}`
 """
 
 
-class MapFigure:
-    """The map.
+class MapFigure(Panel):
+    """The map: an image of kinds of motion or of response measures, bifurcation curves, a crosshair at the point.
 
-    Attributes
-    ----------
-    figure : bokeh figure
-    legend : Legend
-        The legend of the map drawn last.
-    skeleton : SkeletonCurves
-        The bifurcation curves over the map.
+    ``legend`` is that of the map drawn last.
     """
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure(ticks=6, tools="pan,wheel_zoom,reset,save", toolbar_location="above",
-                           x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        super().__init__(set_attributes, ticks=6, tools="pan,wheel_zoom,reset,save", toolbar_location="above",
+                         x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         self.figure.add_tools(BoxZoomTool())
         self.figure.toolbar.active_drag = self.figure.toolbar.tools[0]
         self.figure.toolbar.active_scroll = self.figure.toolbar.tools[1]
-        self.figure.grid.visible = False
         self.figure.background_fill_color = "#fafafa"
-        self.image = ColumnDataSource({n: [] for n in ("image", "x", "y", "dw", "dh")})
         self.mapper = LinearColorMapper(nan_color=_NO_VALUE, **_scale_of(MOTION_CLASSES))
-        self.bar = ColorBar(
-            color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
+        self.bar = ColorBar(color_mapper=self.mapper, visible=False, width=10, ticker=BasicTicker(desired_num_ticks=6))
         self.figure.add_layout(self.bar, "right")
         self.legend = Legend()
-        drawn = self.figure.add_glyph(
-            self.image, Image(image="image", x="x", y="y", dw="dw", dh="dh", color_mapper=self.mapper))
+        self.image, drawn = self._image(self.mapper)
         text = CustomJSHover(args={"mapper": self.mapper}, code=_HOVER)
         self.hover = HoverTool(renderers=[drawn], formatters={"@image": text}, visible=False)
         self.figure.add_tools(self.hover)
@@ -186,11 +162,10 @@ class MapFigure:
 
     def set_plane(self, view: View, units: Units) -> None:
         """Show the part of the plane in view; the old image stays until there is a new one."""
-        ranges, axes = (self.figure.x_range, self.figure.y_range), (self.figure.xaxis[0], self.figure.yaxis[0])
-        for axis, shown, drawn in zip((view.x, view.y), ranges, axes, strict=True):
+        for axis, shown in ((view.x, self.figure.x_range), (view.y, self.figure.y_range)):
             shown.bounds = limits(view.model, axis.name)
             shown.update(start=axis.start, end=axis.stop, reset_start=axis.start, reset_end=axis.stop)
-            self._set(drawn, axis_label=units.parameter(axis.name))
+        self._label(units.parameter(view.x.name), units.parameter(view.y.name))
 
     def mark(self, at: tuple[float, float]) -> None:
         """Move the crosshair to the point."""
@@ -209,7 +184,7 @@ class MapFigure:
             self._show_measure(found, found.measure(colour, units.gears is not None), colour, units)
 
     def _show_classes(
-        self, found: Map, index: np.ndarray, classes: Sequence[MotionClass], words: str, units: Units
+        self, found: Map, index: np.ndarray, classes: Sequence[MotionClass], words: str, units: Units,
     ) -> None:
         """Draw the class of each cell, ``index`` (rows, columns) into ``classes``."""
         present = [classes[i] for i in np.unique(index) if i != NO_CLASS]
@@ -239,11 +214,69 @@ class MapFigure:
 
     def _draw(self, found: Map, image: np.ndarray, words: str, units: Units) -> None:
         vertical, horizontal = map(str, found.dataset["label"].dims)
-        left, right, bottom, top = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
-        place: dict[str, Any] = {"x": [left], "y": [bottom], "dw": [right - left], "dh": [top - bottom]}
-        self._set(self.image, data={"image": [image], **place})
+        extent = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
+        self._set(self.image, data=image_data(image, *extent))
         at = (
             (symbol(name), f"${way}{{{_FORMATS.get(name, '0.0000')}}}{units.after(name)}")
             for way, name in (("x", horizontal), ("y", vertical))
         )
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])
+
+
+class Choice(NamedTuple):
+    """One of the motions of a point."""
+
+    name: str
+    colour: str
+    share: float  # of the initial states that lead to it
+    initial: tuple[tuple[str, float], ...]  # initial values that lead to it
+
+
+def choices(found: xr.Dataset) -> list[Choice]:
+    """The motions of a Dataset from `gearchaos.explorer.jobs.point.attractors`."""
+    prefix = "attractor_start_"
+    variables = [n for n in map(str, found.data_vars) if n.startswith(prefix)]
+    return [
+        Choice(name, colour, float(found["attractor_fraction"][i]),
+               tuple((n.removeprefix(prefix), float(found[n][i])) for n in variables))
+        for i, (name, colour) in enumerate(zip(attractor_names(found), attractor_colours(found), strict=True))
+    ]
+
+
+class BasinsFigure(Panel):
+    """A plane of initial values, coloured by the motion that each leads to.
+
+    ``axes`` are the names of the two initial values, empty before the first plane is drawn. ``scales`` are the units
+    of both axes in dimensionless units: a value shown over its scale is dimensionless.
+    """
+
+    def __init__(self, set_attributes: SetAttributes) -> None:
+        super().__init__(set_attributes, ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
+        self.figure.update(visible=False)
+        self.mapper = LinearColorMapper(palette=[UNDECIDED], low=-1.5, high=-0.5)
+        self.source, _ = self._image(self.mapper)
+        self.axes, self.scales = ("", ""), (1.0, 1.0)
+        self.legend = Legend()
+
+    def show(self, dimensionless: xr.Dataset, units: Units) -> None:
+        """Draw a Dataset as from `gearchaos.basins` in these units."""
+        found = units.scaled(dimensionless)
+        vertical, horizontal = map(str, found["attractor"].dims)
+        x, y = found[horizontal], found[vertical]
+        colours = attractor_colours(found)
+        self._set(self.mapper, palette=[UNDECIDED, *colours], low=-1.5, high=len(colours) - 0.5)
+        image = found["attractor"].values.astype(np.float32)
+        self._set(self.source, data=image_data(image, *cell_extent(x.values, y.values)))
+        self._limit((float(x[0]), float(x[-1])), (float(y[0]), float(y[-1])))
+        self._label(units.label(x, horizontal), units.label(y, vertical))
+        self.axes, self.scales = (horizontal, vertical), (units.one(horizontal), units.one(vertical))
+        self._set(self.figure, visible=True)
+        shares = found["attractor_fraction"].values
+        names = [f"{n} ({100 * s:.0f} %)" for n, s in zip(attractor_names(found), shares, strict=True)]
+        self.legend = Legend(entries=tuple(zip(colours, names, strict=True)))
+
+    def clear(self) -> None:
+        """Hide the figure."""
+        self.legend = Legend()
+        self._set(self.source, data=NO_IMAGE)
+        self._set(self.figure, visible=False)

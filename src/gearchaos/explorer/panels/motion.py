@@ -10,24 +10,22 @@ from bokeh.models import ColumnDataSource, DataRange1d, FixedTicker, Line, Linea
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.panels.labels import NONE, Units
-from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, INK, STROBE, SetAttributes, empty_figure, style_axis
+from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, NONE, Panel, SetAttributes, Units, style_axis
 from gearchaos.gears.operating import Gears, pair_of
 from gearchaos.plot._axes import mesh_period
 from gearchaos.plot._motions import FLOOR, HISTORY_PERIODS, amplitudes
+from gearchaos.plot._theme import INK, STROBE
 
-_HISTORY_SAMPLES = 3000
-"""Largest number of samples drawn."""
+_HISTORY_SAMPLES = 3000  # largest number of samples drawn
 
 _PERIODS = "time τ/T (mesh periods)"
 
 
-class _LineFigure:
+class _LineFigure(Panel):
     """A figure with one line, which is a single point until a motion is drawn."""
 
     def __init__(self, set_attributes: SetAttributes, title: str, width: float, **options: Any) -> None:
-        self._set = set_attributes
-        self.figure = empty_figure(title, **options)
+        super().__init__(set_attributes, title, **options)
         self.source = ColumnDataSource(FIRST_DATA)
         self.figure.add_glyph(self.source, Line(x="x", y="y", line_color=INK, line_width=width))
 
@@ -43,22 +41,10 @@ class HistoryFigure(_LineFigure):
         super().__init__(set_attributes, "Time history", 1.2, x_axis_label=_PERIODS)
 
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units) -> None:
-        """Draw a motion.
-
-        Parameters
-        ----------
-        motion : xarray.Dataset
-            In these units.
-        tau : (S,)
-            Dimensionless times of its samples.
-        period : float
-            Dimensionless mesh period.
-        units : Units
-        """
+        """Draw a motion, which is in these units; its times ``tau`` (S,) and its mesh period are dimensionless."""
         time, shown, words = _times_shown(tau, period, units)
         self._set(self.source, data=_samples(time, motion["z"].values[shown]))
-        self._set(self.figure.xaxis[0], axis_label=words)
-        self._set(self.figure.yaxis[0], axis_label=units.label(motion["z"], "z"))
+        self._label(words, units.label(motion["z"], "z"))
 
 
 class ForceFigure(_LineFigure):
@@ -74,18 +60,15 @@ class ForceFigure(_LineFigure):
         self.figure.add_layout(self.roll, "above")
 
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units, gears: Gears) -> None:
-        """Draw a motion of gears; parameters as of `HistoryFigure.show`."""
-        time, shown, words = _times_shown(tau, period, units)
-        pair = pair_of(gears)
+        """Draw a motion of gears; arguments as of `HistoryFigure.show`."""
+        (time, shown, words), pair = _times_shown(tau, period, units), pair_of(gears)
         self._set(self.source, data=_samples(time, motion["mesh_force"].values[shown]))
         static = pair.M10 / pair.R1
         self._set(self.static, location=static if units.gears is not None else static / pair.scales.force)
-        end = float(time[-1])
-        self._set(self.figure.x_range, start=0.0, end=end)
+        self._set(self.figure.x_range, start=0.0, end=float(time[-1]))
         periods = float((tau[shown][-1] - tau[0]) / period)
         self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods / pair.n1)
-        self._set(self.figure.xaxis[-1], axis_label=words)
-        self._set(self.figure.yaxis[0], axis_label=units.label(motion["mesh_force"], "mesh_force"))
+        self._label(words, units.label(motion["mesh_force"], "mesh_force"))
         self._set(self.figure, visible=True)
 
     def clear(self) -> None:
@@ -96,8 +79,7 @@ class ForceFigure(_LineFigure):
 def _times_shown(tau: np.ndarray, period: float, units: Units) -> tuple[np.ndarray, np.ndarray, str]:
     """The times (N,) shown, from 0; which samples (S,) these are; and the label of their axis."""
     periods = (tau - tau[0]) / period
-    shown = periods <= HISTORY_PERIODS
-    shown &= np.arange(len(tau)) < _HISTORY_SAMPLES
+    shown = (periods <= HISTORY_PERIODS) & (np.arange(len(tau)) < _HISTORY_SAMPLES)
     if units.gears is None:
         return periods[shown], shown, _PERIODS
     return (tau[shown] - tau[0]) * units.one("tau"), shown, "time [ms]"
@@ -113,40 +95,31 @@ def times(motion: xr.Dataset) -> tuple[np.ndarray, float]:
     return motion["tau"].values, mesh_period(motion)
 
 
-_PHASE_SAMPLES = 3072
-"""Largest number of samples of the trajectory drawn."""
-
-_PHASE_POINTS = 96
-"""Largest number of stroboscopic points drawn."""
+_PHASE_SAMPLES = 3072  # largest number of samples of the trajectory drawn
+_PHASE_POINTS = 96  # largest number of stroboscopic points drawn
 
 
-class PhaseFigure:
+class PhaseFigure(Panel):
     """Velocity against displacement, the ends of the backlash and the stroboscopic points."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        ranges = {"x_range": DataRange1d(), "y_range": DataRange1d()}
-        self.figure = empty_figure("Phase (dashed: backlash)", **ranges)
-        self.line = ColumnDataSource(FIRST_DATA)
-        self.points = ColumnDataSource({"x": [], "y": []})
+        super().__init__(set_attributes, "Phase (dashed: backlash)", x_range=DataRange1d(), y_range=DataRange1d())
+        self.line, self.points = ColumnDataSource(FIRST_DATA), ColumnDataSource({"x": [], "y": []})
         self.ends = [Span(dimension="height", location=z, line_color=BOUNDARY, line_dash="dashed") for z in (-1, 1)]
         drawn = self.figure.add_glyph(self.line, Line(x="x", y="y", line_color=INK, line_width=1))
-        dots = self.figure.add_glyph(
-            self.points, Scatter(x="x", y="y", size=5, fill_color=STROBE, line_color=None))
+        dots = self.figure.add_glyph(self.points, Scatter(x="x", y="y", size=5, fill_color=STROBE, line_color=None))
         self.figure.x_range.renderers = self.figure.y_range.renderers = [drawn, dots]
         for end in self.ends:
             self.figure.add_layout(end)
 
     def show(self, motion: xr.Dataset, units: Units) -> None:
         """Draw a motion, which is in these units."""
-        values = (motion["z"].values, motion["z_dot"].values)
-        self._set(self.line, data={n: v[:_PHASE_SAMPLES].astype(np.float32) for n, v in zip("xy", values, strict=True)})
-        sections = (motion[f"section_{n}"].values[:_PHASE_POINTS] for n in ("z", "z_dot"))
-        self._set(self.points, data=dict(zip("xy", map(np.asarray, sections), strict=True)))
+        self._set(self.line, data=_samples(*(motion[n].values[:_PHASE_SAMPLES] for n in ("z", "z_dot"))))
+        x, y = (motion[f"section_{n}"].values[:_PHASE_POINTS] for n in ("z", "z_dot"))
+        self._set(self.points, data={"x": x, "y": y})
         for sign, end in zip((-1, 1), self.ends, strict=True):
             self._set(end, location=sign * units.one("z"))
-        self._set(self.figure.xaxis[0], axis_label=units.label(motion["z"], "z"))
-        self._set(self.figure.yaxis[0], axis_label=units.label(motion["z_dot"], "z_dot"))
+        self._label(units.label(motion["z"], "z"), units.label(motion["z_dot"], "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""
@@ -154,20 +127,18 @@ class PhaseFigure:
         self._set(self.points, data={"x": [], "y": []})
 
 
-_FEW = 64
-"""Up to this number of points, markers are large."""
+_FEW = 64  # up to this number of points, markers are large
 
 _PADDING = 0.3
 """Room around the points, relative to the range of their values, so that few of them do not lie in the corners."""
 
 
-class PortraitFigure:
+class PortraitFigure(Panel):
     """Stroboscopic points in the plane of displacement and velocity."""
 
     def __init__(self, set_attributes: SetAttributes) -> None:
-        self._set = set_attributes
-        ranges = {"x_range": DataRange1d(range_padding=_PADDING), "y_range": DataRange1d(range_padding=_PADDING)}
-        self.figure = empty_figure("Stroboscopic portrait", **ranges)
+        super().__init__(set_attributes, "Stroboscopic portrait", x_range=DataRange1d(range_padding=_PADDING),
+                         y_range=DataRange1d(range_padding=_PADDING))
         self.source = ColumnDataSource(FIRST_DATA)
         self.glyph = Scatter(x="x", y="y", size=0, fill_color=INK, line_color=None)
         self.figure.add_glyph(self.source, self.glyph)
@@ -181,8 +152,7 @@ class PortraitFigure:
         x, y = (units.variables(points)[n] for n in names)
         self._set(self.glyph, size=6 if len(x) <= _FEW else 2)
         self._set(self.source, data={"x": x.values, "y": y.values})
-        self._set(self.figure.xaxis[0], axis_label=units.label(x, "z"))
-        self._set(self.figure.yaxis[0], axis_label=units.label(y, "z_dot"))
+        self._label(units.label(x, "z"), units.label(y, "z_dot"))
 
     def clear(self) -> None:
         """Draw nothing."""
@@ -190,12 +160,9 @@ class PortraitFigure:
         self._set(self.source, data=FIRST_DATA)
 
 
-_ORDERS = 6
-"""Highest order of the mesh frequency shown."""
+_ORDERS = 6  # highest order of the mesh frequency shown
 
-_ORDER = "order of the mesh frequency"
-
-_AMPLITUDE = "amplitude"
+_ORDER, _AMPLITUDE = "order of the mesh frequency", "amplitude"
 
 
 class SpectrumFigure(_LineFigure):
@@ -211,11 +178,9 @@ class SpectrumFigure(_LineFigure):
         order, amplitude = amplitudes(motion.assign(z_dot=(velocity.dims, velocity.values)), "z_dot")
         inside = order <= _ORDERS
         least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
-        values = (order[inside], np.maximum(amplitude[inside], least))
-        self._set(self.source, data={n: v.astype(np.float32) for n, v in zip("xy", values, strict=True)})
+        self._set(self.source, data=_samples(order[inside], np.maximum(amplitude[inside], least)))
         _, bracket, unit = units.label(velocity, "z_dot").partition(" [")
-        self._set(self.figure.yaxis[0], axis_label=_AMPLITUDE + bracket + unit)
         words = f"{_ORDER} [{NONE}]" if units.marked else _ORDER
         if units.gears is not None:  # with the frequency of order 1, short enough for a small figure
             words = f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
-        self._set(self.figure.xaxis[0], axis_label=words)
+        self._label(words, _AMPLITUDE + bracket + unit)

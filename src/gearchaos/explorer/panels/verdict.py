@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.orbits import obstacle
 from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.panels.labels import Units, hint, symbol, unit
-from gearchaos.explorer.panels.style import motion_colour
+from gearchaos.explorer.panels.style import Units, hint, motion_colour, symbol, unit
 from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
@@ -23,11 +22,8 @@ _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
     "dynamic_factor": quantity("dynamic_factor").long_name,  # its title is too long for a narrow column
 }
-_JOINED = "\N{WORD JOINER}"
-"""Keeps the characters beside it in one line."""
-
-_FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}
-"""Measures that are shown in the units of gears only."""
+_JOINED = "\N{WORD JOINER}"  # keeps the characters beside it in one line
+_FORCES = {"mesh_force_peak": quantity("mesh_force_peak").title}  # measures that are shown in the units of gears only
 
 _CONTACT = {
     "permanent": "the teeth never part", "one-sided": "the teeth part, the back flank is not reached",
@@ -41,54 +37,24 @@ HINTS = {words: hint(name) for name, words in {
 """What the rows of a verdict mean, by their names."""
 
 
-@dataclass(frozen=True)
-class VerdictText:
-    """The text on the motion at a point.
+class VerdictText(NamedTuple):
+    """What the page says of a motion beside its label and reason."""
 
-    Attributes
-    ----------
-    label, reason, colour : str
-        The kind of motion, why it is that one, and its colour.
-    where : str
-        The point on the map.
-    stage : str
-        As of `PointMotion.stage`.
-    final : bool
-        Whether the verdict is final.
-    periods : str
-        Mesh periods computed.
-    rows : list of (str, str)
-        Names and values of the evidence and of the response measures.
-    spectral : str
-        The class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none.
-    evidence : str
-        What the verdict rests on.
-    obstacle : str
-        Why the branch of the motion cannot be followed; empty if it can.
-    """
-
-    label: str
-    reason: str
-    colour: str
-    where: str
-    stage: str
-    final: bool
-    periods: str
-    rows: list[tuple[str, str]]
-    spectral: str
-    evidence: str
-    obstacle: str
+    colour: str  # of the kind of motion
+    where: str  # the point on the map
+    rows: list[tuple[str, str]]  # names and values of the evidence and of the response measures
+    spectral: str  # the class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none
+    evidence: str  # what the verdict rests on
+    obstacle: str  # why the branch of the motion cannot be followed; empty if it can
 
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
-    """The text on the motion at a point, with response measures in these units."""
+    """What the page says of the motion at a point beside its label and reason, in these units."""
     v, names = found.verdict, (view.x.name, view.y.name)
     where = ", ".join(f"{symbol(n)} = {at:g}{units.after(n)}" for n, at in zip(names, view.at, strict=True))
-    spectral = "the same" if v.spectral_label == v.label else v.spectral_label or ""
     return VerdictText(
-        label=v.label, reason=v.reason, colour=motion_colour(v.label), where=where, stage=found.stage,
-        final=found.final, periods=f"{v.periods_spent:,}", rows=[*_operation(v.model, units), *_rows(v, units)],
-        spectral=spectral,
+        motion_colour(v.label), where, [*_operation(v.model, units), *_rows(v, units)],
+        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
         evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
         obstacle=obstacle(found),
     )

@@ -10,54 +10,27 @@ import math
 from gearchaos.errors import InputError
 from gearchaos.quantities import Range, find, parse, parse_harmonic
 
-MAP_CELLS = (400, 300)
-"""Columns and rows of the complete map."""
+MAP_CELLS = (400, 300)  # columns and rows of the complete map
+DIAGRAM_COLUMNS, DIAGRAM_POINTS = 400, 96  # columns of the bifurcation diagram, and stroboscopic points in each column
+BASIN_CELLS = (160, 160)  # columns and rows of the plane of initial values whose basins are shown
+INITIAL_STATES = 64  # number of initial states from which the coexisting motions of one point are sought
+ATTRACTOR_MAP = (48, 36, 6)  # columns, rows, and initial states in each cell, of the map of the number of attractors
+BRANCH_POINTS = 2000  # largest number of points of a branch, or of a curve over the map, in each direction
 
-DIAGRAM_COLUMNS, DIAGRAM_POINTS = 400, 96
-"""Columns of the bifurcation diagram, and stroboscopic points in each column."""
-
-BASIN_CELLS = (160, 160)
-"""Columns and rows of the plane of initial values whose basins are shown."""
-
-INITIAL_STATES = 64
-"""Number of initial states from which the coexisting motions of one point are sought."""
-
-ATTRACTOR_MAP = (48, 36, 6)
-"""Columns, rows, and initial states in each cell, of the map of the number of attractors."""
-
-BRANCH_POINTS = 2000
-"""Largest number of points of a branch, or of a curve over the map, in each direction."""
-
-SKELETON_PERIODS = (1, 2, 4)
-"""Largest periods of the orbits whose bifurcation curves can be asked for."""
-
-SKELETON_PERIOD = 2
-"""The one that is chosen first."""
+SKELETON_PERIODS, SKELETON_PERIOD = (1, 2, 4), 2
+"""Largest periods of the orbits whose bifurcation curves can be asked for, and the one that is chosen first."""
 
 SKELETON_LINES = (0.5, 0.75, 0.25, 0.9)
 """Where the lines lie that are searched for the events of these curves, as shares of the map."""
 
-PORTRAIT_POINTS = 4000
-"""Largest number of stroboscopic points in a portrait, one per mesh period."""
-
-HIGHEST_HARMONIC = 8
-"""Highest order of the harmonics of the transmission error and of the mesh stiffness."""
-
-LEVELS = (0.05, 20.0)
-"""Least and largest level of a stepped mesh stiffness."""
-
-QUERY_LENGTH = 4000
-"""Largest number of characters in the query of an address."""
+PORTRAIT_POINTS = 4000  # largest number of stroboscopic points in a portrait, one per mesh period
+HIGHEST_HARMONIC = 8  # highest order of the harmonics of the transmission error and of the mesh stiffness
+LEVELS = (0.05, 20.0)  # least and largest level of a stepped mesh stiffness
+QUERY_LENGTH = 4000  # largest number of characters in the query of an address
 
 
 def value_range(name: str) -> Range:
-    """The range of values that the explorer accepts for a parameter, pair, harmonic or initial value, by its name.
-
-    Raises
-    ------
-    InputError
-        If the explorer has no range for such a name.
-    """
+    """The range that the explorer accepts for a parameter, pair, harmonic or initial value; `InputError` if none."""
     found = None if parse(name).prefix else find(name)
     if found is None or found.range is None:
         raise InputError("parameter", "must be one that the explorer knows", name)
@@ -67,11 +40,8 @@ def value_range(name: str) -> Range:
 def bounded(name: str, value: object) -> float:
     """``value`` as a float.
 
-    Raises
-    ------
-    InputError
-        If it is not a finite number, or outside the range that the explorer accepts for this parameter, or this is a
-        harmonic of too high an order.
+    An `InputError` says that it is not a finite number, or outside the range that the explorer accepts for this
+    parameter, or that this is a harmonic of too high an order.
     """
     found = in_range(name, value)
     parts = parse_harmonic(name)
@@ -87,13 +57,6 @@ def in_range(name: str, value: object) -> float:
     if not least <= found <= most:
         raise InputError(name, f"must lie in [{least:g}, {most:g}] in the explorer", found)
     return found
-
-
-def bounded_level(level: float) -> None:
-    """Raise `InputError` if a level of a stepped stiffness is outside the range that the explorer accepts."""
-    least, most = LEVELS
-    if not least <= level <= most:
-        raise InputError("stiffness.levels", f"must lie in [{least:g}, {most:g}] in the explorer", level)
 
 
 def finite_number(name: str, value: object) -> float:

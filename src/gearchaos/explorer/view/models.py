@@ -21,8 +21,7 @@ from gearchaos.model import COORDINATES, PARAMETER_PAIRS, SUPPORTS, MeshModel, h
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
 from gearchaos.studies.axis import Axis
 
-WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")
-"""Pairs of values that belong to the wheels and their supports."""
+WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")  # pairs of values that belong to the wheels and their supports
 
 AnyModel = TypeVar("AnyModel", bound=MeshModel)
 
@@ -50,10 +49,9 @@ def are_alike(model: MeshModel) -> bool:
     return all(equal(model, pair) for pair in WHEELS)
 
 
-GEAR_VALUES = ("speed", "torque", "backlash", "grade", "zeta")
+GEAR_VALUES: tuple[str, ...] = ("speed", "torque", "backlash", "grade", "zeta")
 """The values of gears that a page sets, in rpm, N m and µm; the grade and ζ have no unit."""
 
-_FROM_QUALITY = "from quality"
 _UM = 1e-6
 
 _DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
@@ -62,8 +60,7 @@ _DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
 _SHARES = (0.1, 2.5)
 """Ends of the axes that a page shows first, relative to the speed and the torque at which the gears operate."""
 
-_TOLERANCE = 1e-12
-"""Relative rounding error allowed for the conversion of a value to SI units and back."""
+TOLERANCE = 1e-12  # relative rounding error allowed for the conversion of a value to SI units and back
 
 
 def own_kind(gears: Gears) -> str:
@@ -85,37 +82,33 @@ def gear_values(model: OperatingModel) -> dict[str, float]:
 
     Speed and torque are those of the model, which may have been set as ``omega`` and ``q1``.
     """
-    gears, pair, own = model.gears, pair_of(model.gears), own_model(model.gears, model.kind)
-    speed = pair.speed if model.omega == own.omega else model.omega * pair.omega0 / pair.n1 / RPM
-    torque = pair.M10 if model.q1 == own.q1 else model.q1 * pair.scales.torque1
-    values = {"speed": _digits(speed), "torque": _digits(torque), "backlash": _digits(pair.backlash / _UM)}
+    gears, pair = model.gears, pair_of(model.gears)
+    values = {"speed": model.value("speed"), "torque": model.value("torque"), "backlash": pair.backlash / _UM}
     if (quality := _quality(gears)) is not None:
-        values["grade"] = float(quality.coarsest)
-    if model.zeta != own.zeta:
-        zeta = model.zeta
-    else:
-        zeta = gears.given("damping_ratio") if isinstance(gears, GearDesign) else _digits(
-            pair.k / (2 * pair.mass * pair.omega0))
-    return {**values, "zeta": zeta}
+        values["grade"] = quality.coarsest
+    values["zeta"] = pair.k / (2 * pair.mass * pair.omega0)
+    out = {n: _digits(value) for n, value in values.items()}
+    if model.zeta != own_model(gears, model.kind).zeta:
+        out["zeta"] = model.zeta
+    elif isinstance(gears, GearDesign):
+        out["zeta"] = gears.given("damping_ratio")
+    return out
 
 
-def _digits(value: float) -> float:
+def _digits(value: Any) -> float:
     """A value without the rounding error of its conversion from SI units."""
     return float(f"{value:.14g}")
 
 
 def _quality(gears: Gears) -> Quality | None:
     """The accuracy grade, if the transmission error of the gears follows from it."""
-    return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == _FROM_QUALITY else None
+    return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == "from quality" else None
 
 
 def with_gear_value(gears: Any, name: str, value: float) -> Gears:
     """The gears with one of `GEAR_VALUES` replaced; the same gears if they have that value already.
 
-    Raises
-    ------
-    InputError
-        If the gears have no such value, or do not accept it.
+    An `InputError` says that the gears have no such value, or do not accept it.
     """
     own = gear_values(own_model(gears, own_kind(gears)))
     if name not in own:
@@ -124,16 +117,16 @@ def with_gear_value(gears: Any, name: str, value: float) -> Gears:
         return gears
     if name in _DIMENSIONLESS:
         return gears.at(**{name: value})
+    new: dict[str, Any]
     if isinstance(gears, GearPair):
-        if name == "backlash":
-            return replace(gears, backlash=value * _UM)
-        return replace(gears, k=2 * value * gears.mass * gears.omega0)
-    if name == "backlash":
-        return replace(gears, backlash={"value": value * _UM, "of": "line of action, total"})
-    if name == "grade":
-        grade: Any = int(value) if value == int(value) else value
-        return replace(gears, quality=replace(gears.quality, grade=grade))
-    return replace(gears, damping_ratio=value)
+        new = {"backlash": value * _UM} if name == "backlash" else {"k": 2 * value * gears.mass * gears.omega0}
+    elif name == "grade":
+        new = {"quality": replace(gears.quality, grade=int(value) if value == int(value) else value)}
+    elif name == "backlash":
+        new = {"backlash": {"value": value * _UM, "of": "line of action, total"}}
+    else:
+        new = {"damping_ratio": value}
+    return replace(gears, **new)
 
 
 def with_new_gears(model: OperatingModel, gears: Gears, kind: str | None = None) -> OperatingModel:
@@ -183,7 +176,7 @@ def settled(model: OperatingModel) -> OperatingModel:
     for name in ("speed", "torque", "zeta"):
         gears = with_gear_value(gears, name, wanted[name])
     new = own_model(gears, model.kind)
-    if not all(math.isclose(getattr(model, n), getattr(new, n), rel_tol=_TOLERANCE) for n in names):
+    if not all(math.isclose(getattr(model, n), getattr(new, n), rel_tol=TOLERANCE) for n in names):
         return model
     same = replace(model, **{n: getattr(own, n) for n in names})
     return with_new_gears(same, gears)
@@ -206,14 +199,10 @@ def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     least = 1.01 * omega.least * _resonance_speed(pair_of(gears, high))
     most = 0.99 * omega.most * _resonance_speed(pair_of(gears, low or high))
     first, last = max(_SHARES[0] * speed, least), min(_SHARES[1] * speed, max(most, speed))
-    return (_rounded_axis("speed", min(first, 0.9 * last), last, MAP_CELLS[0]),
-            _rounded_axis("torque", low, high, MAP_CELLS[1]))
-
-
-def _rounded_axis(name: str, start: float, stop: float, count: int) -> Axis:
-    """An axis whose ends have few digits."""
-    width = stop - start
-    return Axis(name, rounded(start, width) or start, rounded(stop, width), count)
+    ends = ("speed", min(first, 0.9 * last), last), ("torque", low, high)
+    x, y = (Axis(name, rounded(start, stop - start) or start, rounded(stop, stop - start), count)  # ends of few digits
+            for (name, start, stop), count in zip(ends, MAP_CELLS, strict=True))
+    return x, y
 
 
 def as_operating_axis(gears: Gears, axis: Axis) -> Axis:
@@ -251,8 +240,7 @@ def slider_range(gears: Gears | None, name: str) -> Range:
     for axis in operating_axes(gears):
         if axis.name == name:
             return found._replace(low=axis.start, high=axis.stop)
-    quality = _quality(gears)
-    if name == "grade" and quality is not None:
+    if name == "grade" and (quality := _quality(gears)) is not None:
         low, high = editions()[quality.standard].grades
         return found._replace(low=low, high=high)
     return found
@@ -279,11 +267,11 @@ def check_operating_range(model: OperatingModel, axes: Iterable[Axis]) -> None:
 
 
 @cache
-def figure_plane(number: int) -> tuple[Axis, Axis]:
-    """The horizontal and the vertical axis of a figure of the paper that is a map."""
+def first_plane() -> tuple[Axis, Axis]:
+    """The axes of the map of the paper's figure 2, which a page shows first."""
     from gearchaos.paper.settings import all_figures  # here, since worker processes import this module
 
-    axes = next(iter(all_figures()[number].studies.values())).axes
+    axes = next(iter(all_figures()[2].studies.values())).axes
     x, y = (Axis(n, r.start, r.stop, count) for (n, r), count in zip(axes.items(), MAP_CELLS, strict=True))
     return x, y
 

@@ -16,17 +16,7 @@ from gearchaos.studies.axis import Axis
 
 @dataclass(frozen=True)
 class Preset:
-    """One part of a figure of the paper.
-
-    Attributes
-    ----------
-    name : str
-        Number and title of the figure.
-    view : View
-        What the page shows.
-    basins : bool
-        Whether the figure shows basins, which are then computed at once.
-    """
+    """One part of a figure of the paper, by its number and title; its basins are computed at once if it shows some."""
 
     name: str
     view: View
@@ -58,20 +48,17 @@ def preset_of(view: View, last: str = "") -> str:
     ``last`` is the preset chosen last. It stays chosen while the point moves in its plane; any other preset is
     recognised only at its own point.
     """
+    def plane(view: View) -> tuple[object, ...]:
+        """Kind of model, the two parameters of the map, and the values of all others; not the ranges of the map."""
+        model, names = view.model, (view.x.name, view.y.name)
+        scanned = model.expand(dict.fromkeys(names))
+        kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
+        return model.kind, names, kept
+
     if gears_of(view.model) is not None:
         return ""
-    matching = [key for key, preset in presets().items() if _plane(preset.view) == _plane(view)]
-    if last in matching:
-        return last
-    return next((key for key in matching if presets()[key].view.at == view.at), "")
-
-
-def _plane(view: View) -> tuple[object, ...]:
-    """Kind of model, the two parameters of the map, and the values of all others; not the ranges of the map."""
-    model, names = view.model, (view.x.name, view.y.name)
-    scanned = model.expand(dict.fromkeys(names))
-    kept = {n: v for n, v in (model.parameters() | dict(model.initial)).items() if n not in scanned}
-    return model.kind, names, kept
+    matching = [key for key, preset in presets().items() if plane(preset.view) == plane(view)]
+    return last if last in matching else next((key for key in matching if presets()[key].view.at == view.at), "")
 
 
 def _view(study: FigureStudy) -> View:

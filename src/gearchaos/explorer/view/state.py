@@ -9,23 +9,10 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.view import models
-from gearchaos.explorer.view.bounds import (
-    MAP_CELLS,
-    bounded,
-    bounded_level,
-    finite_number,
-    in_range,
-    rounded,
-    value_range,
-)
-from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, figure_plane, value_on
+from gearchaos.explorer.view.bounds import LEVELS, MAP_CELLS, bounded, finite_number, in_range, rounded, value_range
+from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, first_plane, value_on
 from gearchaos.gears.operating import Gears, OperatingModel, gears_of
-from gearchaos.model import (
-    KINDS,
-    PARAMETER_PAIRS,
-    STIFFNESS_KINDS,
-    MeshModel,
-)
+from gearchaos.model import KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis, check_plane
 
@@ -39,41 +26,19 @@ COLOURS = {
 LINES = {"x": "horizontal", "y": "vertical"}
 """Directions of the bifurcation diagram through the point, by the axis of the map."""
 
+
 @dataclass(frozen=True)
 class View:
-    """The state of a page: everything that determines what it shows.
+    """The state of a page: everything that determines what it shows; `InputError` if a value is not accepted."""
 
-    Attributes
-    ----------
-    model : MeshModel
-        All parameters except the two of the map; an `OperatingModel` if gears are shown.
-    x, y : Axis
-        The horizontal and the vertical axis of the map, over the part in view.
-    at : (float, float)
-        The point chosen, in the two parameters of the map.
-    colour : str
-        The variable by which the map is coloured, one of `COLOURS`.
-    line : {"x", "y"}
-        The axis along which the bifurcation diagram runs through the point.
-    initial : tuple of (name, value)
-        Initial values of another motion chosen at the point; empty for those of the model.
-    physical : bool
-        Whether results are shown in the units of the gears, if there are some.
-
-    Raises
-    ------
-    InputError
-        If a value is not accepted; it has the field, the rule, the value and advice.
-    """
-
-    model: MeshModel
-    x: Axis
+    model: MeshModel  # all parameters except the two of the map; an `OperatingModel` if gears are shown
+    x: Axis  # the axes of the map, over the part in view
     y: Axis
-    at: tuple[float, float]
-    colour: str = "motion"
-    line: str = "x"
-    initial: tuple[tuple[str, float], ...] = ()
-    physical: bool = False
+    at: tuple[float, float]  # the point chosen, in the two parameters of the map
+    colour: str = "motion"  # the variable by which the map is coloured, one of `COLOURS`
+    line: str = "x"  # the axis along which the bifurcation diagram runs through the point, one of `LINES`
+    initial: tuple[tuple[str, float], ...] = ()  # of another motion chosen at the point; empty for those of the model
+    physical: bool = False  # whether results are shown in the units of the gears, if there are some
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
@@ -137,7 +102,8 @@ class View:
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """The same model over another plane, or another part of this one; the parameters at the point stay the same."""
-        return replace(self, model=self.operating_point, x=x, y=y, at=_values_on(self.operating_point, x, y))
+        model = self.operating_point
+        return replace(self, model=model, x=x, y=y, at=(value_on(model, x), value_on(model, y)))
 
     def with_axis(self, which: str, name: str) -> View:
         """The view with another parameter along the axis ``which`` ("x" or "y"), over the range of its slider.
@@ -168,15 +134,9 @@ class View:
 
     def zoomed(self, x: tuple[float, float], y: tuple[float, float]) -> View:
         """The view of another part of the plane, between these ends (low, high) of both axes."""
-        axes = [
-            Axis(a.name, float(low), float(high), a.count)
-            for a, (low, high) in zip((self.x, self.y), (x, y), strict=True)
-        ]
-        return replace(self, x=axes[0], y=axes[1])
-
-    def with_initial(self, initial: tuple[tuple[str, float], ...]) -> View:
-        """The view with the motion at the point from these initial values."""
-        return replace(self, initial=initial)
+        ends = zip((self.x, self.y), (x, y), strict=True)
+        across, up = (Axis(a.name, float(low), float(high), a.count) for a, (low, high) in ends)
+        return replace(self, x=across, y=up)
 
     def with_changed_initial(self, values: Mapping[str, float]) -> View:
         """The view with these initial values changed; those of a motion chosen before stay otherwise."""
@@ -221,25 +181,22 @@ class View:
             model: MeshModel = models.with_new_gears(point, point.gears, kind)
         else:
             model = as_kind(point, kind)
-        x, y = self._axes_for(model)
-        if x.name == y.name:
-            x, y = figure_plane(2)
-        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
+        return self._with_model(model)
 
     def with_stiffness(self, name: str) -> View:
         """The view with this kind of mesh stiffness, at its default values, unless it has it already."""
         check_known("stiffness", name, STIFFNESS_KINDS)
-        if name == stiffness_name(self.model):
+        if name == self.model.stiffness.kind:
             return self
-        model = replace(self.operating_point, stiffness=STIFFNESS_KINDS[name].example())
-        x, y = self._axes_for(model)
-        return replace(self, model=model, x=x, y=y, at=_values_on(model, x, y), initial=())
+        return self._with_model(replace(self.operating_point, stiffness=STIFFNESS_KINDS[name].example()))
 
-    def _axes_for(self, model: MeshModel) -> tuple[Axis, Axis]:
-        """The present axes, each replaced by that of the paper's figure 2 if the model does not have its parameter."""
-        names = axis_names(model)
-        x, y = (a if a.name in names else default for a, default in zip((self.x, self.y), figure_plane(2), strict=True))
-        return x, y
+    def _with_model(self, model: MeshModel) -> View:
+        """The view of another model; an axis whose parameter it does not have is replaced by that of figure 2."""
+        names, first = axis_names(model), first_plane()
+        x, y = (a if a.name in names else other for a, other in zip((self.x, self.y), first, strict=True))
+        if x.name == y.name:
+            x, y = first
+        return replace(self, model=model, x=x, y=y, at=(value_on(model, x), value_on(model, y)), initial=())
 
 
 def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
@@ -249,18 +206,11 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     the contact of the teeth, and results are in their units.
     """
     gears = gears_of(model)
-    defaults = figure_plane(2) if gears is None else models.operating_axes(gears)
-    x, y = (
-        Axis(a.name, a.start, a.stop, n) if a else default
-        for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True)
-    )
-    return View(model, x, y, _values_on(model, x, y), "motion" if gears is None else "contact",
+    defaults = first_plane() if gears is None else models.operating_axes(gears)
+    x, y = (Axis(a.name, a.start, a.stop, n) if a else default
+            for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True))
+    return View(model, x, y, (value_on(model, x), value_on(model, y)), "motion" if gears is None else "contact",
                 physical=gears is not None)
-
-
-def stiffness_name(model: MeshModel) -> str:
-    """Which of `STIFFNESS_KINDS` a model has."""
-    return model.stiffness.kind
 
 
 def check_known(field: str, value: str, names: Iterable[str]) -> None:
@@ -277,16 +227,13 @@ def _check_model(model: MeshModel) -> None:
     own = models.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
         (in_range if own.get(name) == value else bounded)(name, value)
+    least, most = LEVELS
     for _, level in model.stiffness.parts(model.stiffness.numbers()) if model.stiffness.unnamed() else ():
-        bounded_level(level)
+        if not least <= level <= most:
+            raise InputError("stiffness.levels", f"must lie in [{least:g}, {most:g}] in the explorer", level)
 
 
 def _accepted(model: MeshModel, axis: Axis, value: float) -> float:
     """The nearest value that the explorer accepts, rounded to about what one pixel resolves."""
     least, most = models.limits(model, axis.name)
     return rounded(min(max(finite_number(axis.name, value), least), most), axis.stop - axis.start)
-
-
-def _values_on(model: MeshModel, x: Axis, y: Axis) -> tuple[float, float]:
-    """The values that the model has for the parameters of both axes."""
-    return value_on(model, x), value_on(model, y)

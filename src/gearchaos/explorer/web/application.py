@@ -19,7 +19,6 @@ from urllib.parse import unquote
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
 from bokeh.core.templates import get_env
-from bokeh.protocol.message import Message
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.doc_handler import DocHandler
@@ -32,27 +31,24 @@ from tornado.web import ErrorHandler
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import Workers
-from gearchaos.explorer.view.address import from_query
 from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.state import View
+from gearchaos.explorer.view.text import from_query
 from gearchaos.explorer.web import LOCAL
-from gearchaos.explorer.web.messages import static_text, template_text
+from gearchaos.explorer.web.messages import asset
 from gearchaos.explorer.web.session import Session
 
-LARGEST_MESSAGE = 2**20
-"""Largest number of bytes in a message; a page sends a few thousand at most."""
+LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
 _SESSIONS = ("bokeh-token", "bokeh-session-id")
 """Arguments by which a request could choose a session of Bokeh. They are refused: every page gets a new session."""
 
-_FRAMES = 3
-"""Number of frames in a message: header, metadata, content."""
+_FRAMES = 3  # number of frames in a message: header, metadata, content
 
 _ANSWERS = {"PULL-DOC-REQ": ServerSession.pull, "PATCH-DOC": ServerSession.patch}
 """The types of message that a page sends, and the function that answers each."""
 
-_INVALID = "not a message of this page"
-"""Reason given when a connection is closed."""
+_INVALID = "not a message of this page"  # reason given when a connection is closed
 
 log = logging.getLogger(__name__)
 
@@ -99,28 +95,24 @@ class Socket(WSHandler):
             self._refuse()
             return
         self._frames.append(fragment)
-        if len(self._frames) == _FRAMES:
-            frames, self._frames = self._frames, []
-            await self._answer_message(*frames)
-
-    async def _answer_message(self, header: str, metadata: str, content: str) -> None:
+        if len(self._frames) < _FRAMES:
+            return
+        frames, self._frames = self._frames, []
         try:
-            message = self.connection.protocol.assemble(header, metadata, content)
-            answer = _ANSWERS[message.msgtype]
+            message = self.connection.protocol.assemble(*frames)
+            answer: Any = _ANSWERS[message.msgtype]
             known = isinstance(message.header["msgid"], str) and "num_buffers" not in message.header
         except Exception:
             known = False
         if not known:
             self._refuse()
             return
-        await self.send_message(await self._answer(answer, message))
-
-    async def _answer(self, answer: Any, message: Message[Any]) -> Message[Any]:
         try:
-            return await answer(message, self.connection)
+            reply = await answer(message, self.connection)
         except Exception:  # an unknown model or value; errors in event handlers are caught by `Session`
             log.info("a patch cannot be applied", exc_info=True)
-        return self.connection.error(message, _INVALID)
+            reply = self.connection.error(message, _INVALID)
+        await self.send_message(reply)
 
     def _refuse(self) -> None:
         log.info("a connection is closed: %s", _INVALID)
@@ -134,14 +126,7 @@ _SERVED: dict[Any, Any] = {
 
 
 class GuardedTornado(BokehTornado):
-    """Bokeh's Tornado application with these checks; session tokens are signed.
-
-    Parameters
-    ----------
-    applications : mapping of str to Application
-    host : str
-        The address at which the server listens.
-    """
+    """Bokeh's Tornado application with these checks for a server at ``host``; session tokens are signed."""
 
     def __init__(self, applications: Any, host: str, **options: Any) -> None:
         self._host = host
@@ -160,7 +145,6 @@ class GuardedTornado(BokehTornado):
         if status is not None:
             target, target_kwargs, path_args, path_kwargs = ErrorHandler, {"status_code": status}, None, None
         return super().get_handler_delegate(request, target, target_kwargs, path_args, path_kwargs)
-
 
 
 _HOST = re.compile(r"(?P<name>[a-z0-9._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
@@ -190,14 +174,10 @@ def own_host(header: str, host: str) -> bool:
 def application(view: View, workers: Workers) -> Application:
     """The application with the explorer's page.
 
-    Parameters
-    ----------
-    view : View
-        What a page without a query shows; its gears are those of all pages.
-    workers : Workers
-        They are stopped when the server ends.
+    ``view`` is what a page without a query shows; its gears are those of all pages. The workers are stopped when the
+    server ends.
     """
-    template, css = get_env().from_string(template_text("page.html.j2")), static_text("page.css")
+    template, css = get_env().from_string(asset("templates", "page.html.j2")), asset("static", "page.css")
 
     def fill(document: Any) -> None:
         message = ""
@@ -212,8 +192,7 @@ def application(view: View, workers: Workers) -> Application:
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
         document.template_variables.update(
-            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS,
-            period=SKELETON_PERIOD)
+            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

@@ -15,8 +15,8 @@ requests   the page's script  what a visitor asks for: the name of an action and
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib.resources import files
 from typing import Any
 
@@ -24,7 +24,7 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 from jinja2 import Environment, FunctionLoader
 
-from gearchaos.explorer.panels.labels import motion_hint
+from gearchaos.explorer.panels.style import motion_hint
 
 
 def render(name: str, **values: Any) -> str:
@@ -32,23 +32,15 @@ def render(name: str, **values: Any) -> str:
     return _environment().get_template(name).render(values)
 
 
-def template_text(name: str) -> str:
-    """The source of a template."""
-    return _text("templates", name)
-
-
-def static_text(name: str) -> str:
-    """The page's style sheet or script."""
-    return _text("static", name)
-
-
-def _text(folder: str, name: str) -> str:
+def asset(folder: str, name: str) -> str:
+    """The source of a template (``templates``), or the page's style sheet or script (``static``)."""
     return files("gearchaos.explorer.web").joinpath(folder, name).read_text(encoding="utf-8")
 
 
 @cache
 def _environment() -> Environment:
-    made = Environment(loader=FunctionLoader(template_text), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    loader = FunctionLoader(partial(asset, "templates"))
+    made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     made.filters["motion_hint"] = motion_hint
     return made
 
@@ -62,22 +54,20 @@ class Messages:
     """The messages of one page.
 
     Changes at about the same time are sent as one update, since the browser draws after each message. Nothing is sent
-    before the page's script reports that it runs.
-
-    Attributes
-    ----------
-    actions : mapping of str to callable
-        What a visitor may ask for, by name. Each takes a value from the browser, which may be anything.
+    before the page's script reports that it runs. ``act`` is called with what a visitor asks for, the name of an action
+    and a value, which may be anything.
     """
 
     def __init__(self) -> None:
-        self.actions: Mapping[str, Callable[[Any], None]] = {}
+        self.act: Callable[[str, Any], None] = lambda action, value: None
         self._page_state = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
         self._updates = ColumnDataSource({"models": [{}], "html": [{}], "values": [{}], "number": [0]})
         self._download = ColumnDataSource({"content": [""], "name": [""]})
         self._requests = ColumnDataSource({"action": [""], "value": [None], "number": [0]})
         self._requests.on_change("data", self._on_request)
-        self._script = CustomJS(args=self._sources(), code=static_text("page.js"))
+        self._sources = {"page_state": self._page_state, "updates": self._updates, "download": self._download,
+                         "requests": self._requests}
+        self._script = CustomJS(args=self._sources, code=asset("static", "page.js"))
         self._models: dict[str, dict[str, Any]] = {}
         self._html = dict.fromkeys(ELEMENTS, "")
         self._sent_html: dict[str, str] = {}
@@ -88,14 +78,8 @@ class Messages:
     def attach(self, document: Any, root: Any) -> None:
         """Run the page's script once the page is loaded; as tags of the model ``root`` the sources are synchronised."""
         self._document = document
-        root.tags = list(self._sources().values())
+        root.tags = list(self._sources.values())
         document.js_on_event(DocumentReady, self._script)
-
-    def _sources(self) -> dict[str, ColumnDataSource]:
-        return {
-            "page_state": self._page_state, "updates": self._updates, "download": self._download,
-            "requests": self._requests,
-        }
 
     def set_page_state(self, query: str, python: str, toml: str) -> None:
         """Set the query of the address bar, without an entry in the history, and the texts for the clipboard."""
@@ -106,8 +90,9 @@ class Messages:
         self._models.setdefault(model.id, {}).update(attributes)
         self._schedule_update()
 
-    def write(self, element: str, html: str) -> None:
-        """Set the HTML of one of `ELEMENTS`."""
+    def write(self, element: str, template: str = "", **values: Any) -> None:
+        """Set the HTML of one of `ELEMENTS` to a template filled with values; nothing by default."""
+        html = render(f"{template}.html.j2", **values) if template else ""
         if self._html[element] != html:
             self._html[element] = html
             self._schedule_update()
@@ -145,5 +130,5 @@ class Messages:
         if action[0] == "ready":
             self._page_ready = True
             self._schedule_update()
-        elif str(action[0]) in self.actions:
-            self.actions[str(action[0])](value[0])
+        else:
+            self.act(str(action[0]), value[0])

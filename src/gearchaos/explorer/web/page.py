@@ -2,63 +2,190 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import xarray as xr
 
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.panels.basins import BasinsFigure, Choice, choices
+from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
-from gearchaos.explorer.panels.labels import Units
-from gearchaos.explorer.panels.map import MapFigure, skeleton_text
-from gearchaos.explorer.panels.motion import (
-    ForceFigure,
-    HistoryFigure,
-    PhaseFigure,
-    PortraitFigure,
-    SpectrumFigure,
-    times,
-)
+from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
+from gearchaos.explorer.panels.style import Units, hint, symbol, title
 from gearchaos.explorer.panels.verdict import HINTS, verdict_text
-from gearchaos.explorer.view.address import to_query
-from gearchaos.explorer.view.models import are_alike, equal
-from gearchaos.explorer.view.presets import preset_of
-from gearchaos.explorer.view.state import View, stiffness_name
-from gearchaos.explorer.view.study_text import as_python, as_toml
-from gearchaos.explorer.web.form import GEARS, field_values, line_menu, parameter_form, plane_menus
-from gearchaos.explorer.web.messages import Messages, render
-from gearchaos.model import PARAMETER_PAIRS
+from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
+from gearchaos.explorer.view.presets import preset_of, presets
+from gearchaos.explorer.view.state import COLOURS, LINES, View
+from gearchaos.explorer.view.text import as_python, as_toml, to_query
+from gearchaos.explorer.web.messages import Messages
+from gearchaos.gears.operating import OperatingModel
+from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
+from gearchaos.quantities import HARMONICS, parse_harmonic
+
+_GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("Operation", ("omega", "q0", "q1", "q2")),
+    ("Transmission error", ("eps", "theta")),
+    ("Mesh", ("zeta", *(q.name for kind in STIFFNESS_KINDS.values() for q in (*kind.rows, *kind.families)))),
+    ("Wheels and bearings", ("J", "J1", "J2", "beta", "beta1", "beta2")),
+    ("Supports", ("mu", "mu1", "mu2", "kappa", "kappa1", "kappa2", "zeta_support", "zeta_support1", "zeta_support2")),
+)
+"""Headings of the form, each with its fields: parameters, pairs, and families of harmonics."""
+
+_GROUPS_OF_GEARS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("Operation", ("speed", "torque")), ("Gears", ("backlash", "grade", "zeta")),
+)
+"""Headings of the form for gears, with their fields. The fields of `_GROUPS` follow, folded."""
+
+GEARS = "gears"  # the entry of the menu of presets that shows the gears of the server
+
+_KINDS = {
+    "single": "single: relative motion (2.17)", "torsional": "torsional: rigid supports",
+    "full": "full: elastic supports (2.12)",
+}
+
 
 _NUMBER = ".8g"
 """Format of a number in a field, which is short enough to be visible as a whole; the address has all digits."""
 
 
+class Field(NamedTuple):
+    """A value, set by a slider from ``low`` to ``high`` or by a number; ``unit`` is empty on a page without gears, and
+    ``hint`` says what the value means."""
+
+    name: str
+    title: str
+    symbol: str
+    low: float
+    high: float
+    step: str
+    hint: str
+    unit: str = ""
+
+
+class Menu(NamedTuple):
+    """A list to choose from; each option has a value and a text."""
+
+    name: str
+    title: str
+    options: tuple[tuple[str, str], ...]
+
+
+class Button(NamedTuple):
+    """A button; a toggle shows whether it is on."""
+
+    name: str
+    title: str
+    toggle: bool = False
+
+
+class Group(NamedTuple):
+    """Fields and buttons under a heading."""
+
+    title: str
+    fields: tuple[Field, ...]
+    buttons: tuple[Button, ...] = ()
+
+
+class Form(NamedTuple):
+    """The form: the menus and buttons at its top, and the groups of fields, some of them folded."""
+
+    menus: tuple[Menu, ...]
+    buttons: tuple[Button, ...]
+    groups: tuple[Group, ...]
+    folded: tuple[Group, ...] = ()
+
+
+_BUTTONS = {
+    "Transmission error": Button("more-eps", "one more error harmonic"),
+    "Wheels and bearings": Button("alike", "both wheels alike", toggle=True),
+    "Mesh": Button("more-c", "one more stiffness harmonic"),
+}
+"""The buttons below groups of the form, by heading; that of the mesh needs a stiffness with harmonics."""
+
+
+def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
+    """The form for the model of a view, with one field for both members of the ``merged`` pairs.
+
+    ``start`` is what the server shows first; its gears determine the ranges of the sliders of speed and torque.
+    """
+    figures = tuple((key, preset.name) for key, preset in presets().items())
+    gears, marks = start.gears, Units(marked=start.gears is not None)
+    first = () if gears is None else ((GEARS, "the gears loaded"),)
+    menus = (
+        Menu("preset", "Preset", (("", "choose a figure of the paper …"), *first, *figures)),
+        Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),
+        Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
+    )
+    buttons = (Button("units", "physical units", toggle=True),) if gears is not None else ()
+    values = field_values(view)
+
+    def group(heading: str, entries: Iterable[str], without: Iterable[str] = ()) -> Group:
+        fields = []
+        for name in [n for entry in entries for n in _names(entry, values, merged) if n not in without]:
+            slider = slider_range(gears, name)
+            step = "1" if name == "grade" else f"{slider.step:.6g}"
+            unit = marks.of_parameter(name) if marks.marked else ""
+            words = title(name) or "initial value"
+            fields.append(Field(name, words, symbol(name), slider.low, slider.high, step, hint(name), unit))
+        has_button = heading in _BUTTONS and (heading != "Mesh" or view.model.stiffness.families)
+        return Group(heading, tuple(fields), (_BUTTONS[heading],) if has_button else ())
+
+    initial = group("Initial values", COORDINATES[view.model.kind])
+    if view.gears is None:
+        return Form(menus, buttons, (*(group(*each) for each in _GROUPS), initial))
+    of_gears = tuple(group(*each) for each in _GROUPS_OF_GEARS)
+    shown = {f.name for each in of_gears for f in each.fields}
+    return Form(menus, buttons, of_gears, (*(group(*each, shown) for each in _GROUPS), initial))
+
+
+def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
+    """Menus for the two parameters of the map and for its colouring."""
+    texts = {n: f"{symbol(n)}  {title(n)}{units.bracketed(n)}" for n in axis_names(view.model)}
+    axes = (
+        Menu(which, text, tuple({**texts, axis.name: texts.get(axis.name, axis.name)}.items()))
+        for which, text, axis in (("x", "Across", view.x), ("y", "Up", view.y))
+    )
+    return (*axes, Menu("colour", "Colour", tuple((n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items())))
+
+
+def field_values(view: View) -> dict[str, float]:
+    """All values at the point by name: parameters, pairs, and the initial values of the motion chosen there.
+
+    A pair has the value of its first member.
+    """
+    values = view.operating_point.parameters()
+    values |= {pair: values[members[0]] for pair, members in PARAMETER_PAIRS.items() if members[0] in values}
+    offered = set(axis_names(view.model))
+    if isinstance(view.operating_point, OperatingModel):
+        offered -= {"omega", "q0", "q1", "q2"} - {view.x.name, view.y.name}
+        offered |= (of_gears := gear_values(view.operating_point)).keys()
+        values |= of_gears
+    return {**{n: v for n, v in values.items() if n in offered}, **initial_values(view.point)}
+
+
+def _names(entry: str, values: Iterable[str], merged: Iterable[str]) -> list[str]:
+    """The fields of an entry of `_GROUPS`: all harmonics of a family; a pair if merged, otherwise its members."""
+    if entry in HARMONICS:
+        return harmonics_of(entry, values)
+    if entry not in values or (entry in PARAMETER_PAIRS and entry not in merged):
+        return []
+    return [] if any(entry in PARAMETER_PAIRS[pair] for pair in merged) else [entry]
+
+
+def harmonics_of(family: str, names: Iterable[str]) -> list[str]:
+    """The names among ``names`` that are harmonics of a family such as "eps"."""
+    return [n for n in names if (parts := parse_harmonic(n)) is not None and parts.family == family]
+
+
 class Page:
     """One page; the `Display` of its computations.
 
-    Parameters
-    ----------
-    start : View
-        What the server shows first; its gears are those of the page.
-    view : View
-        What the page shows first.
-
-    Attributes
-    ----------
-    view, basins_view : View
-        The present view, in whose units results are shown; the view whose basins are shown.
-    messages : Messages
-    merge_wheels : bool
-        Whether the form has common fields for both wheels where they are alike.
-    preset : str
-        Key of the preset that the view shows, or "".
-    map, diagram, basins, history, phase, portrait, spectrum, force
-        The figures; that of the mesh force is None without gears.
-    choices : list of Choice
-        The motions that the page offers as buttons.
+    ``start`` is what the server shows first, whose gears are those of the page, and ``view`` the present view, in whose
+    units results are shown. ``preset`` is the key of the preset that it shows, or "", ``basins_view`` the view whose
+    basins are shown, ``merge_wheels`` whether the form has common fields for both wheels where they are alike,
+    ``choices`` the motions that the page offers as buttons.
     """
 
     def __init__(self, start: View, view: View) -> None:
@@ -66,37 +193,36 @@ class Page:
         self._start, self._has_gears = start, start.gears is not None
         self.merge_wheels, self.preset = True, ""
         self._layout: tuple[Any, ...] = ()
+        self._plane: tuple[Any, ...] = ()
         self.messages = Messages()
-        self.save_file = self.messages.save_file
+        self.save_file, self._write = self.messages.save_file, self.messages.write
         set_attributes = self.messages.set_attributes
         self.map = MapFigure(set_attributes)
         self.diagram = BifurcationFigure(set_attributes)
         self.basins = BasinsFigure(set_attributes)
-        self.history = HistoryFigure(set_attributes)
-        self.phase = PhaseFigure(set_attributes)
-        self.portrait = PortraitFigure(set_attributes)
-        self.spectrum = SpectrumFigure(set_attributes)
-        self.force = ForceFigure(set_attributes) if self._has_gears else None
+        self.history = motion.HistoryFigure(set_attributes)
+        self.phase = motion.PhaseFigure(set_attributes)
+        self.portrait = motion.PortraitFigure(set_attributes)
+        self.spectrum = motion.SpectrumFigure(set_attributes)
+        self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self._write_choices([])
-        self._plane: tuple[Any, ...] = ()
         self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
 
     def roots(self) -> dict[str, Any]:
         """The figures by their names in the template."""
-        return {
-            "map": self.map.figure, "history": self.history.figure, "phase": self.phase.figure,
-            "portrait": self.portrait.figure, "spectrum": self.spectrum.figure, "line": self.diagram.figure,
-            "basin": self.basins.figure, **({} if self.force is None else {"force": self.force.figure}),
-        }
+        panels = {"map": self.map, "history": self.history, "phase": self.phase, "portrait": self.portrait,
+                  "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins, "force": self.force}
+        return {name: panel.figure for name, panel in panels.items() if panel is not None}
 
     def units(self, view: View) -> Units:
         """The units in which a view shows results."""
         return Units(view.gears if view.physical else None, self._has_gears)
 
-    def show_view(self, view: View) -> None:
-        """Show the form, the axes of the map, the point, and the address of a view."""
-        self.show_form(view)
+    def show_view(self) -> None:
+        """Show the form, the axes of the map, the point, and the address of the view."""
+        view = self.view
+        self.show_form()
         self.map.mark(view.at)
         self.diagram.mark(view.at["xy".index(view.line)])
         if self._plane != (view.x, view.y):
@@ -104,31 +230,30 @@ class Page:
             self.map.set_plane(view, self.units(view))
         self.messages.set_page_state(to_query(view), as_python(view), as_toml(view))
 
-    def show_form(self, view: View) -> None:
-        """Show the values of a view in the form, which is replaced only if it has other fields."""
-        point = view.operating_point
+    def show_form(self) -> None:
+        """Show the values of the view in the form, which is replaced only if it has other fields."""
+        view, point = self.view, self.view.operating_point
         self.preset, alike = preset_of(view, self.preset), self.merge_wheels and are_alike(point)
         merged = {pair for pair in PARAMETER_PAIRS if alike and equal(point, pair)}
-        values, units = field_values(view), self.units(view)
+        values = field_values(view)
         layout = view.model.kind, tuple(values), view.x.name, view.y.name, merged, view.physical and self._has_gears
         if layout != self._layout:
             self._layout = layout
-            form = parameter_form(view, merged, self._start)
-            self.messages.write("parameters", render("parameters.html.j2", form=form))
-            self.messages.write("axes", render("menus.html.j2", menus=plane_menus(view, units)))
-            self.messages.write("line-choose", render("menus.html.j2", menus=[line_menu()]))
+            self._write("parameters", "parameters", form=parameter_form(view, merged, self._start))
+            self._write("axes", "menus", menus=plane_menus(view, self.units(view)))
+            lines = Menu("line", "Diagram along the", tuple((k, f"{v} line") for k, v in LINES.items()))
+            self._write("line-choose", "menus", menus=[lines])
         self.messages.set_values({
             **{name: f"{value:{_NUMBER}}" for name, value in values.items()},
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
-            "stiffness": stiffness_name(view.model), "x": view.x.name,
-            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
+            "stiffness": view.model.stiffness.kind, "x": view.x.name, "y": view.y.name, "colour": view.colour,
+            "line": view.line, "alike": alike, "units": view.physical,
         })
 
     def show_map(self, found: Map) -> None:
         """Draw the map and its legend."""
         self.map.show(found, self.view.colour, self.units(self.view))
-        self.messages.write(
-            "legend", render("legend.html.j2", legend=self.map.legend, map=found, colour=self.view.colour))
+        self._write("legend", "legend", legend=self.map.legend, map=found, colour=self.view.colour)
 
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
@@ -138,27 +263,28 @@ class Page:
             self._portrait_key = key
             self.portrait.show(found, units)
         if found.trajectory is not None:
-            self._show_trajectory(found.trajectory, units, view)
+            self._show_trajectory(found.trajectory, units)
         elif not found.verdict.section:  # it diverged
             for figure in (self.history, self.phase, self.portrait, self.spectrum, self.force):
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
-        self.messages.write("verdict", render("verdict.html.j2", v=verdict_text(found, view, units), hints=HINTS))
+        text = verdict_text(found, view, units)
+        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=HINTS)
 
-    def _show_trajectory(self, trajectory: xr.Dataset, units: Units, view: View) -> None:
+    def _show_trajectory(self, trajectory: xr.Dataset, units: Units) -> None:
         """Draw the motion in time, unless it is drawn already."""
         key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
         if key == self._trajectory_key:
             return
         self._trajectory_key = key
-        tau, period = times(trajectory)
+        tau, period = motion.times(trajectory)
         shown = units.scaled(trajectory)
         self.spectrum.show(trajectory, shown["z_dot"], units)
         self.history.show(shown, tau, period, units)
         self.phase.show(shown, units)
-        if self.force is not None and view.gears is not None:
-            self.force.show(shown, tau, period, units, view.gears)
+        if self.force is not None and self.view.gears is not None:
+            self.force.show(shown, tau, period, units, self.view.gears)
         elif self.force is not None:
             self.force.clear()
 
@@ -170,31 +296,31 @@ class Page:
         """Draw the branch of a motion over the diagram, and describe it below."""
         units = self.units(self.view)
         self.diagram.show_branch(found, units)
-        self.messages.write("branch", render("branch.html.j2", branch=branch_text(found, units)))
+        self._write("branch", "branch", branch=branch_text(found, units))
 
     def clear_branch(self) -> None:
         """Remove the branch."""
         self.diagram.clear_branch()
-        self.messages.write("branch", "")
+        self._write("branch")
 
     def show_skeleton(self, found: Skeleton | None) -> None:
         """Draw bifurcation curves over the map, and their legend; None if they wait for the map."""
         if found is not None:
             self.map.skeleton.show(found.curves)
-        self.messages.write("skeleton-legend", render("skeleton.html.j2", text=skeleton_text(found)))
+        self._write("skeleton-legend", "skeleton", text=skeleton_text(found))
         self.messages.set_values({"skeleton": True})
 
     def clear_skeleton(self) -> None:
         """Remove the bifurcation curves."""
         self.map.skeleton.show(())
-        self.messages.write("skeleton-legend", "")
+        self._write("skeleton-legend")
         self.messages.set_values({"skeleton": False})
 
     def show_basins(self, view: View, found: xr.Dataset) -> None:
         """Draw the basins of attraction of a view and their legend."""
         self.basins_view = view
         self.basins.show(found, self.units(view))
-        self.messages.write("basin-legend", render("legend.html.j2", legend=self.basins.legend))
+        self._write("basin-legend", "legend", legend=self.basins.legend)
 
     def show_attractors(self, found: xr.Dataset) -> None:
         """Show a button for every motion of the point."""
@@ -203,18 +329,18 @@ class Page:
     def clear_point_studies(self) -> None:
         """Hide the basins and the motions of the previous point."""
         self.basins.clear()
-        self.messages.write("basin-legend", "")
+        self._write("basin-legend")
         self._write_choices([])
 
     def _write_choices(self, found: list[Choice]) -> None:
         """Write the buttons of motions; an empty list stands for a search under way."""
         self.choices = found
-        self.messages.write("others", render("attractors.html.j2", choices=found))
+        self._write("others", "attractors", choices=found)
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""
-        self.messages.write("busy", render("busy.html.j2", tasks=tasks, compiling=compiling))
+        self._write("busy", "busy", tasks=tasks, compiling=compiling)
 
     def show_message(self, message: str) -> None:
         """Show an error message; an empty one removes the last."""
-        self.messages.write("message", render("message.html.j2", message=message))
+        self._write("message", "message", message=message)

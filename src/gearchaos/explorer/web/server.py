@@ -1,29 +1,38 @@
-"""The server of the page. Only this machine can reach it, unless another address to listen at is given."""
+"""The server of the page, and `gearchaos.explore`, which runs it in a thread for a notebook or a script.
+
+Only this machine can reach it, unless another address to listen at is given.
+"""
 
 from __future__ import annotations
 
 import socket
 import sys
+import threading
+from concurrent.futures import Future
+from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, missing_package
-from gearchaos.explorer.jobs.worker import Job, Worker, Workers
-from gearchaos.explorer.jobs.worker_process import WorkerProcess
+from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess, Workers
 from gearchaos.explorer.web import LOCAL
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.pair import GearPair
+from gearchaos.model import MeshModel
+from gearchaos.studies.axis import Axis
 
 if TYPE_CHECKING:
     from gearchaos.explorer.view.state import View
 
-PORT = 5006
-"""The port that the server listens at by default."""
+PORT = 5006  # the port that the server listens at by default
 
 _SWITCH_INTERVAL = 0.001
 """Seconds after which Python switches threads, so that results of the worker processes are shown soon."""
 
-_UNUSED_LIFETIME = 3000
-"""Milliseconds after which the session of a closed page is removed."""
+_UNUSED_LIFETIME = 3000  # milliseconds after which the session of a closed page is removed
+_HEIGHT = 900  # height of the page in a notebook, in pixels
 
 
 def check_installed() -> None:
@@ -34,13 +43,7 @@ def check_installed() -> None:
 
 
 def check_port(host: str, port: int) -> int:
-    """The port if it is free at this host, or any free port for 0.
-
-    Raises
-    ------
-    InputError
-        If the port is taken, or the host is no address of this machine.
-    """
+    """The port, or any free one for 0; `InputError` if it is taken, or the host is no address of this machine."""
     if not 0 <= port <= 65535:
         raise InputError("--port", "must lie in [0, 65535]", port)
     try:
@@ -59,19 +62,14 @@ def address(host: str, port: int) -> str:
 
 
 def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
-    """A Bokeh server, not yet started.
+    """A Bokeh server at a host and port, not yet started.
 
-    Parameters
-    ----------
-    view : View
-        What a page without a query shows; its gears are those of all pages.
-    host, port : str, int
-        Where to listen; see `check_port`.
+    ``view`` is what a page without a query shows; its gears are those of all pages.
     """
     sys.setswitchinterval(_SWITCH_INTERVAL)
     later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
-    from gearchaos.explorer.jobs.map import warm_up  # here, while the processes start
+    from gearchaos.explorer.jobs.map import warm_up  # here and below, while the processes start
     from gearchaos.explorer.jobs.point import point_motion
 
     points, maps = partial(point_motion, view.point), partial(warm_up, view)
@@ -83,11 +81,7 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
         from tornado.httpserver import HTTPServer
         from tornado.ioloop import IOLoop
 
-        from gearchaos.explorer.web.application import (  # here, while the processes start
-            LARGEST_MESSAGE,
-            GuardedTornado,
-            application,
-        )
+        from gearchaos.explorer.web.application import LARGEST_MESSAGE, GuardedTornado, application
 
         tornado = GuardedTornado(
             {"/": application(view, workers)}, host,
@@ -101,3 +95,84 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
         for worker in workers:
             worker.stop()
         raise
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """A page that is being served; a notebook shows it as the result of a cell.
+
+    Attributes
+    ----------
+    url : str
+        Address of the page, for a browser on this machine.
+    """
+
+    url: str
+    _server: Any
+
+    def stop(self) -> None:
+        """Stop the server."""
+        self._server.io_loop.add_callback(self._server.stop)
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.url}" style="width:100%;height:{_HEIGHT}px;border:1px solid #ddd"></iframe>'
+
+
+def explore(
+    model: MeshModel | GearPair | GearDesign | None = None, x: Axis | None = None, y: Axis | None = None, *,
+    port: int = 0,
+) -> Explorer:
+    """The explorer: a map of motions in the browser, and for any point of the map the motion there.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign, optional
+        The model to begin with; the paper's defaults if left out. Results for gears are in their units.
+    x, y : Axis, optional
+        Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out, for gears speed and
+        torque.
+    port : int
+        Port to listen at; any free one by default. Other machines cannot reach it.
+
+    Returns
+    -------
+    Explorer
+        Jupyter shows the page; elsewhere open its ``url`` in a browser.
+
+    Raises
+    ------
+    InputError
+        For values outside the bounds of the explorer, or if ``gearchaos[app]`` is not installed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> page = gc.explore(gc.MeshModel.of(q0=0.1))
+    >>> page.url.startswith("http://127.0.0.1:")
+    True
+    >>> page.stop()
+    """
+    check_installed()
+    import asyncio
+
+    from gearchaos.explorer.view.state import view_of
+
+    view = view_of(as_model(MeshModel() if model is None else model), x, y)
+    port = check_port(LOCAL[0], port)
+    ready: Future[Any] = Future()
+
+    def serve() -> None:
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        try:
+            running = server(view, port=port)
+            running.start()
+        except Exception as error:  # raised again in the caller, who waits
+            loop.close()
+            ready.set_exception(error)
+            return
+        ready.set_result(running)
+        running.io_loop.start()
+
+    threading.Thread(target=serve, name="explorer", daemon=True).start()
+    return Explorer(address(LOCAL[0], port), ready.result())

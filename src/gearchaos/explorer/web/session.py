@@ -18,12 +18,12 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.computations import Computations
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import INTERNAL_ERROR, Workers
+from gearchaos.explorer.panels.style import Panel
 from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
 from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View
-from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of
-from gearchaos.explorer.web.page import Page
+from gearchaos.explorer.web.page import GEARS, Page, field_values, harmonics_of
 
 log = logging.getLogger(__name__)
 
@@ -36,8 +36,7 @@ _ZOOM_DELAY = 250
 _CLICKS = (Tap, DoubleTap, PressUp)
 """Events of Bokeh that are clicks: two in quick succession are a DoubleTap, and a slow one is a press."""
 
-_STEPS = (-10, -1, 0, 1, 10)
-"""Cells that an arrow key moves the point by."""
+_STEPS = (-10, -1, 0, 1, 10)  # cells that an arrow key moves the point by
 
 _MENUS: dict[str, Callable[[View, str], View]] = {
     "kind": View.with_kind, "stiffness": View.with_stiffness,
@@ -52,43 +51,22 @@ _numbers = count(1)
 class Session:
     """A page and the computations that it shows.
 
-    Parameters
-    ----------
-    view : View
-        The first view.
-    workers : Workers
-    document : bokeh Document
-        Of the page.
-    start : View
-        What the server shows first; its gears are those of the page.
+    ``view`` is the first view, ``start`` what the server shows first, whose gears are those of the page.
     """
 
     def __init__(self, view: View, workers: Workers, document: Any, start: View) -> None:
         self._document, self._start, self._alive = document, start, True
         page = self.page = Page(start, view)
-        computed = self.computations = Computations(
-            f"session-{next(_numbers)}", view, workers, self._call_soon, page)
+        self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, page)
         self._update_later: Any = None  # the timeout after which the rest of the page is updated
         self._zoom_later: Any = None
         self._skeleton_period = SKELETON_PERIOD
-        self._buttons: dict[Any, Callable[[], None]] = {
-            "follow": computed.ask_branch, "drop-branch": computed.clear_branch, "skeleton": self._toggle_skeleton,
-            "alike": self._toggle_alike, "more-eps": partial(self._one_more, "eps"),
-            "more-c": partial(self._one_more, "c"),
-        }
-        if start.gears is not None:
-            self._buttons["units"] = partial(self.change, _with_other_units)
-        page.messages.actions = {name: partial(self._checked, action) for name, action in {
-            "step": self._step, "choose": self._choose, "save": self._save, "set": self._set, "press": self._press,
-            "basins": lambda _: computed.ask_basins(),
-        }.items()}
+        page.messages.act = partial(self._checked, self._act)
         page.map.figure.on_event(RangesUpdate, partial(self._checked, self._zoomed))
-        for click in _CLICKS:
-            for panel, action in (
-                (page.map, self._click_map), (page.diagram, self._click_diagram), (page.basins, self._click_basins),
-            ):
-                panel.figure.on_event(click, partial(self._checked, action))
-        page.show_view(view)
+        for panel in (page.map, page.diagram, page.basins):
+            for click in _CLICKS:
+                panel.figure.on_event(click, partial(self._checked, self._click, panel))
+        page.show_view()
 
     def start(self) -> None:
         """Begin to compute; results can only be sent once the page is connected."""
@@ -112,7 +90,7 @@ class Session:
             view = change(before)
         except InputError as error:
             self.page.show_message(str(error))
-            self.page.show_form(before)
+            self.page.show_form()
             return
         self.page.show_message("")
         self.page.view = view
@@ -126,7 +104,7 @@ class Session:
         self._update_later, view = None, self.page.view
         if not self._alive:
             return
-        self.page.show_view(view)
+        self.page.show_view()
         computed = self.computations
         recoloured = (before.colour, before.physical) != (view.colour, view.physical)
         if recoloured and before.map_key == view.map_key and computed.map is not None:
@@ -146,10 +124,10 @@ class Session:
             if context is not None and not context.destroyed:
                 raise
 
-    def _checked(self, action: Callable[[Any], None], value: Any) -> None:
+    def _checked(self, action: Callable[..., None], *values: Any) -> None:
         """Perform an action; an error becomes a message on the page."""
         try:
-            action(value)
+            action(*values)
         except InputError as error:
             self.page.show_message(str(error))
         except Exception:
@@ -158,21 +136,17 @@ class Session:
 
     # --- figures ---------------------------------------------------------------------------------------------------
 
-    def _click_map(self, event: PointEvent) -> None:
-        """Move the point."""
-        self.change(lambda view: view.moved(event.x, event.y))
-
-    def _click_diagram(self, event: PointEvent) -> None:
-        """Move the point along the line of the bifurcation diagram."""
-        self.change(
-            lambda view: view.moved(event.x, view.at[1]) if view.line == "x" else view.moved(view.at[0], event.x))
-
-    def _click_basins(self, event: PointEvent) -> None:
-        """Show the motion from a point in the plane of the basins shown."""
-        if axes := self.page.basins.axes:
-            values = (value / scale for value, scale in zip((event.x, event.y), self.page.basins.scales, strict=True))
-            initial = self.page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True))).initial
-            self.change(lambda view: view.with_initial(initial))
+    def _click(self, panel: Panel, event: PointEvent) -> None:
+        """Move the point, on the diagram along its line only; show the motion from one of the basins."""
+        page, x, y = self.page, event.x, event.y
+        if panel is page.diagram:
+            x, y = (x, page.view.at[1]) if page.view.line == "x" else (page.view.at[0], x)
+        if panel is not page.basins:
+            self.change(lambda view: view.moved(x, y))
+        elif axes := page.basins.axes:
+            values = (value / scale for value, scale in zip((x, y), page.basins.scales, strict=True))
+            initial = page.basins_view.with_changed_initial(dict(zip(axes, values, strict=True))).initial
+            self.change(lambda view: replace(view, initial=initial))
 
     def _zoomed(self, event: RangesUpdate) -> None:
         """Compute the map of the new ranges, once panning or zooming has ended."""
@@ -199,30 +173,43 @@ class Session:
 
     # --- keys, buttons, the form -----------------------------------------------------------------------------------
 
-    def _step(self, value: Any) -> None:
-        """An arrow key: columns and rows to move the point by."""
-        if isinstance(value, list) and len(value) == 2 and all(n in _STEPS for n in value):
-            columns, rows = map(int, value)
-            self.change(lambda view: view.stepped(columns, rows))
+    def _act(self, action: str, value: Any) -> None:
+        """What a visitor asks for; what no page asks for is ignored."""
+        page, computed = self.page, self.computations
+        match action, value:
+            case "step", [columns, rows] if columns in _STEPS and rows in _STEPS:  # cells to move the point by
+                self.change(lambda view: view.stepped(int(columns), int(rows)))
+            case "choose", int(number) if 0 <= number < len(page.choices):  # one of the motions of the point
+                initial = page.choices[number].initial
+                self.change(lambda view: replace(view, initial=initial))
+            case "save", str(name) if name in FILES:
+                computed.ask_file(*name.split("-"))
+            case "basins", _:
+                computed.ask_basins()
+            case "press", "follow":
+                computed.ask_branch()
+            case "press", "drop-branch":
+                computed.clear_branch()
+            case "press", "skeleton" if computed.skeleton_period:
+                computed.clear_skeleton()
+            case "press", "skeleton":
+                computed.ask_skeleton(self._skeleton_period)
+            case "press", "alike":
+                self._toggle_alike()
+            case "press", ("more-eps" | "more-c") as name:
+                self._one_more(name.removeprefix("more-"))
+            case "press", "units" if self._start.gears is not None:
+                self.change(_with_other_units)
+            case "set", [str(name), chosen]:
+                self._set(name, chosen)
 
-    def _choose(self, value: Any) -> None:
-        """One of the motions of the point, by its number."""
-        choices = self.page.choices
-        if isinstance(value, int) and 0 <= value < len(choices):
-            self.change(lambda view: view.with_initial(choices[value].initial))
-
-    def _save(self, value: Any) -> None:
-        """A file, by its name in `FILES`."""
-        if isinstance(value, str) and value in FILES:
-            self.computations.ask_file(*value.split("-"))
-
-    def _set(self, value: Any) -> None:
-        """A field or a menu was set: its name and its value."""
-        if not isinstance(value, list) or len(value) != 2 or not isinstance(value[0], str):
-            return
-        name, chosen = value
+    def _set(self, name: str, chosen: Any) -> None:
+        """A field or a menu was set."""
         if name == "skeleton-period":
-            self._choose_skeleton_period(chosen)
+            if str(chosen) in map(str, SKELETON_PERIODS):
+                self._skeleton_period = int(chosen)
+                if self.computations.skeleton_period:  # those shown are computed again
+                    self.computations.ask_skeleton(self._skeleton_period)
         elif name == "preset":
             self._choose_preset(chosen)
         elif name in _MENUS:
@@ -240,36 +227,16 @@ class Session:
         elif key not in presets():
             self.change(lambda view: view)
         else:
-            self.page.preset = key
-            self.change(lambda _: presets()[key].view)
-            if presets()[key].basins:
+            self.page.preset, preset = key, presets()[key]
+            self.change(lambda _: preset.view)
+            if preset.basins:
                 self.computations.ask_basins()
-
-    def _choose_skeleton_period(self, value: Any) -> None:
-        """The largest period of the orbits of the bifurcation curves; those shown are computed again."""
-        if str(value) in map(str, SKELETON_PERIODS):
-            self._skeleton_period = int(value)
-            if self.computations.skeleton_period:
-                self.computations.ask_skeleton(self._skeleton_period)
-
-    def _press(self, name: Any) -> None:
-        """A button of the form, of the dossier, of the diagram or of the map."""
-        if isinstance(name, str) and name in self._buttons:
-            self._buttons[name]()
-
-    def _toggle_skeleton(self) -> None:
-        """Show the bifurcation curves over the map, or remove them."""
-        if self.computations.skeleton_period:
-            self.computations.clear_skeleton()
-        else:
-            self.computations.ask_skeleton(self._skeleton_period)
 
     def _toggle_alike(self) -> None:
         """Show separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1."""
-        view, alike = self.page.view, are_alike(self.page.view.model)
-        self.page.merge_wheels = not (self.page.merge_wheels and alike)
-        merge = self.page.merge_wheels
-        self.page.show_form(view)
+        alike = are_alike(self.page.view.model)
+        self.page.merge_wheels = merge = not (self.page.merge_wheels and alike)
+        self.page.show_form()
         if merge and not alike:
             self.change(View.with_alike_wheels)
 
