@@ -62,17 +62,10 @@ class Card:
         return "\n".join([self.title, *(f"  {name}: {value}" for name, value in self.rows)])
 
 
-WIDTH, HEIGHT = 190.0, 110.0
-"""Size of a drawing in CSS pixels."""
-
-_PAD = 4.0
-"""Margin within a drawing, in pixels."""
-
-MOST_POINTS = 1500
-"""Most points of a line and most dots of a set; of more, equally spaced ones are drawn."""
-
-EMPHASIS = "#d9573c"
-"""A colour that is visible on light and dark pages; lines have the colour of the page's texts."""
+WIDTH, HEIGHT = 190.0, 110.0  # size of a drawing in CSS pixels
+_PAD = 4.0  # margin within a drawing, in pixels
+MOST_POINTS = 1500  # most points of a line and most dots of a set; of more, equally spaced ones are drawn
+EMPHASIS = "#d9573c"  # visible on light and dark pages; lines have the colour of the page's texts
 
 
 @dataclass

@@ -29,8 +29,7 @@ _ROW_OF = {"omega": "mesh frequency ω", "zeta": "mesh damping ζ", "q0": "stati
 
 _SAMPLES = 400
 
-_MOST_LISTED = 8
-"""Most harmonics whose amplitudes are listed."""
+_MOST_LISTED = 8  # most harmonics whose amplitudes are listed
 
 
 def model_card(model: MeshModel) -> Card:
@@ -93,11 +92,8 @@ def study_card(study: Study) -> Card:
     return Card(f"Study: {study.kind}", [*rows, *model], excitation(study.model).svg)
 
 
-_MOST_TEETH = 200
-"""Number of teeth above which a wheel is drawn as a disc."""
-
-_MOST_VALUES = 6
-"""Values of a list that are shown; the number of the others is stated."""
+_MOST_TEETH = 200  # number of teeth above which a wheel is drawn as a disc
+_MOST_VALUES = 6  # values of a list that are shown; the number of the others is stated
 
 
 def digits(value: Any, factor: float = 1.0) -> str:

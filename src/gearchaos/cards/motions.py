@@ -13,12 +13,8 @@ from gearchaos.studies.simulate import simulate
 from gearchaos.studies.steady import steady
 from gearchaos.studies.verdict import Verdict
 
-_LONGEST = 16
-"""Longest period, in mesh periods, of an orbit whose trajectory is drawn."""
-
-_SAMPLES = 48
-"""Instants drawn in each mesh period."""
-
+_LONGEST = 16  # longest period, in mesh periods, of an orbit whose trajectory is drawn
+_SAMPLES = 48  # instants drawn in each mesh period
 _BACKLASH_COLOUR = "rgba(128,128,128,.7)"
 
 

@@ -13,19 +13,15 @@ from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, c
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
-from gearchaos.plot._basins import UNDECIDED, attractor_colours
-from gearchaos.plot._bifurcation import density
-from gearchaos.plot._classes import NO_CLASS
-from gearchaos.plot._motions import first_coordinate
-from gearchaos.plot._theme import EVENT_COLOURS
+from gearchaos.plot.classes import NO_CLASS
+from gearchaos.plot.diagrams import density
+from gearchaos.plot.motions import first_coordinate
+from gearchaos.plot.states import UNDECIDED, attractor_colours
+from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
-_MOST_KINDS = 5
-"""Most kinds of motion that are listed with their shares."""
-
-_ROWS = 110
-"""Rows of the image of a bifurcation diagram."""
-
+_MOST_KINDS = 5  # most kinds of motion that are listed with their shares
+_ROWS = 110  # rows of the image of a bifurcation diagram
 _POINT_COLOUR = (111, 143, 208)
 """Colour of the points of a diagram, red, green and blue: visible on light and dark pages."""
 

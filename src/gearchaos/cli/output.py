@@ -88,7 +88,7 @@ def draw(
 
     matplotlib.use("Agg")
     from gearchaos import plot
-    from gearchaos.plot._theme import adapt
+    from gearchaos.plot.theme import adapt
 
     with nullcontext() if style is None else plot.style(style, _width(width)):
         figure = plot.result(dataset, colour, hatch=hatch, over=over)

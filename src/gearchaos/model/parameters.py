@@ -33,18 +33,12 @@ COORDINATES: dict[str, tuple[str, ...]] = {
 }
 """The coordinates of each kind of model for which initial values and results are given, in this order."""
 
-RELATIVE = COORDINATES["single"]
-"""Initial values of the relative motion alone, which do not determine x1 and x2."""
-
-STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
-"""All names of initial values."""
-
+RELATIVE = COORDINATES["single"]  # initial values of the relative motion alone, which do not determine x1 and x2
+STATE_NAMES = (*RELATIVE, *COORDINATES["full"])  # all names of initial values
 SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 """Names of the scalar parameters, in the order of the fields of `MeshModel`."""
 
-SUPPORTS = ("mu", "kappa", "zeta_support")
-"""The families of parameters of lateral motion."""
-
+SUPPORTS = ("mu", "kappa", "zeta_support")  # the families of parameters of lateral motion
 _PAIRS = tuple(q.name for q in PARAMETERS if q.members)
 
 

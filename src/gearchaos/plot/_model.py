@@ -12,9 +12,9 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, Stiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
-from gearchaos.plot._axes import new_axes
-from gearchaos.plot._checks import check_positive
-from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
+from gearchaos.plot._datasets import check_positive
+from gearchaos.plot.axes import new_axes
+from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 
 _LINE: dict[str, Any] = {"color": INK, "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
 _THIN_LINE: dict[str, Any] = {"color": "0.45", "linewidth": 0.6}
@@ -27,11 +27,8 @@ _RADII = (_R1, _R2)
 _SIDES = (-1, 1)
 """Side of the line of action on which each wheel lies (left, right); its support is on the same side (below, above)."""
 
-_FULL_HEIGHT = 4.0
-"""Height in inches of the smallest drawing with a font of full size."""
-
-_SMALLEST_SCALE = 0.5
-"""Smallest scale of the font, in smaller drawings."""
+_FULL_HEIGHT = 4.0  # height in inches of the smallest drawing with a font of full size
+_SMALLEST_SCALE = 0.5  # smallest scale of the font, in smaller drawings
 
 
 def schematic(ax: Axes | None = None) -> Axes:

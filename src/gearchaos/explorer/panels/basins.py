@@ -10,8 +10,8 @@ from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Range1d
 
 from gearchaos.explorer.panels.labels import Units
 from gearchaos.explorer.panels.style import Legend, SetAttributes, empty_figure
-from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
+from gearchaos.plot.axes import cell_extent
+from gearchaos.plot.states import UNDECIDED, attractor_colours, attractor_names
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from gearchaos.explorer.view import bounds
 from gearchaos.gears.operating import Gears, pair_of
 from gearchaos.gears.results import physical
 from gearchaos.gears.scales import unit_of
-from gearchaos.plot._axes import axis_label
+from gearchaos.plot.axes import axis_label
 from gearchaos.quantities import (
     COORDINATES,
     HARMONICS,

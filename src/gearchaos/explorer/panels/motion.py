@@ -13,8 +13,8 @@ from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.panels.labels import NONE, Units
 from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, INK, STROBE, SetAttributes, empty_figure, style_axis
 from gearchaos.gears.operating import Gears, pair_of
-from gearchaos.plot._axes import mesh_period
-from gearchaos.plot._motions import FLOOR, HISTORY_PERIODS, amplitudes
+from gearchaos.plot.axes import mesh_period
+from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 
 _HISTORY_SAMPLES = 3000
 """Largest number of samples drawn."""

@@ -8,8 +8,8 @@ from typing import Any
 
 from bokeh.plotting import figure
 
-from gearchaos.plot._classes import MOTION_CLASSES
-from gearchaos.plot._theme import INK, STROBE
+from gearchaos.plot.classes import MOTION_CLASSES
+from gearchaos.plot.theme import INK, STROBE
 
 SetAttributes = Callable[..., None]
 """A function that takes a Bokeh model and new values of its attributes, and sends these to the browser.
