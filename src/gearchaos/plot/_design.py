@@ -150,7 +150,7 @@ def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.
     geometry = section.geometry
     diameters = {"tip circles": geometry.tip_diameter, "pitch circles": geometry.working_diameter,
                  "reference circles": geometry.reference_diameter, "base circles": geometry.base_diameter}
-    for name in diameters.keys() & set(_shown(section)):
+    for name in (n for n in _shown(section) if n in diameters):
         style = adapt_style(_STYLES[name])
         for wheel, diameter in enumerate(diameters[name]):
             centre, radius = _MM * section.centres[wheel], _MM * diameter / 2
