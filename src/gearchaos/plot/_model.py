@@ -149,8 +149,7 @@ def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> Non
 
 def _damper(ax: Axes, x: float, start: float, end: float) -> None:
     """Draw a damper: a cylinder on the side of ``start`` and a piston on the side of ``end``."""
-    a, b = start + 0.35 * (end - start), start + 0.68 * (end - start)
-    piston = start + 0.52 * (end - start)
+    a, piston, b = (start + share * (end - start) for share in (0.35, 0.52, 0.68))
     ax.plot([x, x], [start, a], **adapt_style(_LINE))
     ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **adapt_style(_LINE))
     ax.plot([x - 0.13, x + 0.13], [piston, piston], **adapt_style(_LINE))
@@ -218,12 +217,9 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
 
 
 def _steps(wave: Stiffness, ax: Axes, periods: int) -> None:
-    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some.
-
-    In each period the last level also comes before the first start.
-    """
+    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some."""
     starts, levels = zip(*wave.parts(wave.numbers()), strict=True)
-    first = -1 if starts[0] > 0 else 0
+    first = -1 if starts[0] > 0 else 0  # in each period the last level also comes before the first start
     edges = np.concatenate([[k + start for start in starts] for k in range(first, periods)] + [[periods + starts[0]]])
     ax.stairs(np.tile(levels, periods - first), edges, baseline=None, color=adapt(INK), linewidth=1.4)
     if not wave.part_marks:

@@ -89,7 +89,13 @@ def skeleton(
         style, graze = over.style(_style(str(kinds[number]), int(periods[number]))), kinds[number] == "graze"
         over.ax.plot(ds[x].values[own], ds[y].values[own], zorder=3 if graze else 4,
                      path_effects=None if graze else [over.outline(style["linewidth"] + 1.0, alpha=0.6)], **style)
-    markers = _mark_special(ds, over, shown, x, y) if special else []
+    markers: list[Line2D] = []
+    marked = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, "") if special else None
+    for kind, marker in SPECIAL_MARKERS.items():
+        if marked is not None and (own := marked == kind).any():
+            markers += over.ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
+                                    label=kind.replace("neimark-sacker", event_words("neimark-sacker")),
+                                    **over.style(_SPECIAL))
     over.frame({name: ds[name] for name in (x, y)},
                [[end * unit_in(ds, name) for end in settings[key][1:3]] for name, key in ((x, "x"), (y, "y"))])
     if legend and shown:
@@ -115,17 +121,6 @@ def _style(kind: str, period: int) -> dict[str, Any]:
     """How the curves of a kind of event and a period are drawn."""
     style = {"color": EVENT_COLOURS.get(kind, "0.2"), **_PERIODS.get(period, _LONGER)}
     return {**style, "linestyle": _DOTTED} if kind == "graze" else style
-
-
-def _mark_special(ds: xr.Dataset, over: Overlay, shown: list[int], x: str, y: str) -> list[Line2D]:
-    """Mark the points of codimension 2 of the curves shown, and return the legend handles of the kinds that occur."""
-    kinds, handles = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, ""), []
-    for kind, marker in SPECIAL_MARKERS.items():
-        if (own := kinds == kind).any():
-            handles += over.ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
-                                    label=kind.replace("neimark-sacker", event_words("neimark-sacker")),
-                                    **over.style(_SPECIAL))
-    return handles
 
 
 _CAUSES: dict[str, dict[str, Any]] = {
