@@ -25,7 +25,7 @@ _OTHERS = {
     "dynamic_factor": "studies.dynamic_factor", "speeds_to_avoid": "studies.speeds_to_avoid",
     "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
-    "card": "cards.make", "save": "datasets",
+    "card": "cards.card", "save": "datasets",
     "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",
     "explore": "explorer.web.server",
     "SymbolicModel": "interchange.symbolic", "script": "interchange.scripts",

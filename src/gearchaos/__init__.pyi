@@ -13,7 +13,7 @@ from gearchaos import dynamics as dynamics
 from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
-from gearchaos.cards.make import card as card
+from gearchaos.cards.card import card as card
 from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.orbit import orbit as orbit

@@ -15,10 +15,10 @@ from gearchaos import plot
 from gearchaos.datasets import model_json
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel
-from gearchaos.plot._axes import axis_label, cell_extent, symbol
-from gearchaos.plot._basins import attractor_colours
-from gearchaos.plot._bifurcation import density
-from gearchaos.plot._motions import amplitudes, distinct
+from gearchaos.plot.axes import axis_label, cell_extent, symbol
+from gearchaos.plot.diagrams import density
+from gearchaos.plot.motions import amplitudes, distinct
+from gearchaos.plot.states import attractor_colours
 from tests.colour_vision import VISION, lab, linear
 from tests.pictures import legend_words
 

@@ -183,6 +183,14 @@ def test_the_arrows_of_rotation_cross_no_teeth(design):
             assert limits[0] < values.min() and values.max() < limits[1]
 
 
+def test_circles_are_drawn_in_one_order():
+    """The same pixels in every process: circles of nearly the same radius overlap."""
+    ax = plot.gear_pair(gc.GearDesign(**DESIGNS["12/40 shifted"]), fresh())
+    colours = {line.get_label(): line.get_color() for line in ax.get_legend().get_lines()}
+    names = [f"{name} circles" for name in ("tip", "pitch", "reference", "base")]
+    assert [line.get_color() for line in ax.child_axes[0].lines[:8:2]] == [colours[name] for name in names]
+
+
 def test_reference_circles_are_drawn_only_where_they_differ():
     names = {}
     for name in ("62/62", "12/40 shifted"):

@@ -20,7 +20,7 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.cli import app
 from gearchaos.errors import InputError
-from gearchaos.plot._theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
+from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
 from tests.colour_vision import VISION, lab, linear
 from tests.contracts.test_plot import PICTURES, diagram, motion, starts, zones_map
 
@@ -188,7 +188,7 @@ def test_hatches_lie_on_the_cells_of_their_class():
 
 
 def test_all_nine_kinds_of_motion_look_different_when_hatched():
-    from gearchaos.plot._legends import hatched_patch
+    from gearchaos.plot.classes import hatched_patch
 
     looks = {(p.get_facecolor(), p.get_hatch()) for p in (hatched_patch(i, "") for i in range(9))}
     assert len(looks) == len(plot.MOTION_CLASSES) == 9

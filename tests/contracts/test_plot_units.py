@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import gearchaos as gc
 from gearchaos import plot
-from gearchaos.plot._motions import amplitudes
+from gearchaos.plot.motions import amplitudes
 from gearchaos.quantities import quantity
 
 pytestmark = pytest.mark.slow

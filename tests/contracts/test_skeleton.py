@@ -24,7 +24,7 @@ from gearchaos import plot
 from gearchaos.cli import app
 from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
-from gearchaos.plot._theme import EVENT_COLOURS
+from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import skeleton as skeletons
 from tests.colour_vision import VISION, lab, linear
 from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones

@@ -21,7 +21,7 @@ from gearchaos.explorer.web.page import field_values, parameter_form, plane_menu
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.plot._axes import new_axes
+from gearchaos.plot.axes import new_axes
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.cost import estimate
 from gearchaos.studyfile import load_study

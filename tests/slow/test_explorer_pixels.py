@@ -9,7 +9,7 @@ from PIL import Image
 
 import gearchaos as gc
 from gearchaos.explorer.view.state import COLOURS
-from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES
+from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
 from tests.slow.browser import NEEDED
 
 pytest.importorskip("playwright.sync_api")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.cards.card import EMPHASIS, Card, Drawing, around
+from gearchaos.cards.card import EMPHASIS, Card, Drawing, around, card
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
@@ -29,17 +29,17 @@ _ROW_OF = {"omega": "mesh frequency ω", "zeta": "mesh damping ζ", "q0": "stati
 
 _SAMPLES = 400
 
-_MOST_LISTED = 8
-"""Most harmonics whose amplitudes are listed."""
+_MOST_LISTED = 8  # most harmonics whose amplitudes are listed
 
 
-def model_card(model: MeshModel) -> Card:
-    """The card of a model: its parameters, and its stiffness and transmission error over two mesh periods."""
+@card.register
+def _model(model: MeshModel) -> Card:
+    """Its parameters, and its stiffness and transmission error over two mesh periods."""
     title = _KINDS[model.kind] + (" of given gears" if isinstance(model, OperatingModel) else "")
-    return Card(title, list(model_rows(model)), excitation(model).svg)
+    return Card(title, list(_model_rows(model)), _excitation(model))
 
 
-def model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
+def _model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
     """Names and values of the main parameters of a model, and of all others that differ from their defaults."""
     if isinstance(model, OperatingModel):
         yield "operating point", f"{model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
@@ -61,25 +61,22 @@ def model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
         yield "initial values", ", ".join(f"{name} = {value:.6g}" for name, value in model.initial.items())
 
 
-def excitation(model: MeshModel) -> Drawing:
+def _excitation(model: MeshModel) -> str:
     """The mesh stiffness over two mesh periods, and below it the transmission error in another colour."""
     tau = np.linspace(0, 2 * model.period, _SAMPLES)
-    curves = [_scaled(mesh_stiffness(model, tau)), _scaled(transmission_error(model, tau))]
+    curves = mesh_stiffness(model, tau), transmission_error(model, tau)
+    # each from 0 to 1, or 0.5 if all its values are equal
+    chi, error = ((values - low) / (high - low) for values in curves for low, high in [around(values)])
     drawing = Drawing("mesh stiffness, and below it transmission error, over two mesh periods",
                       (0, 2 * model.period), (-1.15, 1.05))
-    drawing.line(tau, curves[0])
-    drawing.line(tau, curves[1] - 1.1, colour=EMPHASIS)
-    return drawing
+    drawing.line(tau, chi)
+    drawing.line(tau, error - 1.1, colour=EMPHASIS)
+    return drawing.svg
 
 
-def _scaled(values: np.ndarray) -> np.ndarray:
-    """Values from 0 to 1; 0.5 if all are equal."""
-    low, high = around(values)
-    return (values - low) / (high - low)
-
-
-def study_card(study: Study) -> Card:
-    """The card of a study that is not computed yet: its axes, its model and its size."""
+@card.register
+def _study(study: Study) -> Card:
+    """What is not computed yet: its axes, its model and its size."""
     axes = [getattr(study, name) for name in study.axis_fields]
     rows = [(axis.name, f"{axis.start:.6g} to {axis.stop:.6g}, {axis.count} values")
             for axis in axes if axis is not None]
@@ -89,15 +86,12 @@ def study_card(study: Study) -> Card:
             rows.append((name, str(value)))
     rows.append(("to compute", f"{study.count:,} item{'s' * (study.count != 1)}"))
     varied = {_ROW_OF.get(name) for name, _ in rows}
-    model = [row for row in model_rows(study.model) if row[0] not in varied]
-    return Card(f"Study: {study.kind}", [*rows, *model], excitation(study.model).svg)
+    model = [row for row in _model_rows(study.model) if row[0] not in varied]
+    return Card(f"Study: {study.kind}", [*rows, *model], _excitation(study.model))
 
 
-_MOST_TEETH = 200
-"""Number of teeth above which a wheel is drawn as a disc."""
-
-_MOST_VALUES = 6
-"""Values of a list that are shown; the number of the others is stated."""
+_MOST_TEETH = 200  # number of teeth above which a wheel is drawn as a disc
+_MOST_VALUES = 6  # values of a list that are shown; the number of the others is stated
 
 
 def digits(value: Any, factor: float = 1.0) -> str:
@@ -135,8 +129,21 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
     return {name: value for name, value in found.items() if value}
 
 
-def design_card(design: GearDesign) -> Card:
-    """The card of a gear design: its main dimensions, and both wheels in mesh to scale."""
+@card.register
+def _design(design: GearDesign) -> Card:
+    """Its main dimensions, and both wheels in mesh to scale, one beside the other."""
+    section, outlines = transverse_section(design, None), []
+    for wheel in (0, 1):
+        if section.geometry.teeth[wheel] > _MOST_TEETH:
+            angle, radius = np.linspace(0, 2 * np.pi, 181), section.geometry.working_diameter[wheel] / 2
+            outline = section.centres[wheel] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        else:
+            outline = section.outline(wheel, detail=0.5)
+        outlines.append(np.vstack([outline, outline[:1]])[:, ::-1])
+    x, y = (around(*(outline[:, axis] for outline in outlines)) for axis in (0, 1))
+    drawing = Drawing("both wheels in mesh", x, y, equal=True)
+    for outline in outlines:
+        drawing.line(*outline.T, width=0.7, fill="currentColor")
     kind = "spur" if design.helix_angle == 0 else "helical"
     try:
         error = design.error_harmonics
@@ -150,30 +157,12 @@ def design_card(design: GearDesign) -> Card:
              "transmission error", "backlash, line of action, total", "damping ratio of the mesh", "speed of wheel 1",
              "torque at wheel 1")
     return Card(f"Gear design: {kind} gears, {' and '.join(map(str, design.teeth))} teeth",
-                [(name, known[name]) for name in shown if name in known], _wheels(design).svg)
+                [(name, known[name]) for name in shown if name in known], drawing.svg)
 
 
-def _wheels(design: GearDesign) -> Drawing:
-    """The outlines of both wheels, one beside the other."""
-    section = transverse_section(design, None)
-    outlines = []
-    for wheel in (0, 1):
-        if section.geometry.teeth[wheel] > _MOST_TEETH:
-            angle, radius = np.linspace(0, 2 * np.pi, 181), section.geometry.working_diameter[wheel] / 2
-            outline = section.centres[wheel] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
-        else:
-            outline = section.outline(wheel, detail=0.5)
-        outlines.append(np.vstack([outline, outline[:1]])[:, ::-1])
-    x, y = (around(*(outline[:, axis] for outline in outlines)) for axis in (0, 1))
-    drawing = Drawing("both wheels in mesh", x, y, equal=True)
-    for outline in outlines:
-        drawing.line(*outline.T, width=0.7, fill="currentColor")
-    return drawing
-
-
-def pair_card(pair: GearPair) -> Card:
-    """The card of a gear pair in SI, with its excitation."""
+@card.register
+def _pair(pair: GearPair) -> Card:
     rows = [("teeth", f"{pair.n1} and {pair.n2}"), ("base radii", f"{1e3 * pair.R1:.6g} and {1e3 * pair.R2:.6g} mm"),
             ("reference stiffness", f"{1e-6 * pair.c0:.6g} N/µm"),
             ("torques", f"{pair.M10:.6g} and {pair.M20:.6g} N m")]
-    return Card("Gear pair", rows, excitation(pair.to_model()).svg)
+    return Card("Gear pair", rows, _excitation(pair.to_model()))

@@ -1,4 +1,4 @@
-"""Cards of results of studies, which are Datasets."""
+"""Cards of what was computed: verdicts, orbits, what divides two basins, and results of studies."""
 
 from __future__ import annotations
 
@@ -9,33 +9,107 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import xarray as xr
 
-from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, colours
+from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, card, colours
+from gearchaos.continuation.edge import EdgeState
+from gearchaos.continuation.orbit import Orbit
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
-from gearchaos.plot._basins import UNDECIDED, attractor_colours
-from gearchaos.plot._bifurcation import density
-from gearchaos.plot._classes import NO_CLASS
-from gearchaos.plot._motions import first_coordinate
-from gearchaos.plot._theme import EVENT_COLOURS
+from gearchaos.plot.classes import NO_CLASS
+from gearchaos.plot.diagrams import density
+from gearchaos.plot.motions import first_coordinate
+from gearchaos.plot.states import UNDECIDED, attractor_colours
+from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
+from gearchaos.studies.regime import Verdict, steady
+from gearchaos.studies.simulate import simulate
 
-_MOST_KINDS = 5
-"""Most kinds of motion that are listed with their shares."""
+_PLANE = ("z", "z_dot")
+_LONGEST = 16  # longest period, in mesh periods, of an orbit whose trajectory is drawn
+_SAMPLES = 48  # instants drawn in each mesh period
+_BACKLASH_COLOUR = "rgba(128,128,128,.7)"
 
-_ROWS = 110
-"""Rows of the image of a bifurcation diagram."""
 
-_POINT_COLOUR = (111, 143, 208)
-"""Colour of the points of a diagram, red, green and blue: visible on light and dark pages."""
+@card.register
+def _verdict(verdict: Verdict) -> Card:
+    """Its evidence, and the motion in the phase plane, of a short period as a trajectory, else as points."""
+    palette = {kind.name: kind.colour for kind in MOTION_CLASSES}
+    rows = [("because", verdict.reason)]
+    if verdict.multipliers:
+        rows.append(("largest multiplier", f"{abs(verdict.multipliers[0]):.4g} in modulus"))
+    if verdict.lyapunov:
+        low, high = verdict.lyapunov_ci[0]
+        interval = f", {low:.4g} to {high:.4g} at 99 %" if high > low else ""
+        rows.append(("largest exponent", f"{verdict.lyapunov[0]:.4g}{interval}"))
+    rows += [(name, f"{value:.4g}") for name, value in (
+        ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
+    if verdict.contact is not None:
+        rows.append(("contact", verdict.contact))
+    model = verdict.model
+    point = f"{model.kind}, ω = {model.omega:.6g}"
+    if isinstance(model, OperatingModel):
+        point += f", {model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
+    rows.append(("operating point", point))
+    trajectory, picture = None, ""
+    if "z" in verdict.section:
+        if verdict.period is not None and verdict.period <= _LONGEST:
+            motion = steady(model, verdict)
+            samples = len(motion.tau) // 8  # `steady` records eight periods of the orbit
+            trajectory = [motion[name].values[: samples + 1] for name in _PLANE]
+        picture = _phase_plane(trajectory, [np.array(verdict.section[name]) for name in _PLANE])
+    return Card(f"Verdict: {verdict.label}", rows, picture, palette.get(verdict.label, palette["other sub-harmonic"]))
 
+
+def _phase_plane(trajectory: list[np.ndarray] | None, points: list[np.ndarray]) -> str:
+    """The plane of z and its velocity, with both ends of the backlash."""
+    shown = points if trajectory is None else trajectory
+    drawing = Drawing("motion in the plane of displacement and velocity", around(shown[0]), around(shown[1]))
+    for end in (-1, 1):
+        drawing.line(np.full(2, end), np.array(drawing.y), colour=_BACKLASH_COLOUR, width=0.8, dashed=True)
+    if trajectory is not None:
+        drawing.line(*trajectory)
+    drawing.dots(*points, colour=EMPHASIS, radius=2.2 if trajectory is not None else 0.9)
+    return drawing.svg
+
+
+@card.register
+def _orbit(orbit: Orbit) -> Card:
+    kind = "stable" if orbit.unstable == 0 else f"unstable in {orbit.unstable} direction{'s' * (orbit.unstable > 1)}"
+    multipliers = (f"{m.real:.4g}" + (f" {'+' if m.imag > 0 else '−'} {abs(m.imag):.4g}i" if m.imag else "")
+                   for m in orbit.multipliers[:4])
+    rows = [("multipliers", ", ".join(multipliers)),
+            ("first point", ", ".join(f"{name} = {value:.6g}" for name, value in orbit.state.items())),
+            ("contact switches", str(len(orbit.switches))), ("residual", f"{orbit.residual:.2g}")]
+    picture = ""
+    if orbit.period <= _LONGEST:
+        motion = simulate(orbit.model, orbit.period, samples=_SAMPLES)
+        points = [motion[f"section_{name}"].values for name in _PLANE]
+        picture = _phase_plane([np.append(motion[n].values, motion[n].values[0]) for n in _PLANE], points)
+    return Card(f"Orbit of period {orbit.period}T, {kind}", rows, picture)
+
+
+@card.register
+def _edge(edge: EdgeState) -> Card:
+    """What divides two basins: its saddle."""
+    if edge.orbit is None:
+        count = len(next(iter(edge.states.values()), ()))
+        return Card("Edge state: not periodic", [("states on the boundary", str(count))])
+    inner = _orbit(edge.orbit)
+    return Card(f"Edge state: {inner.title[0].lower()}{inner.title[1:]}", inner.rows, inner.picture)
+
+
+_MOST_KINDS = 5  # most kinds of motion that are listed with their shares
+_ROWS = 110  # rows of the image of a bifurcation diagram
+_POINT_COLOUR = (111, 143, 208)  # of a diagram, red, green and blue: visible on light and dark pages
 
 _NEVER_EMPTY = ("label", "attractor", "section_z")
 """Variables of cards that have values in every result; there may be no attractors, events or curves."""
 
 
-def result_card(ds: xr.Dataset) -> Card:
-    """The card of a result: what was varied, what was found, and a small picture."""
+@card.register
+def _result(ds: xr.Dataset) -> Card:
+    """What was varied, what was found, and a small picture."""
     kind = str(ds.attrs.get("study", ""))
     if not kind:
         raise InputError("value", "must be the result of a study", "a Dataset without attrs['study']",
@@ -98,12 +172,8 @@ def _basins(ds: xr.Dataset) -> Drawing:
 
 def _class_map(label: str, index: np.ndarray, palette: list[str]) -> Drawing:
     """A map of classes (rows, columns) in their colours; cells of `NO_CLASS`, the last row, are transparent."""
-    return _map(label, np.vstack([colours(palette), np.zeros((1, 4), np.uint8)])[index])
-
-
-def _map(label: str, pixels: np.ndarray) -> Drawing:
     drawing = Drawing(label, (0, 1), (0, 1))
-    drawing.raster(pixels)
+    drawing.raster(np.vstack([colours(palette), np.zeros((1, 4), np.uint8)])[index])
     return drawing
 
 
@@ -118,7 +188,9 @@ def _bifurcation(ds: xr.Dataset) -> Drawing:
     pixels = np.zeros((*shade.shape, 4), np.uint8)
     pixels[..., :3] = _POINT_COLOUR
     pixels[..., 3] = np.round(255 * shade**0.22)
-    return _map(f"bifurcation diagram of {name.removeprefix('section_')}", pixels)
+    drawing = Drawing(f"bifurcation diagram of {name.removeprefix('section_')}", (0, 1), (0, 1))
+    drawing.raster(pixels)
+    return drawing
 
 
 def _line(ds: xr.Dataset, axis: str, name: str) -> Drawing:
@@ -153,7 +225,7 @@ def _skeleton(ds: xr.Dataset) -> Drawing:
 
 
 def _attractors(ds: xr.Dataset) -> Drawing:
-    x, y = (ds[f"attractor_section_{name}"].values for name in ("z", "z_dot"))
+    x, y = (ds[f"attractor_section_{name}"].values for name in _PLANE)
     drawing = Drawing("stroboscopic points of the attractors", around(x), around(y))
     for i, colour in enumerate(attractor_colours(ds)):
         drawing.dots(x[i], y[i], radius=3.2)
@@ -162,8 +234,8 @@ def _attractors(ds: xr.Dataset) -> Drawing:
 
 
 def _simulate(ds: xr.Dataset) -> Drawing:
-    names = ("z", "z_dot") if "tau" in ds.dims else ("section_z", "section_z_dot")
-    x, y = (ds[name].values[:MOST_POINTS] for name in names)
+    prefix = "" if "tau" in ds.dims else "section_"
+    x, y = (ds[f"{prefix}{name}"].values[:MOST_POINTS] for name in _PLANE)
     drawing = Drawing("motion in the plane of displacement and velocity", around(x), around(y))
     drawing.line(x, y, width=0.8) if "tau" in ds.dims else drawing.dots(x, y, radius=0.9)
     return drawing

@@ -91,7 +91,7 @@ def draw(
 
     matplotlib.use("Agg")
     from gearchaos import plot
-    from gearchaos.plot._theme import adapt
+    from gearchaos.plot.theme import adapt
 
     in_mm: str | float | None = width
     with suppress(TypeError, ValueError):

@@ -292,7 +292,7 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
     They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
     """
-    from gearchaos.plot._result import check_colour, default_colour
+    from gearchaos.plot.results import check_colour, default_colour
     from gearchaos.store.reading.reduce import DPI, is_larger, reduced
     from gearchaos.store.store import open_store
 

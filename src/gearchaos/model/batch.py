@@ -18,21 +18,11 @@ from gearchaos.validation import check
 
 @dataclass(frozen=True)
 class Batch:
-    """A model with some of its values replaced by arrays of one length P: P parameter points.
+    """A model with some of its values replaced by arrays of one length P: P parameter points."""
 
-    Attributes
-    ----------
-    model : MeshModel
-        Has the values that all points share.
-    values : mapping of str to (P,)
-        The values that vary, by the names of parameters (no pairs such as ``q0``) and initial values.
-    size : int
-        P.
-    """
-
-    model: MeshModel
-    values: Mapping[str, np.ndarray]
-    size: int
+    model: MeshModel  # has the values that all points share
+    values: Mapping[str, np.ndarray]  # (P,), by the names of parameters (no pairs such as ``q0``) and initial values
+    size: int  # P
 
     def __getitem__(self, name: str) -> np.ndarray | float:
         """The value of a parameter: an array (P,) if it varies, else a float; 0 for a harmonic that is not given.
@@ -53,13 +43,7 @@ class Batch:
         return self.model.parameters()
 
     def harmonics(self, amplitude: str, phase: str) -> tuple[np.ndarray, np.ndarray]:
-        """Amplitudes and phases of a Fourier series, each (H, P) for harmonics 1 to H; H is 0 if there are none.
-
-        Parameters
-        ----------
-        amplitude, phase : str
-            Names without order: "eps" and "theta", or "c" and "alpha".
-        """
+        """Amplitudes and phases of a Fourier series by their families, (H, P) for harmonics 1 to H; H may be 0."""
         found = map(parse_harmonic, {**self._shared, **self.values})
         n = max((p.order or 0 for p in found if p and p.family in (amplitude, phase)), default=0)
         rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]
@@ -72,20 +56,10 @@ class Batch:
 
 
 def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
-    """A batch: a model with arrays for some of its parameters or initial values, checked like single values.
+    """A batch: a model with arrays (P,) for some of its parameters or initial values, checked like single values.
 
-    Parameters
-    ----------
-    model : MeshModel
-        Has all other values.
-    values : mapping of str to array_like (P,)
-        Names as in `MeshModel.with_values`. A scalar is an array of length 1.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, a value that breaks its rule, arrays of several lengths or shapes, or a parameter that has
-        no effect in this kind of model.
+    Names are those of `MeshModel.with_values`; a scalar is an array of length 1. Raises `InputError` also for arrays of
+    several lengths or shapes, and for a parameter that has no effect in this kind of model.
     """
     flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in model.expand(values).items()}
     sizes = {v.shape for v in flat.values()} or {(1,)}

@@ -18,8 +18,7 @@ from gearchaos.model.batch import Batch
 from gearchaos.model.parameters import COORDINATES
 from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
 
-_WEAK_DECAY = 2e-3
-"""Damping rate of the mean rotation below which the first integral gives x2 with an error above 1e-11."""
+_WEAK_DECAY = 2e-3  # of the mean rotation, below which the first integral gives x2 with an error above 1e-11
 
 
 def initial_state(batch: Batch, system: SwitchedAffine) -> np.ndarray:
@@ -51,17 +50,7 @@ def transmission_error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
 def from_physical(
     names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray, error_dot: np.ndarray
 ) -> np.ndarray:
-    """The dynamic state w (P, d) from physical coordinates.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The d coordinates of w.
-    x : dict of str to (P,)
-        Rotations and lateral displacements with their velocities, by name.
-    error, error_dot : (P,)
-        Transmission error ε and ε' at the same time.
-    """
+    """The dynamic state w (P, d) from all coordinates x by name, and from ε and ε' at the same time, each (P,)."""
     known = {
         "y": x["y1"] - x["y2"],
         "y_dot": x["y1_dot"] - x["y2_dot"],
@@ -82,19 +71,7 @@ def weakly_damped(batch: Batch) -> np.ndarray:
 
 
 def relative_rotation(names: tuple[str, ...], w: np.ndarray, error: np.ndarray, suffix: str = "") -> np.ndarray:
-    """x1 − x2 of dynamic states, or its velocity.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The d coordinates of the states.
-    w : (..., d)
-        Dynamic states.
-    error : broadcastable to (...)
-        ε at the times of the states; ε' for the velocity.
-    suffix : {"", "_dot"}
-        "_dot" for the velocity x1' − x2'.
-    """
+    """x1 − x2 of dynamic states w (..., d) where the error is ε; its velocity with ε' and the suffix "_dot"."""
     at = {name: w[..., i] for i, name in enumerate(names)}
     lateral = at[f"y{suffix}"] if "y" in at else at.get(f"y1{suffix}", 0.0) - at.get(f"y2{suffix}", 0.0)
     return _rotation_difference(at[f"z{suffix}"], error, lateral)
@@ -119,19 +96,8 @@ def reset_mean_rotation(
 ) -> dict[str, np.ndarray]:
     """x1 and x2 with their velocities, each (P,), with the mean rotation set back to its initial value.
 
-    Such a state leads to the same relative motion: the mean rotation has no effect on z, and if both wheels have the
-    same β/J, its velocity has none either.
-
-    Parameters
-    ----------
-    batch : Batch
-        P points, with the initial values of the mean rotation.
-    names : tuple of str
-        The d coordinates of the states.
-    w : (P, d)
-        Dynamic states.
-    error, error_dot : (P,)
-        ε and ε' at the time of the states.
+    Such a state leads to the same relative motion as the state w (P, d): the mean rotation has no effect on z, and if
+    both wheels have the same β/J, its velocity has none either.
     """
     x, share = initial_values(batch), _first_share(batch, "J")[:, 0]
     difference, difference_dot = relative_rotation(names, w, error), relative_rotation(names, w, error_dot, "_dot")
@@ -146,27 +112,11 @@ def to_physical(
     batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray,
     x2: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """Physical coordinates of dynamic states: z and z_dot, and all of x and y that the model has.
+    """Physical coordinates of dynamic states by name, each (P, S): z and z_dot, and all of x and y that the model has.
 
-    Parameters
-    ----------
-    batch : Batch
-        P points, with the initial values of the mean motions.
-    names : tuple of str
-        The d coordinates of the dynamic state.
-    w : (P, S, d)
-        States of the motion from those initial values, or of one that differs from it only in the relative motion.
-    tau : (P, S)
-        Times since the initial values.
-    error, error_dot : broadcastable to (P, S)
-        ε and ε' at those times.
-    x2 : (P, S), optional
-        Rotation of wheel 2 if it was integrated along the motion; NaN where it is to be computed from the state.
-
-    Returns
-    -------
-    dict of str to (P, S)
-        By name of coordinate.
+    The states w (P, S, d) at the times tau (P, S) since the initial values of the batch are those of the motion from
+    there, or of one that differs from it only in the relative motion; ε and ε' at those times broadcast to (P, S).
+    x2 (P, S) is the rotation of wheel 2 if it was integrated along the motion, NaN where it is to be computed.
     """
     at = {name: w[..., i] for i, name in enumerate(names)}
     relative = {"z": at["z"], "z_dot": at["z_dot"]}

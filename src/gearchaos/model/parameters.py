@@ -27,30 +27,20 @@ KINDS: tuple[str, ...] = ("single", "torsional", "full")
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
-    "single": ("z", "z_dot"),
-    "torsional": _TORSION,
-    "full": (*_TORSION, "y1", "y1_dot", "y2", "y2_dot"),
-}
+    "single": ("z", "z_dot"), "torsional": _TORSION, "full": (*_TORSION, "y1", "y1_dot", "y2", "y2_dot")}
 """The coordinates of each kind of model for which initial values and results are given, in this order."""
 
-RELATIVE = COORDINATES["single"]
-"""Initial values of the relative motion alone, which do not determine x1 and x2."""
-
-STATE_NAMES = (*RELATIVE, *COORDINATES["full"])
-"""All names of initial values."""
-
+RELATIVE = COORDINATES["single"]  # initial values of the relative motion alone, which do not determine x1 and x2
+STATE_NAMES = (*RELATIVE, *COORDINATES["full"])  # all names of initial values
 SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 """Names of the scalar parameters, in the order of the fields of `MeshModel`."""
 
-SUPPORTS = ("mu", "kappa", "zeta_support")
-"""The families of parameters of lateral motion."""
-
-_PAIRS = tuple(q.name for q in PARAMETERS if q.members)
-
+SUPPORTS = ("mu", "kappa", "zeta_support")  # the families of parameters of lateral motion
 
 def known_names(model: MeshModel) -> tuple[str, ...]:
     """All names by which a value of this model can be set; of the harmonics only the first of each family."""
-    return (*SCALARS, *_PAIRS, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
+    pairs = (q.name for q in PARAMETERS if q.members)
+    return (*SCALARS, *pairs, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
 
 
 def state_names(kind: str) -> tuple[str, ...]:
@@ -161,10 +151,8 @@ class MeshModel(HasCard):
         for name in SCALARS:
             object.__setattr__(self, name, to_float(name, getattr(self, name)))
         if self.kind == "single" and (self.beta1 or self.beta2):
-            raise InputError(
-                "beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
-                "Leave beta out, or use kind='torsional'.",
-            )
+            raise InputError("beta", "must be 0 in the single model, (2.17)", self.beta1 or self.beta2,
+                             "Leave beta out, or use kind='torsional'.")
         for name, (type_, rule, advice) in _PARTS.items():
             if not isinstance(value := getattr(self, name), type_):
                 raise InputError(name, rule, value, advice)
@@ -183,14 +171,10 @@ class MeshModel(HasCard):
         return _rebuild, (type(self), {**values, "initial": dict(self.initial)})
 
     def __repr__(self) -> str:
-        shown = []
-        for f in fields(MeshModel):
-            value = getattr(self, f.name)
-            if f.name == "initial":
-                value = dict(value)
-            if value != getattr(_default(self.kind), f.name) and value != {}:
-                shown.append(f"{f.name}={value!r}")
-        return f"MeshModel(kind={self.kind!r}{''.join(', ' + s for s in shown if not s.startswith('kind='))})"
+        values = {f.name: getattr(self, f.name) for f in fields(MeshModel)[1:]} | {"initial": dict(self.initial)}
+        shown = [f", {name}={value!r}" for name, value in values.items()
+                 if value != getattr(_default(self.kind), name) and value != {}]
+        return f"MeshModel(kind={self.kind!r}{''.join(shown)})"
 
     @classmethod
     def of(cls, kind: str = "torsional", **values: Any) -> MeshModel:
@@ -228,12 +212,8 @@ class MeshModel(HasCard):
             keep = set(RELATIVE) if initial.keys() & set(RELATIVE) else set(STATE_NAMES) - set(RELATIVE)
             kept = {k: v for k, v in kept.items() if k in keep}
         return replace(
-            model,
-            **scalars,
-            error=with_harmonics(model.error, waves, "eps", "theta"),
-            stiffness=model.stiffness.with_values(waves),
-            initial={**kept, **initial},
-        )
+            model, **scalars, error=with_harmonics(model.error, waves, "eps", "theta"),
+            stiffness=model.stiffness.with_values(waves), initial={**kept, **initial})
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Values of single parameters and initial values, from values by any name that the model accepts.
@@ -298,8 +278,7 @@ _PARTS: dict[str, tuple[type, str, str]] = {
     "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
     "stiffness": (
         Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
-        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name.",
-    ),
+        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name."),
     "initial": (Mapping, "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
@@ -321,10 +300,8 @@ def _with_kind(model: Model, kind: Any) -> Model:
     if kind not in KINDS:
         raise unknown_name("kind", str(kind), KINDS)
     old, new = _default(model.kind), _default(kind)
-    beta = {
-        name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
-        for name in ("beta1", "beta2")
-    }
+    beta = {name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
+            for name in ("beta1", "beta2")}
     return replace(model, kind=kind, **beta)
 
 

@@ -23,61 +23,36 @@ from gearchaos.model.parameters import COORDINATES
 @dataclass(frozen=True)
 class SwitchedAffine:
     """A batch of switched affine systems; P points, d coordinates, H harmonics of the forcing, N levels and K harmonics
-    of the stiffness.
-
-    Its arrays are those of `flow.SwitchedSystem`, with these in addition or with a meaning in the equations of gears.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The coordinates, ("z", "z_dot", ...).
-    A : (P, d, d)
-        Linear part: damping and supports, without the mesh spring.
-    levels : (P, N)
-        Stiffness χ without its harmonics, in the N parts of the period; ``starts`` are e.g. 0 and α − 1 of (2.16).
-    chi_cos, chi_sin : (P, K)
-        Cosine and sine coefficients of the harmonics of χ, which are added to the level, (2.7).
-    velocity : (P, d)
-        Coefficients of the velocity x1' (z' in the single model).
-    mean_velocity : (P,)
-        Mean of x1' over a steady motion; 0 without bearing friction.
-    rotation_decay : (P,)
-        Rate at which bearing friction brings the mean rotation to that velocity; 0 if it is not in the state.
-    damping : (P,)
-        2ζ, the factor of z' in the mesh force.
-    static_force : (P,)
-        Mean of the mesh force 2ζz' + χ f(z) over a steady motion.
+    of the stiffness. Its arrays are those of `flow.SwitchedSystem`, and some in addition.
     """
 
-    names: tuple[str, ...]
-    omega: np.ndarray
-    A: np.ndarray
-    b: np.ndarray
-    f0: np.ndarray
-    f_cos: np.ndarray
+    names: tuple[str, ...]  # the coordinates, ("z", "z_dot", ...)
+    omega: np.ndarray  # (P,)
+    A: np.ndarray  # (P, d, d), damping and supports, without the mesh spring
+    b: np.ndarray  # (P, d)
+    f0: np.ndarray  # (P, d)
+    f_cos: np.ndarray  # (P, H)
     f_sin: np.ndarray
-    levels: np.ndarray
-    starts: np.ndarray
+    levels: np.ndarray  # (P, N), stiffness χ without its harmonics, in the N parts of the period
+    starts: np.ndarray  # (P, N), e.g. 0 and α − 1 of (2.16)
     same_starts: bool
-    chi_cos: np.ndarray
+    chi_cos: np.ndarray  # (P, K), coefficients of the harmonics of χ, which are added to the level, (2.7)
     chi_sin: np.ndarray
-    velocity: np.ndarray
-    velocity0: np.ndarray
-    velocity_cos: np.ndarray
+    velocity: np.ndarray  # (P, d), coefficients of the velocity x1' (z' in the single model)
+    velocity0: np.ndarray  # (P,)
+    velocity_cos: np.ndarray  # (P, H)
     velocity_sin: np.ndarray
-    mean_velocity: np.ndarray
-    rotation_decay: np.ndarray
-    damping: np.ndarray
-    static_force: np.ndarray
+    mean_velocity: np.ndarray  # (P,), mean of x1' over a steady motion; 0 without bearing friction
+    rotation_decay: np.ndarray  # (P,), rate at which friction leads to that velocity; 0 if it is not in the state
+    damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
+    static_force: np.ndarray  # (P,), mean of the mesh force 2ζz' + χ f(z) over a steady motion
 
     @property
     def points(self) -> int:
-        """P."""
         return len(self.omega)
 
     @property
     def dimension(self) -> int:
-        """d."""
         return len(self.names)
 
     @property
@@ -132,13 +107,7 @@ def coordinates(batch: Batch) -> tuple[str, ...]:
 
 
 def equal_ratios(batch: Batch, over: str, under: str) -> np.ndarray:
-    """Whether over1/under1 equals over2/under2 to rounding, bool, broadcastable to (P,).
-
-    Parameters
-    ----------
-    over, under : str
-        Names without the number of the wheel, such as "beta" and "J".
-    """
+    """Whether over1/under1 equals over2/under2, such as β/J, to rounding; bool, broadcastable to (P,)."""
     left, right = (np.asarray(batch[f"{over}{n}"]) / np.asarray(batch[f"{under}{n}"]) for n in (1, 2))
     return np.abs(left - right) <= 4e-16 * np.abs(left)
 
@@ -150,15 +119,9 @@ def rotation_decay(batch: Batch) -> np.ndarray:
 
 
 def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
-    """The switched affine system of a batch.
+    """The switched affine system of a batch, by default in the smallest set of `coordinates`.
 
-    Parameters
-    ----------
-    batch : Batch
-        P points.
-    names : tuple of str, optional
-        Coordinates of the state; by default those of `coordinates`, the smallest set. If the last one is "x2", after
-        "x2_dot", it is integrated with the others and has no effect on them.
+    If the last of the given ones is "x2", after "x2_dot", it is integrated with the others and has no effect on them.
     """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
@@ -171,9 +134,7 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     static_force = (rows["q1"] * left + rows["q2"] * right) / (left + right)
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=static_force,
-        **_velocity(rows), **_stiffness(batch),
-    )
+        damping=2 * rows["zeta"], static_force=static_force, **_velocity(rows), **_stiffness(batch))
 
 
 class _Rows:
@@ -193,14 +154,6 @@ class _Rows:
         values = np.empty(self.batch.size)
         values[:] = self.batch[name]
         return values
-
-    def at(self, name: str) -> int:
-        """The row and column of a coordinate."""
-        return self.names.index(name)
-
-    def has(self, name: str) -> bool:
-        """Whether a coordinate is in the state."""
-        return name in self.names
 
     def error_harmonics(self, derivative: int) -> tuple[np.ndarray, np.ndarray]:
         """Cosine and sine coefficients (P, H) of ε or its first or second derivative."""
@@ -232,11 +185,11 @@ def _torsion(rows: _Rows) -> None:
     rows.A[:, 1, 1] += -2 * b1  # −2 β1/J1 times x1' − x2' = z' + ε' − (y1 − y2)'
     rows.add_error(1, -2 * b1)
     for name, sign in _lateral(rows):
-        rows.A[:, 1, rows.at(name) + 1] -= sign * (-2 * b1)
-    if rows.has("x2"):
-        rows.A[:, rows.at("x2"), rows.at("x2_dot")] = 1.0
-    if rows.has("x2_dot"):
-        v = rows.at("x2_dot")
+        rows.A[:, 1, rows.names.index(name) + 1] -= sign * (-2 * b1)
+    if "x2" in rows.names:
+        rows.A[:, rows.names.index("x2"), rows.names.index("x2_dot")] = 1.0
+    if "x2_dot" in rows.names:
+        v = rows.names.index("x2_dot")
         rows.A[:, 1, v] = -2 * (b1 - b2)
         rows.A[:, v, v] = -2 * b2
         rows.f0[:, v] = -rows["q2"] / J2
@@ -245,16 +198,16 @@ def _torsion(rows: _Rows) -> None:
 
 def _lateral(rows: _Rows) -> list[tuple[str, float]]:
     """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
-    if rows.has("y"):
+    if "y" in rows.names:
         return [("y", 1.0)]
-    return [("y1", 1.0), ("y2", -1.0)] if rows.has("y1") else []
+    return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
 
 
 def _supports(rows: _Rows) -> None:
     """Fill in the last two rows of (2.12), or their difference if the state has only y = y1 − y2."""
     for name, sign in _lateral(rows):
         n = "1" if name in ("y", "y1") else "2"
-        y, mu = rows.at(name), rows[f"mu{n}"]
+        y, mu = rows.names.index(name), rows[f"mu{n}"]
         share = 1 / mu if name != "y" else 1 / rows["mu1"] + 1 / rows["mu2"]
         rows.A[:, y, y + 1] = 1.0
         for row, factor in ((y + 1, 1.0), (1, sign)):
@@ -297,13 +250,13 @@ def _velocity(rows: _Rows) -> dict[str, Any]:
     J1, J2, friction = rows["J1"], rows["J2"], rows["beta1"] + rows["beta2"]
     excess = rows["q1"] - rows["q2"]
     mean = np.divide(excess, 2 * friction, out=np.zeros(n), where=friction > 0)
-    steady = rows.has("x2_dot") & (friction > 0)  # x2' is in the state and has a steady mean
+    steady = ("x2_dot" in rows.names) & (friction > 0)  # x2' is in the state and has a steady mean
     share = np.where(steady, 1.0, J2 / (J1 + J2))
     row[:, 1] = share
     for name, sign in _lateral(rows):
-        row[:, rows.at(name) + 1] = -sign * share
-    if rows.has("x2_dot"):
-        row[:, rows.at("x2_dot")] = steady
+        row[:, rows.names.index(name) + 1] = -sign * share
+    if "x2_dot" in rows.names:
+        row[:, rows.names.index("x2_dot")] = steady
     c, s = rows.error_harmonics(1)
     return {"velocity": row, "velocity0": np.where(steady, 0.0, mean), "velocity_cos": share[:, None] * c,
             "velocity_sin": share[:, None] * s, "mean_velocity": mean,

@@ -47,10 +47,8 @@ def set_series(series: Any, kind: str) -> None:
     amplitudes = to_floats(f"{kind}.amplitudes", series.amplitudes)
     phases = to_floats(f"{kind}.phases", series.phases)
     if len(phases) > len(amplitudes):
-        raise InputError(
-            f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
-            "Give one phase per harmonic; missing ones are 0.",
-        )
+        raise InputError(f"{kind}.phases", f"must not be longer than amplitudes ({len(amplitudes)})", len(phases),
+                         "Give one phase per harmonic; missing ones are 0.")
     object.__setattr__(series, "amplitudes", amplitudes)
     object.__setattr__(series, "phases", phases + (0.0,) * (len(amplitudes) - len(phases)))
 
@@ -67,7 +65,4 @@ def with_harmonics(series: Any, values: Mapping[str, Any], amplitude: str, phase
     """A Fourier series with amplitudes and phases replaced by name; lower harmonics that are not given are 0."""
     flat = {**harmonics(series, amplitude, phase), **values}
     n = max((p.order or 0 for p in map(parse_harmonic, flat) if p and p.family in (amplitude, phase)), default=0)
-    return type(series)(
-        tuple(flat.get(f"{amplitude}{j}", 0.0) for j in range(1, n + 1)),
-        tuple(flat.get(f"{phase}{j}", 0.0) for j in range(1, n + 1)),
-    )
+    return type(series)(*(tuple(flat.get(f"{name}{j}", 0.0) for j in range(1, n + 1)) for name in (amplitude, phase)))

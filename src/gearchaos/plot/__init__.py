@@ -3,56 +3,23 @@
 `style` sets sizes and fonts for papers and slides, and `save_with_data` saves a picture with the data that it shows.
 """
 
-from gearchaos.plot._basins import attractor_legend, attractor_names, attractors, basins, manifolds
-from gearchaos.plot._bifurcation import bifurcation, lyapunov, response
-from gearchaos.plot._branch import backbone, branch
-from gearchaos.plot._classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
-from gearchaos.plot._data import save_with_data
-from gearchaos.plot._design_curves import mesh_stiffness, transmission_error
+from gearchaos.plot._datasets import save_with_data
+from gearchaos.plot._design import gear_pair, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
-from gearchaos.plot._gear_pair import gear_pair
-from gearchaos.plot._maps import class_legend, level, ribbon, zones
 from gearchaos.plot._model import backlash, schematic, stiffness
-from gearchaos.plot._motions import dossier, history, phase, portrait, spectrum
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
-from gearchaos.plot._result import result
-from gearchaos.plot._theme import style
+from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
+from gearchaos.plot.diagrams import backbone, bifurcation, branch, lyapunov, response
+from gearchaos.plot.maps import class_legend, level, ribbon, zones
+from gearchaos.plot.motions import dossier, history, phase, portrait, spectrum
+from gearchaos.plot.results import result
+from gearchaos.plot.states import attractor_legend, attractor_names, attractors, basins, manifolds
+from gearchaos.plot.theme import style
 
 __all__ = [
-    "CONTACT_CLASSES",
-    "MOTION_CLASSES",
-    "MotionClass",
-    "agreement",
-    "attractor_legend",
-    "attractor_names",
-    "attractors",
-    "backbone",
-    "backlash",
-    "basins",
-    "bifurcation",
-    "branch",
-    "class_legend",
-    "dossier",
-    "dynamic_factor",
-    "gear_pair",
-    "history",
-    "level",
-    "lyapunov",
-    "manifolds",
-    "mesh_stiffness",
-    "motion_class",
-    "phase",
-    "portrait",
-    "response",
-    "result",
-    "ribbon",
-    "save_with_data",
-    "schematic",
-    "separation_line",
-    "skeleton",
-    "spectrum",
-    "stiffness",
-    "style",
-    "transmission_error",
-    "zones",
+    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
+    "attractors", "backbone", "backlash", "basins", "bifurcation", "branch", "class_legend", "dossier",
+    "dynamic_factor", "gear_pair", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "motion_class",
+    "phase", "portrait", "response", "result", "ribbon", "save_with_data", "schematic", "separation_line", "skeleton",
+    "spectrum", "stiffness", "style", "transmission_error", "zones",
 ]

@@ -13,11 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from gearchaos.gears.dynamic_factor.standards import standards
-from gearchaos.plot._axes import axis_label, new_axes, second_axis_below
-from gearchaos.plot._checks import check
-from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._theme import INK, STROBE, adapt, adapt_style
+from gearchaos.plot._datasets import check, keeps_data
+from gearchaos.plot.axes import axis_label, draw_legend, new_axes, second_axis_below
+from gearchaos.plot.theme import INK, STROBE, adapt, adapt_style
 
 _STANDARD_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#2f6db5", "linestyle": (0, (5, 2))}, {"color": "#a96a00", "linestyle": (0, (2, 1.5))},
@@ -38,8 +36,7 @@ _MOTIONS: dict[str, dict[str, Any]] = {
 }
 """The motions of a result of `gearchaos.speeds_to_avoid`."""
 
-_ROUNDING = 1e-9
-"""A quasi-static ratio that exceeds 1 by less is 1."""
+_ROUNDING = 1e-9  # A quasi-static ratio that exceeds 1 by less is 1
 
 
 @keeps_data

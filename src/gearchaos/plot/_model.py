@@ -12,9 +12,9 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, Stiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
-from gearchaos.plot._axes import new_axes
-from gearchaos.plot._checks import check_positive
-from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
+from gearchaos.plot._datasets import check_positive
+from gearchaos.plot.axes import new_axes
+from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 
 _LINE: dict[str, Any] = {"color": INK, "linewidth": 1.0, "solid_capstyle": "round", "solid_joinstyle": "round"}
 _THIN_LINE: dict[str, Any] = {"color": "0.45", "linewidth": 0.6}
@@ -27,11 +27,8 @@ _RADII = (_R1, _R2)
 _SIDES = (-1, 1)
 """Side of the line of action on which each wheel lies (left, right); its support is on the same side (below, above)."""
 
-_FULL_HEIGHT = 4.0
-"""Height in inches of the smallest drawing with a font of full size."""
-
-_SMALLEST_SCALE = 0.5
-"""Smallest scale of the font, in smaller drawings."""
+_FULL_HEIGHT = 4.0  # height in inches of the smallest drawing with a font of full size
+_SMALLEST_SCALE = 0.5  # smallest scale of the font, in smaller drawings
 
 
 def schematic(ax: Axes | None = None) -> Axes:
@@ -152,8 +149,7 @@ def _spring(ax: Axes, x: float, start: float, end: float, coils: int = 5) -> Non
 
 def _damper(ax: Axes, x: float, start: float, end: float) -> None:
     """Draw a damper: a cylinder on the side of ``start`` and a piston on the side of ``end``."""
-    a, b = start + 0.35 * (end - start), start + 0.68 * (end - start)
-    piston = start + 0.52 * (end - start)
+    a, piston, b = (start + share * (end - start) for share in (0.35, 0.52, 0.68))
     ax.plot([x, x], [start, a], **adapt_style(_LINE))
     ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **adapt_style(_LINE))
     ax.plot([x - 0.13, x + 0.13], [piston, piston], **adapt_style(_LINE))
@@ -221,12 +217,9 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
 
 
 def _steps(wave: Stiffness, ax: Axes, periods: int) -> None:
-    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some.
-
-    In each period the last level also comes before the first start.
-    """
+    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some."""
     starts, levels = zip(*wave.parts(wave.numbers()), strict=True)
-    first = -1 if starts[0] > 0 else 0
+    first = -1 if starts[0] > 0 else 0  # in each period the last level also comes before the first start
     edges = np.concatenate([[k + start for start in starts] for k in range(first, periods)] + [[periods + starts[0]]])
     ax.stairs(np.tile(levels, periods - first), edges, baseline=None, color=adapt(INK), linewidth=1.4)
     if not wave.part_marks:

@@ -10,35 +10,26 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.results import unit_in
 from gearchaos.gears.separation import separation_margin
-from gearchaos.plot._axes import Overlay, cell_extent, wrapped
-from gearchaos.plot._checks import check, check_design, flags
-from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import side_legend
-from gearchaos.plot._theme import BACKGROUND, EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
+from gearchaos.plot._datasets import check, check_design, flags, keeps_data
+from gearchaos.plot.axes import Overlay, cell_extent, side_legend, width_in_inches, wrapped
+from gearchaos.plot.theme import EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.operating_map import operating_axis
 
-_KINDS = ("fold", "flip", "neimark-sacker", "graze")
-"""The kinds of events that have curves, in the order of the legend."""
-
-_DOTTED = (0, (1, 1.6))
-"""Line style of grazes, which are no bifurcations in general."""
-
+_KINDS = ("fold", "flip", "neimark-sacker", "graze")  # the kinds of events that have curves, in the order of the legend
+_DOTTED = (0, (1, 1.6))  # line style of grazes, which are no bifurcations in general
 _PERIODS: dict[int, dict[str, Any]] = {
     1: {"linewidth": 1.9, "linestyle": "-"}, 2: {"linewidth": 1.6, "linestyle": (0, (4, 1.8))},
     3: {"linewidth": 1.4, "linestyle": (0, (5, 1.2, 1, 1.2))}, 4: {"linewidth": 1.3, "linestyle": (0, (2, 1))},
 }
 """Width, in points, and style of the curves by the period of the orbit."""
 
-_LONGER: dict[str, Any] = {"linewidth": 0.7, "linestyle": "-"}
-"""Those of longer periods."""
-
+_LONGER: dict[str, Any] = {"linewidth": 0.7, "linestyle": "-"}  # those of longer periods
 _SPECIAL: dict[str, Any] = {
     "linestyle": "none", "markersize": 5, "markerfacecolor": "white", "markeredgewidth": 0.9, "color": INK, "zorder": 5,
 }
@@ -96,11 +87,15 @@ def skeleton(
         if ds["curve_closed"].values[number]:
             own = np.append(own, own[0])
         style, graze = over.style(_style(str(kinds[number]), int(periods[number]))), kinds[number] == "graze"
-        # with an outline, by which it can be seen on every colour
-        outline = withStroke(linewidth=style["linewidth"] + 1.0, foreground=over.colour(BACKGROUND), alpha=0.6)
         over.ax.plot(ds[x].values[own], ds[y].values[own], zorder=3 if graze else 4,
-                     path_effects=None if graze else [outline], **style)
-    markers = _mark_special(ds, over, shown, x, y) if special else []
+                     path_effects=None if graze else [over.outline(style["linewidth"] + 1.0, alpha=0.6)], **style)
+    markers: list[Line2D] = []
+    marked = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, "") if special else None
+    for kind, marker in SPECIAL_MARKERS.items():
+        if marked is not None and (own := marked == kind).any():
+            markers += over.ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
+                                    label=kind.replace("neimark-sacker", event_words("neimark-sacker")),
+                                    **over.style(_SPECIAL))
     over.frame({name: ds[name] for name in (x, y)},
                [[end * unit_in(ds, name) for end in settings[key][1:3]] for name, key in ((x, "x"), (y, "y"))])
     if legend and shown:
@@ -126,17 +121,6 @@ def _style(kind: str, period: int) -> dict[str, Any]:
     """How the curves of a kind of event and a period are drawn."""
     style = {"color": EVENT_COLOURS.get(kind, "0.2"), **_PERIODS.get(period, _LONGER)}
     return {**style, "linestyle": _DOTTED} if kind == "graze" else style
-
-
-def _mark_special(ds: xr.Dataset, over: Overlay, shown: list[int], x: str, y: str) -> list[Line2D]:
-    """Mark the points of codimension 2 of the curves shown, and return the legend handles of the kinds that occur."""
-    kinds, handles = np.where(np.isin(ds["special_curve"].values, shown), ds["special_kind"].values, ""), []
-    for kind, marker in SPECIAL_MARKERS.items():
-        if (own := kinds == kind).any():
-            handles += over.ax.plot(ds[f"special_{x}"].values[own], ds[f"special_{y}"].values[own], marker=marker,
-                                    label=kind.replace("neimark-sacker", event_words("neimark-sacker")),
-                                    **over.style(_SPECIAL))
-    return handles
 
 
 _CAUSES: dict[str, dict[str, Any]] = {
@@ -192,8 +176,8 @@ def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) ->
         own = ds["cause"].values == code
         if own.any():
             style = over.style(_CAUSES[name])
-            outline = withStroke(linewidth=style["linewidth"] + 1.0, foreground=over.colour(BACKGROUND))
-            over.ax.add_collection(LineCollection(lines[own], zorder=5, path_effects=[outline], **style), autolim=False)
+            style["path_effects"] = [over.outline(style["linewidth"] + 1.0)]
+            over.ax.add_collection(LineCollection(lines[own], zorder=5, **style), autolim=False)
             handles.append(over.handle(f"{name.replace('_', ' ')} ({own.sum()})", _CAUSES[name]))
     extent = cell_extent(*(np.linspace(low, high, count) for _, low, high, count in axes))
     over.frame({name: ds[f"cell_{name}"] for name, *_ in axes}, [extent[:2], extent[2:]])
@@ -213,9 +197,7 @@ def _sides(ds: xr.Dataset, axes: list[tuple[str, float, float, int]]) -> np.ndar
     return np.stack([middle - along, middle + along], axis=1)
 
 
-_SPEEDS, _TORQUES = 801, 121
-"""Points of the grid on which the line is found."""
-
+_SPEEDS, _TORQUES = 801, 121  # points of the grid on which the line is found
 _LEAST_TORQUE = 1e-4
 """Least torque of the grid, relative to the largest one: with none there is no stiffness by ISO 6336-1."""
 
@@ -282,15 +264,14 @@ def separation_line(
     drawn, over = ax is not None and ax.has_data(), Overlay(ax)
     contours = over.ax.contour(speeds, torques, np.clip(margin, -1e3 * torques[-1], None), levels=[0.0])
     contours.remove()  # only its points are of use: a line can have an outline
-    outline = [withStroke(linewidth=3.2, foreground=over.colour(BACKGROUND))]
+    style = over.style({"color": INK, "linewidth": 1.5, "path_effects": [over.outline(3.2)]})
     for points in contours.allsegs[0]:
         if len(points) > 1:
-            over.ax.plot(*points.T, color=over.colour(INK), linewidth=1.5, zorder=5, path_effects=outline,
-                         label="end of permanent contact")
+            over.ax.plot(*points.T, zorder=5, label="end of permanent contact", **style)
     over.ax.set(xlim=ends["speed"], ylim=ends["torque"])
     if not drawn:
         over.ax.set(xlabel="speed [rpm]", ylabel="torque [N m]")
     if note:
-        inches = _LABEL_WIDTH * over.ax.get_window_extent().width / over.ax.figure.dpi
-        over.ax.set_xlabel(f"{over.ax.get_xlabel()}\n{wrapped(_NOTE, inches)}")
+        note_lines = wrapped(_NOTE, _LABEL_WIDTH * width_in_inches(over.ax))
+        over.ax.set_xlabel(f"{over.ax.get_xlabel()}\n{note_lines}")
     return over.ax

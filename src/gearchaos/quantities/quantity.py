@@ -11,22 +11,11 @@ from typing import Any, NamedTuple
 
 @dataclass(frozen=True)
 class Rule:
-    """A condition that values must satisfy.
+    """A condition that values must satisfy."""
 
-    Attributes
-    ----------
-    holds : callable
-        Takes a float or an array of floats and returns a bool or an array of bool of the same shape, True where the
-        rule is satisfied.
-    text : str
-        The rule as the predicate of a sentence, e.g. "must be greater than 0".
-    advice : str
-        What to do if a value breaks the rule, or why the rule exists; may be empty.
-    """
-
-    holds: Callable[[Any], Any]
-    text: str
-    advice: str = ""
+    holds: Callable[[Any], Any]  # of a float or an array, True where it is satisfied, of the same shape
+    text: str  # the predicate of a sentence, e.g. "must be greater than 0"
+    advice: str = ""  # what to do if a value breaks the rule, or why the rule exists
 
 
 class Range(NamedTuple):
@@ -45,25 +34,11 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True)
 class Physical:
-    """The physical unit of a dimensionless quantity.
+    """The physical unit of a dimensionless quantity; name and symbols are empty if they are those of that."""
 
-    Attributes
-    ----------
-    scale : str
-        Field of `gearchaos.gears.scales.Scales` with the SI value of one dimensionless unit.
-    factor : float
-        The SI unit divided by the unit shown, e.g. 1e6 for µm.
-    unit : str
-        Unit shown, in the notation of UDUNITS, e.g. "N*m".
-    long_name : str
-        Name of the physical quantity; empty if it is that of the dimensionless one.
-    symbol, tex : str
-        Symbol of the physical quantity, plain and in mathtext; empty if it is that of the dimensionless one.
-    """
-
-    scale: str
-    factor: float
-    unit: str
+    scale: str  # field of `gearchaos.gears.scales.Scales` with the SI value of one dimensionless unit
+    factor: float  # the SI unit divided by the unit shown, e.g. 1e6 for µm
+    unit: str  # that is shown, in the notation of UDUNITS, e.g. "N*m"
     long_name: str = ""
     symbol: str = ""
     tex: str = ""
@@ -73,50 +48,23 @@ class Physical:
 class Quantity:
     """The description of a parameter, coordinate, response measure or other variable of a result.
 
-    Attributes
-    ----------
-    name : str
-        Name in Python, in study files, on the command line and in results.
-    symbol, tex : str
-        Symbol in plain Unicode ("ε₁") and in mathtext without dollar signs; empty if it has none.
-    long_name : str
-        ``long_name`` in files; empty if that is the name itself.
-    axis_name : str
-        Short name on the axis of a picture, before the symbol; if empty, ``long_name`` is used.
-    title : str
-        Name of its field in the explorer, or of its row in the table that ``gearchaos regime`` prints; empty if it has
-        neither.
-    unit : str
-        Dimensionless unit, ``units`` in files: a product of delta (half the backlash), omega0, c0 and T (mesh period).
-    physical : Physical or None
-        Physical unit for a given gear pair; None if the quantity is a pure number.
-    rule : Rule or None
-        What a value must satisfy besides being finite.
-    divisor : bool
-        Whether the equations divide by it, so that a value other than 0 must not be tiny.
-    range : Range or None
-        The values that the explorer offers; None for a quantity that cannot be set.
-    members : tuple of str
-        For a parameter pair, a name such as ``q0`` that sets the values of both wheels: the names of the two
-        parameters. Empty for all other quantities.
-    toml_table : str
-        Table of a study file in which it is given; empty for ``[model]``.
+    Texts are empty where it has none.
     """
 
-    name: str
-    symbol: str = ""
-    tex: str = ""
+    name: str  # in Python, in study files, on the command line and in results
+    symbol: str = ""  # in plain Unicode, "ε₁"
+    tex: str = ""  # the symbol in mathtext, without dollar signs
     _: KW_ONLY
-    long_name: str = ""
-    axis_name: str = ""
-    title: str = ""
-    unit: str = "1"
-    physical: Physical | None = None
-    rule: Rule | None = None
-    divisor: bool = False
-    range: Range | None = None
-    members: tuple[()] | tuple[str, str] = ()
-    toml_table: str = ""
+    long_name: str = ""  # in files; empty if that is the name itself
+    axis_name: str = ""  # short name on the axis of a picture, before the symbol, instead of the long name
+    title: str = ""  # of its field in the explorer, or of its row in the table printed by ``gearchaos regime``
+    unit: str = "1"  # ``units`` in files: a product of delta (half the backlash), omega0, c0 and T (mesh period)
+    physical: Physical | None = None  # unit for a given gear pair; None for a pure number
+    rule: Rule | None = None  # what a value must satisfy besides being finite
+    divisor: bool = False  # whether the equations divide by it: a value other than 0 must not be tiny
+    range: Range | None = None  # None for a quantity that cannot be set
+    members: tuple[()] | tuple[str, str] = ()  # of a pair, such as ``q0``: the parameters of both wheels that it sets
+    toml_table: str = ""  # the table of a study file in which it is given; empty for ``[model]``
 
 
 POSITIVE = Rule(lambda v: v > 0, "must be greater than 0")
@@ -136,25 +84,12 @@ _PARTS = re.compile(r"([A-Za-z_]+?)(0|[1-9][0-9]{0,17})?(_dot)?")
 
 @dataclass(frozen=True)
 class Name:
-    """The parts of a name: those of ``section_x1_dot`` are prefix "section_", family "x", order 1 and derivative 1.
-
-    Attributes
-    ----------
-    family : str
-        The name without prefix, order and derivative.
-    order : int or None
-        The number in the name: the harmonic order in ``eps3``, the wheel in ``J1`` and ``x1``, 0 in the parameter pairs
-        ``q0`` and ``chi0``; None without a number.
-    derivative : int
-        1 where the name ends in ``_dot``, for the derivative with respect to τ; else 0.
-    prefix : str
-        One of `PREFIXES`, or empty.
-    """
+    """The parts of a name: those of ``section_x1_dot`` are prefix "section_", family "x", order 1 and derivative 1."""
 
     family: str
-    order: int | None = None
-    derivative: int = 0
-    prefix: str = ""
+    order: int | None = None  # of the harmonic in ``eps3``, the wheel in ``J1`` and ``x1``, 0 in the pair ``q0``
+    derivative: int = 0  # with respect to τ: 1 where the name ends in ``_dot``
+    prefix: str = ""  # one of `PREFIXES`
 
     @property
     def base(self) -> str:

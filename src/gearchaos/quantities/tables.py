@@ -5,7 +5,7 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -25,34 +25,22 @@ _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def _length(name: str, long_name: str = "", **fields: Any) -> Quantity:
-    """A row with the unit Δ."""
     return Quantity(name, long_name=long_name, unit="delta", physical=_LENGTH, **fields)
 
 
 def _velocity(name: str, long_name: str = "", **fields: Any) -> Quantity:
-    """A row with the unit Δ ω0."""
     return Quantity(name, long_name=long_name, unit="delta*omega0", physical=_VELOCITY, **fields)
 
 
 def _rate(name: str, long_name: str = "", **fields: Any) -> Quantity:
-    """A row with the unit ω0 of rates."""
     return Quantity(name, long_name=long_name, unit="omega0", physical=_RATE, **fields)
 
 
-def _wheels(
-    pair: Quantity, letter: str, tex: str, first: dict[str, Any] | None = None, second: dict[str, Any] | None = None,
-) -> tuple[Quantity, ...]:
-    """A parameter pair and its two members, one per wheel.
-
-    The members have the fields of the pair except for their symbols and the fields ``first`` and ``second``.
-    """
-    members = (
-        replace(
-            pair, name=name, symbol=_indexed(letter, n), tex=f"{tex}_{{{n}}}", axis_name="", members=(), **fields or {},
-        )
-        for n, name, fields in zip((1, 2), pair.members, (first, second), strict=True)
-    )
-    return pair, *members
+def _wheels(pair: Quantity, letter: str, tex: str, *own: Mapping[str, Any]) -> tuple[Quantity, ...]:
+    """A parameter pair and its two members, one per wheel: fields of the pair, but their symbols and ``own`` fields."""
+    return pair, *(
+        replace(pair, name=name, symbol=_indexed(letter, n), tex=f"{tex}_{{{n}}}", axis_name="", members=(), **fields)
+        for n, name, fields in zip((1, 2), pair.members, own or ({}, {}), strict=True))
 
 
 def _indexed(letter: str, index: object) -> str:
@@ -61,24 +49,19 @@ def _indexed(letter: str, index: object) -> str:
 
 
 def _torque(wheel: int, long_name: str) -> Physical:
-    """The torque M_n on a wheel."""
     return Physical(f"torque{wheel}", 1.0, "N*m", long_name, _indexed("M", wheel), f"M_{{{wheel}}}")
 
 
 def _support_stiffness(index: object) -> Physical:
-    """The stiffness c_n of a support."""
     return Physical("stiffness", 1.0, "N/m", "", _indexed("c", index), f"c_{{{index}}}")
 
 
 def of_order(family: Quantity, order: int) -> Quantity:
     """The quantity of the harmonic of order ``order`` of a family in `HARMONICS`."""
-    physical = family.physical
-    if physical is not None:
+    symbol, tex = _indexed(family.symbol, order), f"{family.tex}_{{{order}}}"
+    if physical := family.physical:
         physical = replace(physical, symbol=_indexed(physical.symbol, order), tex=f"{physical.tex}_{{{order}}}")
-    return replace(
-        family, name=f"{family.name}{order}", symbol=_indexed(family.symbol, order), tex=f"{family.tex}_{{{order}}}",
-        physical=physical,
-    )
+    return replace(family, name=f"{family.name}{order}", physical=physical, symbol=symbol, tex=tex)
 
 
 PARAMETERS: tuple[Quantity, ...] = (
@@ -97,7 +80,7 @@ PARAMETERS: tuple[Quantity, ...] = (
     *_wheels(
         Quantity("q0", "q₀", "q_0", axis_name="static load", title="torque", physical=_torque(1, "driving torque"),
                  range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
-        "q", "q", second={"physical": _torque(2, "resisting torque")},
+        "q", "q", {}, {"physical": _torque(2, "resisting torque")},
     ),
     *_wheels(
         Quantity("beta", "β", r"\beta", title="bearing friction", rule=_DAMPING, divisor=True,

@@ -11,10 +11,10 @@ from bokeh.models import ColumnDataSource, HoverTool, LinearColorMapper, MultiLi
 from matplotlib.colors import to_hex
 
 from gearchaos.explorer.panels.style import PALETTE, Panel, SetAttributes, Units, image_data, symbol
-from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._bifurcation import DENSITY_COLOURS, DENSITY_EXPONENT, density
-from gearchaos.plot._classes import motion_class
-from gearchaos.plot._theme import EVENT_COLOURS, event_words
+from gearchaos.plot.axes import cell_extent
+from gearchaos.plot.classes import motion_class
+from gearchaos.plot.diagrams import DENSITY_COLOURS, DENSITY_EXPONENT, density
+from gearchaos.plot.theme import EVENT_COLOURS, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 
 BRANCH_COLOUR = "#d95f02"  # colour of the lines, which differs from those of the diagram and of the marker at the point

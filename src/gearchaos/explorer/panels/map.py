@@ -39,11 +39,11 @@ from gearchaos.explorer.panels.style import (
 )
 from gearchaos.explorer.view.models import limits
 from gearchaos.explorer.view.state import View
-from gearchaos.plot._axes import cell_extent
-from gearchaos.plot._basins import UNDECIDED, attractor_colours, attractor_names
-from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
-from gearchaos.plot._maps import colour_limits
-from gearchaos.plot._theme import EVENT_COLOURS, event_words
+from gearchaos.plot.axes import cell_extent
+from gearchaos.plot.classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
+from gearchaos.plot.maps import colour_limits
+from gearchaos.plot.states import UNDECIDED, attractor_colours, attractor_names
+from gearchaos.plot.theme import EVENT_COLOURS, event_words
 
 CURVE_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
 """Colours of the curves by the kind of event, in the order of the legend."""

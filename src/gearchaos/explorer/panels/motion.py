@@ -12,9 +12,9 @@ from gearchaos.datasets import variable
 from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, NONE, Panel, SetAttributes, Units, style_axis
 from gearchaos.gears.operating import Gears, pair_of
-from gearchaos.plot._axes import mesh_period
-from gearchaos.plot._motions import FLOOR, HISTORY_PERIODS, amplitudes
-from gearchaos.plot._theme import INK, STROBE
+from gearchaos.plot.axes import mesh_period
+from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
+from gearchaos.plot.theme import INK, STROBE
 
 _HISTORY_SAMPLES = 3000  # largest number of samples drawn
 

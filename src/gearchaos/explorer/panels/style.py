@@ -16,8 +16,8 @@ from gearchaos.explorer.view import bounds
 from gearchaos.gears.operating import Gears, pair_of
 from gearchaos.gears.results import physical
 from gearchaos.gears.scales import unit_of
-from gearchaos.plot._axes import axis_label
-from gearchaos.plot._classes import MOTION_CLASSES
+from gearchaos.plot.axes import axis_label
+from gearchaos.plot.classes import MOTION_CLASSES
 from gearchaos.quantities import (
     COORDINATES,
     HARMONICS,

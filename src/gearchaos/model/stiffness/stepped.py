@@ -13,9 +13,7 @@ from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_floats
 
-MAX_LEVELS = 64
-"""Most levels of a `SteppedStiffness`."""
-
+MAX_LEVELS = 64  # most levels of a `SteppedStiffness`
 _POSITIVE_LEVEL = Rule(lambda v: v > 0, "must be greater than 0", "A level is the mesh stiffness over c0.")
 _IN_PERIOD = Rule(
     lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "A start is a fraction of the mesh period, τ/T.")

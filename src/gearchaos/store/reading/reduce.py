@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.execute.progress import bar
-from gearchaos.plot._classes import motion_class, named_classes
+from gearchaos.plot.classes import motion_class, named_classes
 from gearchaos.store.layout.lazy import parts
 from gearchaos.store.reading.export import Block, Convert
 

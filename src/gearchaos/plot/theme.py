@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping
-from types import TracebackType
 from typing import Any
 
 from matplotlib import rcParams, rcParamsDefault
@@ -14,27 +13,15 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
 
-INK = "#1d2b53"
-"""Colour of lines and points in all pictures, on a light background: dark blue."""
-
+INK = "#1d2b53"  # colour of lines and points in all pictures, on a light background: dark blue
 STROBE = "#c03a1e"
 """Colour of stroboscopic points on a trajectory, and of what is emphasised, on a light background: red."""
 
-BACKGROUND = "white"
-"""The colour that stands for the background of a picture: of outlines, and of boxes behind texts."""
-
-_DARK = 0.5
-"""Lightness below which a background is dark, from 0 (black) to 1 (white)."""
-
-_CONTRAST = 0.8
-"""Share of the range of lightness that colours keep when their lightness is reversed."""
-
-_PALE = 0.85
-"""Lightness above which a colour is pale: that of an area behind lines, which becomes a dark one."""
-
-_PALE_SATURATION = 0.4
-"""Factor of the saturation of pale colours, which would be too strong when dark."""
-
+BACKGROUND = "white"  # the colour that stands for the background of a picture: of outlines, and of boxes behind texts
+_DARK = 0.5  # lightness below which a background is dark, from 0 (black) to 1 (white)
+_CONTRAST = 0.8  # share of the range of lightness that colours keep when their lightness is reversed
+_PALE = 0.85  # lightness above which a colour is pale: that of an area behind lines, which becomes a dark one
+_PALE_SATURATION = 0.4  # factor of the saturation of pale colours, which would be too strong when dark
 _ON_DARK = {
     "#111111": "#f2f2f2", "#2a7fff": "#1bc2ff", "#d18f00": "#dbb80f", "#3d5a00": "#86b572", "#9a9a9a": "#6b6b6b",
     "#a3158f": "#ff39c2",
@@ -95,7 +82,6 @@ SPECIAL_MARKERS = {
 
 
 def event_words(kind: str) -> str:
-    """A kind of event in words."""
     return "Neimark–Sacker" if kind == "neimark-sacker" else kind.replace("-", " ")
 
 
@@ -145,9 +131,7 @@ class Style:
     def __enter__(self) -> Style:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         _SETTINGS.update(self._before)
 
 
@@ -194,15 +178,13 @@ def style(name: str, width: str | float | None = None, height: float | None = No
     if isinstance(width, str) and width not in WIDTHS:
         raise InputError("width", f"must be {', '.join(WIDTHS)} or a number of mm", width)
     width = WIDTHS[width] if isinstance(width, str) else width
-    wide = default[0] if width is None else _checked("width", width)
+
+    def checked(field: str, size: Any) -> float:
+        check_rule(field, number := to_float(field, size), _SIZE, size)
+        return number
+
+    wide = default[0] if width is None else checked("width", width)
     proportional = min(max(wide * default[1] / default[0], _LOWEST), _TALLEST)
-    high = proportional if height is None else _checked("height", height)
+    high = proportional if height is None else checked("height", height)
     settings["figure.figsize"] = (wide / _MM_PER_INCH, high / _MM_PER_INCH)
     return Style(settings)
-
-
-def _checked(field: str, size: Any) -> float:
-    """A width or height as a float; raises `InputError` unless pictures have room in it."""
-    number = to_float(field, size)
-    check_rule(field, number, _SIZE, size)
-    return number

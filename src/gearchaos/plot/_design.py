@@ -1,27 +1,35 @@
-"""The drawing of a gear pair in mesh: transverse section to scale, line of action and path of contact."""
+"""A gear design: its drawing in mesh, and its excitation over the mesh period, stiffness and transmission error."""
 
 from __future__ import annotations
 
 import math
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
-from gearchaos.plot._axes import new_axes, panels
-from gearchaos.plot._checks import check_design, check_positive
-from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._theme import BACKGROUND, INK, STROBE, adapt, adapt_style
+from gearchaos.plot._datasets import check_design, check_positive
+from gearchaos.plot.axes import (
+    draw_legend,
+    new_axes,
+    panels,
+    second_axis_below,
+    widened_limits,
+    width_in_inches,
+    wrapped,
+)
+from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_style
 from gearchaos.validation import to_float
 
-_MM = 1e3
-_FACES = ("#e8ecf4", "#f4f1e8")
-"""Colours of the wheels."""
-
+_MM, _UM, _PER_UM = 1e3, 1e6, 1e-6
+_FACES = ("#e8ecf4", "#f4f1e8")  # colours of the wheels
 _STYLES: dict[str, dict[str, Any]] = {
     "tip circles": {"color": "0.35", "linewidth": 0.6},
     "pitch circles": {"color": "#2f6db5", "linewidth": 0.9, "linestyle": (0, (5, 1.5, 1, 1.5))},
@@ -31,20 +39,11 @@ _STYLES: dict[str, dict[str, Any]] = {
     "path of contact": {"color": STROBE, "linewidth": 2.4, "solid_capstyle": "butt"},
 }
 _CENTRE_LINE: dict[str, Any] = {"color": "0.45", "linewidth": 0.6, "linestyle": (0, (10, 3, 2, 3))}
-_SAME = 1e-6
-"""Relative difference below which the reference circles are drawn as the working pitch circles that they are."""
-
-_MOST_TEETH = 400
-"""Number of teeth above which the whole wheel is drawn without teeth, which would be smaller than a pixel."""
-
-_SMALL = 0.6
-"""Diameter, relative to the larger wheel, below which a wheel has its number and the arrow of its rotation beside it,
-not within it.
-"""
-
+_SAME = 1e-6  # relative difference below which reference circles are drawn as the working pitch circles that they are
+_MOST_TEETH = 400  # above this number the whole wheel is drawn without teeth, which would be smaller than a pixel
+_SMALL = 0.6  # diameter over that of the larger wheel below which number and arrow are beside a wheel, not within it
 _LEAST_TEETH, _LARGEST_VIEW = 0.5, 1000.0
-_MARGIN = 1.25
-"""Least width of the close-up over that of the path of contact."""
+_LEAST_VIEW = 1.25  # least width of the close-up over that of the path of contact
 
 
 def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None = 3.0,
@@ -102,45 +101,42 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
         _close_up(close, section, teeth)
         _whole_pair(whole, section)
     if legend:
-        handles = [Line2D([], [], label=name, **adapt_style(style)) for name, style in _styles(section).items()]
-        draw_legend(ax, handles)
+        draw_legend(ax, [Line2D([], [], label=name, **adapt_style(_STYLES[name])) for name in _shown(section)])
     return ax
 
 
-def _styles(section: TransverseSection) -> dict[str, dict[str, Any]]:
-    """Line styles by name, without those of the reference circles if these are the working pitch circles."""
+def _shown(section: TransverseSection) -> list[str]:
+    """Names of the lines; reference circles are left out if they are the working pitch circles."""
     geometry = section.geometry
-    if abs(geometry.working_diameter[0] / geometry.reference_diameter[0] - 1) > _SAME:
-        return _STYLES
-    return {name: style for name, style in _STYLES.items() if name != "reference circles"}
+    same = abs(geometry.working_diameter[0] / geometry.reference_diameter[0] - 1) <= _SAME
+    return [name for name in _STYLES if not (same and name == "reference circles")]
+
+
+def _ends(section: TransverseSection, *along: float) -> np.ndarray:
+    """Points (N, 2) on the line of action in mm."""
+    return _MM * np.array([section.on_line(position) for position in along])
 
 
 def _close_up(ax: Axes, section: TransverseSection, teeth: float) -> None:
     """Draw the teeth in contact, about the middle of the path of contact."""
-    path = _MM * np.array([section.on_line(section.start), section.on_line(section.end)])
+    path = _ends(section, section.start, section.end)
     pitch = _MM * math.pi * section.geometry.working_diameter[0] / section.geometry.teeth[0]
     box = ax.get_window_extent()
-    half = max(teeth * pitch, _MARGIN * np.ptp(path[:, 0])) / 2
+    half = max(teeth * pitch, _LEAST_VIEW * np.ptp(path[:, 0])) / 2
     size = np.array([half, half * box.height / box.width])
     middle = path.mean(axis=0)
-    for wheel in (0, 1):
-        _wheel_near(ax, section, wheel, middle, size)
+    for wheel in (0, 1):  # the part of each wheel in the view
+        z, centre = section.geometry.teeth[wheel], _MM * section.centres[wheel]
+        depth = abs(middle[1] - centre[1]) - size[1]
+        count = math.ceil(math.atan2(abs(middle[0]) + size[0], depth) / (2 * math.pi) * z) + 3 if depth > 0 else z
+        near = count <= z / 2
+        outline = _MM * (section.outline(wheel, range(-count, count + 1)) if near else section.outline(wheel))
+        _fill(ax, np.vstack([outline, centre]) if near else outline, wheel)
     _circles(ax, section, middle, size)
     _line_of_action(ax, section, path)
     ax.set(xlim=(middle[0] - size[0], middle[0] + size[0]), ylim=(middle[1] - size[1], middle[1] + size[1]),
            xlabel="mm", ylabel="mm")
     ax.set_aspect("equal")
-
-
-def _wheel_near(ax: Axes, section: TransverseSection, wheel: int, middle: np.ndarray, size: np.ndarray) -> None:
-    """Draw the part of a wheel that a view shows, (2,) its middle and (2,) half its size in mm."""
-    z, centre = section.geometry.teeth[wheel], _MM * section.centres[wheel]
-    depth = abs(middle[1] - centre[1]) - size[1]
-    if depth <= 0 or (count := math.ceil(math.atan2(abs(middle[0]) + size[0], depth) / (2 * math.pi) * z) + 3) > z / 2:
-        _fill(ax, _MM * section.outline(wheel), wheel)
-        return
-    outline = _MM * section.outline(wheel, range(-count, count + 1))
-    _fill(ax, np.vstack([outline, centre]), wheel)
 
 
 def _fill(ax: Axes, outline: np.ndarray, wheel: int, linewidth: float = 1.0) -> None:
@@ -150,12 +146,12 @@ def _fill(ax: Axes, outline: np.ndarray, wheel: int, linewidth: float = 1.0) -> 
 
 
 def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.ndarray) -> None:
-    """Draw the circles of both wheels, and the line of centres."""
-    geometry, styles = section.geometry, _styles(section)
+    """Draw the circles of both wheels, and the line of centres, in a view: its middle and half its size in mm."""
+    geometry = section.geometry
     diameters = {"tip circles": geometry.tip_diameter, "pitch circles": geometry.working_diameter,
                  "reference circles": geometry.reference_diameter, "base circles": geometry.base_diameter}
-    for name in diameters.keys() & styles.keys():
-        style = adapt_style(styles[name])
+    for name in (n for n in _shown(section) if n in diameters):
+        style = adapt_style(_STYLES[name])
         for wheel, diameter in enumerate(diameters[name]):
             centre, radius = _MM * section.centres[wheel], _MM * diameter / 2
             # the part nearest to the view, longer than the view is wide and high
@@ -168,12 +164,11 @@ def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.
 
 def _line_of_action(ax: Axes, section: TransverseSection, path: np.ndarray) -> None:
     """Draw the line of action between the base circles and, with its ends, (2, 2) in mm, the path of contact."""
-    ends = _MM * np.array([section.on_line(0.0), section.on_line(section.geometry.tangent_length)])
+    ends = _ends(section, 0.0, section.geometry.tangent_length)
     ax.plot(*ends.T, zorder=3, **adapt_style(_STYLES["line of action"]))
     ax.plot(*path.T, zorder=4, **adapt_style(_STYLES["path of contact"]))
-    touching = _MM * np.array([section.on_line(contact) for contact in section.contacts])
-    ax.plot(*touching.T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND), markeredgewidth=0.8,
-            markersize=6, zorder=6)
+    ax.plot(*_ends(section, *section.contacts).T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND),
+            markeredgewidth=0.8, markersize=6, zorder=6)
     pitch_point = _MM * section.pitch_point
     ax.plot(*pitch_point, "o", color=adapt(BACKGROUND), markeredgecolor=adapt(INK), markersize=4, zorder=5)
     for name, point, offset in (("A", path[0], (-9, -4)), ("E", path[1], (9, 4)), ("C", pitch_point, (4, -11))):
@@ -187,8 +182,7 @@ def _whole_pair(ax: Axes, section: TransverseSection) -> None:
     geometry = section.geometry
     for wheel in (0, 1):
         _wheel(ax, section, wheel)
-    ends = _MM * np.array([section.on_line(0.0), section.on_line(geometry.tangent_length)])
-    path = _MM * np.array([section.on_line(section.start), section.on_line(section.end)])
+    ends, path = _ends(section, 0.0, geometry.tangent_length), _ends(section, section.start, section.end)
     ax.plot(*ends.T, **adapt_style({**_STYLES["line of action"], "linestyle": "-"}))
     ax.plot(*path.T, **adapt_style(_STYLES["path of contact"]))
     centres = _MM * section.centres
@@ -222,3 +216,133 @@ def _wheel(ax: Axes, section: TransverseSection, wheel: int) -> None:
     beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
     ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
                 fontsize="small")
+
+
+_LINES: tuple[dict[str, Any], ...] = (
+    {"color": INK, "linewidth": 1.5}, {"color": STROBE, "linewidth": 1.1, "linestyle": (0, (5, 2))},
+    {"color": "#2f6db5", "linewidth": 1.1, "linestyle": (0, (1.5, 1.5))},
+)
+"""Styles of the curve of the design and of those by other methods."""
+
+_STIFFNESS_SAMPLES, _ERROR_SAMPLES = 40, 64  # points of a curve for each of its harmonics
+_MARGIN = 0.08  # above and below the curves, relative to their range
+_SMALL_FONT = 0.85  # size of a small font over that of labels, for which `wrapped` counts characters
+
+
+def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool = True, legend: bool = True) -> Axes:
+    """Draw the mesh stiffness over one mesh period, in N/µm along the line of action.
+
+    The period begins when a tooth pair enters contact. A second axis below shows the roll angle of wheel 1. Thin
+    horizontal lines are the means over the period. The legend says by what the curve of the method is approximated, and
+    the root mean square of the difference relative to the mean.
+
+    Parameters
+    ----------
+    design : GearDesign
+        The gear pair.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+    compare : bool
+        Show not only the method of the design but also all others that can be computed.
+    legend : bool
+        Add a legend of the methods.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the stiffness by the method of the design cannot be computed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", torque="100 N*m")
+    >>> ax = gc.plot.mesh_stiffness(design)
+    >>> ax.get_ylabel()
+    'mesh stiffness [N/µm]'
+    """
+    check_design(design)
+    found = comparable_stiffnesses(design)[: None if compare else 1]
+    ax = new_axes(ax)
+    handles = []
+    for stiffness, given in zip(found, cycle(_LINES), strict=False):
+        style, wave = adapt_style(given), stiffness.waveform
+        if count := len(wave.harmonics()[0]):
+            time = np.linspace(0, 1, _STIFFNESS_SAMPLES * count + 1)
+            ax.plot(time, stiffness(time) * _PER_UM, **style)
+        else:
+            edges = np.unique([0.0, *wave.jumps, 1.0])
+            ax.stairs(stiffness((edges[:-1] + edges[1:]) / 2) * _PER_UM, edges, baseline=None, **style)
+        error = f"rms error {100 * stiffness.truncation:.2g} %" if stiffness.truncation else "exact"
+        words = f"{stiffness.method}, mean {stiffness.reference * _PER_UM:.4g} N/µm:\n{wave.outline}, {error}"
+        handles.append(Line2D([], [], label=words, **style))
+        ax.axhline(stiffness.reference * _PER_UM, color=style["color"], linewidth=0.6, alpha=0.6, zorder=1)
+    levels = np.array([level for stiffness in found for level in stiffness.extremes]) * _PER_UM
+    low, high = widened_limits(levels.min(), levels.max(), levels.max())
+    margin = _MARGIN * (high - low)
+    ax.set(xlim=(0, 1), ylim=(low - margin, high + margin), xlabel="fraction of the mesh period",
+           ylabel="mesh stiffness [N/µm]")
+    second_axis_below(ax, 360 / design.teeth[0], "roll angle of wheel 1 [deg]")
+    if legend:
+        draw_legend(ax, handles)
+    return ax
+
+
+def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:
+    """Draw the transmission error of the unloaded gears in µm along the line of action.
+
+    One panel shows e(t) over one mesh period, which begins when a tooth pair enters contact; e is positive where the
+    driven wheel lags behind. The other panel shows the peak amplitudes e_j of the harmonics of the mesh frequency. The
+    title says what the error was computed from, and what of it the harmonics leave out.
+
+    Parameters
+    ----------
+    design : GearDesign
+        The gear pair.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes
+        With both panels as its ``child_axes``.
+
+    Raises
+    ------
+    InputError
+        If the error by the method of the design cannot be computed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> ax = gc.plot.transmission_error(design)
+    >>> len(ax.child_axes)
+    2
+    """
+    check_design(design)
+    error = design.error_harmonics
+    ax = new_axes(ax)
+    curve, bars = panels(ax, 0.62)
+    count = len(error.amplitudes)
+    time = np.linspace(0, 1, _ERROR_SAMPLES * max(count, 1) + 1)
+    curve.axhline(0, color=adapt("0.7"), linewidth=0.6)
+    curve.plot(time, _UM * error.at(time), color=adapt(INK), linewidth=1.4)
+    curve.set(xlim=(0, 1), xlabel="fraction of the mesh period", ylabel="error $e$ [µm]")
+    bars.bar(np.arange(1, count + 1), _UM * np.array(error.amplitudes), width=0.35, color=adapt(INK))
+    bars.set(xlim=(0.5, max(count, 3) + 0.5), xlabel="harmonic $j$", ylabel="amplitude $e_j$ [µm]")
+    bars.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
+    if not count:
+        curve.set_ylim(-1, 1)
+        bars.set(xticks=[], yticks=[])
+        bars.text(0.5, 0.5, "no harmonics", transform=bars.transAxes, ha="center", va="center", fontsize="small")
+    source = error.source
+    if error.residual_peak:
+        source += f"; left out: {_UM * error.residual_rms:.3g} µm rms, {_UM * error.residual_peak:.3g} µm at most"
+    ax.set_title(wrapped(source, width_in_inches(ax) / _SMALL_FONT), loc="left", fontsize="small")
+    return ax

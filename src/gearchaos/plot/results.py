@@ -13,20 +13,18 @@ from matplotlib.figure import Figure
 from gearchaos.catalogue import STUDIES
 from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
-from gearchaos.plot._axes import axis_label, new_axes
-from gearchaos.plot._basins import attractors, basins, manifolds
-from gearchaos.plot._bifurcation import bifurcation, lyapunov, response
-from gearchaos.plot._branch import backbone
-from gearchaos.plot._checks import check_dataset, check_name
-from gearchaos.plot._classes import named_classes
+from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
-from gearchaos.plot._maps import level, zones
-from gearchaos.plot._motions import dossier, portrait
 from gearchaos.plot._overlays import agreement, skeleton
-from gearchaos.plot._theme import INK, STROBE, adapt
+from gearchaos.plot.axes import axis_label, new_axes
+from gearchaos.plot.classes import named_classes
+from gearchaos.plot.diagrams import backbone, bifurcation, lyapunov, response
+from gearchaos.plot.maps import level, zones
+from gearchaos.plot.motions import dossier, portrait
+from gearchaos.plot.states import attractors, basins, manifolds
+from gearchaos.plot.theme import INK, STROBE, adapt
 
-MOTION = "motion"
-"""The colouring of a map by kind of motion; the other colourings are names of variables."""
+MOTION = "motion"  # the colouring of a map by kind of motion; the other colourings are names of variables
 
 
 def default_colour(ds: xr.Dataset) -> str:
@@ -197,5 +195,4 @@ _COLOURED: dict[str, tuple[int, Callable[..., Axes]]] = {
 }
 """Studies whose single variables have pictures: the number of dimensions of these variables, and the picture."""
 
-_HATCHED = ("zones", "basins")
-"""Studies whose pictures are maps of classes, which can be hatched."""
+_HATCHED = ("zones", "basins")  # studies whose pictures are maps of classes, which can be hatched

@@ -12,32 +12,39 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, cell_extent, label_and_limit, new_axes, plane, widened_limits, wrapped
-from gearchaos.plot._checks import check, check_name
-from gearchaos.plot._classes import (
+from gearchaos.plot._datasets import check, check_name, keeps_data
+from gearchaos.plot.axes import (
+    axis_label,
+    cell_extent,
+    draw_legend,
+    label_and_limit,
+    new_axes,
+    plane,
+    widened_limits,
+    width_in_inches,
+    wrapped,
+)
+from gearchaos.plot.classes import (
     MOTION_CLASSES,
     NO_CLASS,
-    NOT_COMPUTED_STYLE,
     MotionClass,
     continuous_values,
+    draw_classes,
     motion_class,
     named_classes,
+    patches,
 )
-from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import draw_hatches, patches, shade
-from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._theme import adapt, adapt_style
+from gearchaos.plot.theme import adapt
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
 
-CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
-"""Title of the legend of a map of given gears over speed and torque with such motions."""
+_CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
 
 
 @keeps_data
@@ -75,36 +82,16 @@ def zones(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True, hatch:
     """
     check(ds, "zones", label=2, period=2)
     ax = new_axes(ax)
-    horizontal, vertical = plane(ds, "label")
+    horizontal, vertical, extent = plane(ds, "label")
     classes = motion_class(ds["label"], ds["period"])
-    draw_classes(classes, ax, cell_extent(ds[horizontal].values, ds[vertical].values), hatch=hatch)
+    draw_classes(classes, ax, extent, hatch=hatch)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
-        figure, title = ax.get_figure(root=True), None
-        assert figure is not None
         over_speed = {horizontal, vertical} == {"speed", "torque"} and "contact" in ds
-        if over_speed and np.any((classes == 0) & (ds["contact"].values > 0)):
-            title = wrapped(CONTACT_NOTE, ax.bbox.width / figure.dpi)
+        separated = over_speed and np.any((classes == 0) & (ds["contact"].values > 0))
+        title = wrapped(_CONTACT_NOTE, width_in_inches(ax)) if separated else None
         class_legend(ax, classes, hatch=hatch, title=title, title_fontsize="small")
     return ax
-
-
-def draw_classes(
-    index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
-    classes: Sequence[MotionClass] = MOTION_CLASSES, *, hatch: bool = False,
-) -> None:
-    """Colour or hatch cells by their class, ``index`` (rows, columns) into ``classes``; those not computed are striped.
-    """
-    colours = [shade(i) if hatch else c.colour for i, c in enumerate(classes)]
-    ax.imshow(
-        np.ma.masked_equal(index, NO_CLASS), origin="lower", aspect="auto", interpolation="nearest",
-        cmap=ListedColormap(colours), vmin=-0.5, vmax=len(classes) - 0.5,
-        extent=extent, interpolation_stage="rgba",
-    )
-    if hatch:
-        draw_hatches(index, ax, extent)
-    if np.any(index == NO_CLASS):
-        ax.patch.set(**adapt_style(NOT_COMPUTED_STYLE))
 
 
 def class_legend(
@@ -188,11 +175,8 @@ def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     return strip
 
 
-_NO_VALUE = "0.75"
-"""Colour of cells without a value."""
-
-_BOUNDS = {"contact_fraction": (0.0, 1.0)}
-"""Variables that have a least and a greatest possible value."""
+_NO_VALUE = "0.75"  # colour of cells without a value
+_BOUNDS = {"contact_fraction": (0.0, 1.0)}  # variables that have a least and a greatest possible value
 
 
 @keeps_data
@@ -247,8 +231,8 @@ def level(
     if hatch and not classes:
         raise InputError("hatch", "must be left out for a variable without classes", name)
     ax = new_axes(ax)
-    horizontal, vertical = plane(ds, name)
-    extent, title = cell_extent(ds[horizontal].values, ds[vertical].values), axis_label(ds[name], name)
+    horizontal, vertical, extent = plane(ds, name)
+    title = axis_label(ds[name], name)
     if name == "contact":
         title += " of one motion per cell"  # in another one the teeth may separate
     if classes:

@@ -1,15 +1,23 @@
-"""The classes of the cells of a map, each with a name and a colour: kinds of motion, contact states, counts."""
+"""The classes of the cells of a map, each with a name and a colour: kinds of motion, contact states, counts.
+
+Hatching tells them apart without colour.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.colors import to_hex
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, to_hex
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 
-from gearchaos.plot._checks import flags
+from gearchaos.plot._datasets import flags
+from gearchaos.plot.theme import adapt, adapt_style
 
 
 class MotionClass(NamedTuple):
@@ -57,22 +65,12 @@ CONTACT_CLASSES: tuple[MotionClass, ...] = (
 NO_CLASS = -1
 """Class index of cells that are not computed, and so have no class."""
 
-NOT_COMPUTED_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}
-"""Appearance of cells that are not computed: properties of a matplotlib patch."""
-
+_NOT_COMPUTED: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.6", "hatch": "////"}  # how these cells look
 _YES_NO = (MotionClass("no", "#f4f1e8"), MotionClass("yes", "#c03a1e"))
-_YES_NO_VARIABLES = ("hysteresis", "transient_chaos", "inferred")
-"""Variables whose codes 0 and 1 mean no and yes."""
-
-_MAX_LEGEND_CLASSES = 9
-"""Largest number of classes with a legend; more are shown by a colour bar."""
-
-_LAST_NAMED_PERIOD = 4
-"""Longest period, in mesh periods, that has a class of its own."""
-
-_BY_MEANING = {c.name: i for i, c in enumerate(MOTION_CLASSES) if i > _LAST_NAMED_PERIOD}
-"""Index of the classes of motion that are not periodic, by the meaning of the code of ``label``."""
-
+_YES_NO_VARIABLES = ("hysteresis", "transient_chaos", "inferred")  # their codes 0 and 1 mean no and yes
+_MAX_LEGEND_CLASSES = 9  # more classes are shown by a colour bar
+_LAST_NAMED_PERIOD = 4  # the longest period, in mesh periods, that has a class of its own
+_BY_MEANING = {c.name: i for i, c in enumerate(MOTION_CLASSES) if i > _LAST_NAMED_PERIOD}  # by names of ``label``
 _DIVERGED = _BY_MEANING["diverged"]
 
 
@@ -114,7 +112,7 @@ def motion_class(label: xr.DataArray, period: xr.DataArray) -> np.ndarray:
     return out
 
 
-def not_computed(ds: xr.Dataset, name: str) -> np.ndarray:
+def _not_computed(ds: xr.Dataset, name: str) -> np.ndarray:
     """Whether each value of a variable is not computed yet, by the labels of the same cells: 0 or −1."""
     if "label" not in ds or ds["label"].dims != ds[name].dims:
         return np.zeros(ds[name].shape, bool)
@@ -123,7 +121,7 @@ def not_computed(ds: xr.Dataset, name: str) -> np.ndarray:
 
 def continuous_values(ds: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable that has no classes, as floats; NaN where they are not computed."""
-    return np.where(not_computed(ds, name), np.nan, ds[name].values)
+    return np.where(_not_computed(ds, name), np.nan, ds[name].values)
 
 
 def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionClass, ...]] | None:
@@ -135,7 +133,7 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
         return None
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
-    missing = not_computed(ds, name)
+    missing = _not_computed(ds, name)
     if name.startswith("contact"):
         classes = (*CONTACT_CLASSES, MOTION_CLASSES[_DIVERGED])
         index = np.maximum(ds[name].values.astype(int), NO_CLASS)
@@ -143,9 +141,7 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
             index = np.where(motion_class(ds["label"], ds["period"]) == _DIVERGED, len(CONTACT_CLASSES), index)
     else:
         index, classes = _coded(ds[name], missing)
-    if len(classes) > _MAX_LEGEND_CLASSES:
-        return None
-    return np.where(missing, NO_CLASS, index), classes
+    return None if len(classes) > _MAX_LEGEND_CLASSES else (np.where(missing, NO_CLASS, index), classes)
 
 
 def _coded(array: xr.DataArray, missing: np.ndarray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
@@ -167,3 +163,67 @@ def _coded(array: xr.DataArray, missing: np.ndarray) -> tuple[np.ndarray, tuple[
         classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
     known = np.isin(values, codes)
     return np.where(known, np.searchsorted(codes, values), NO_CLASS), classes
+
+
+_LOOKS: tuple[tuple[str, str], ...] = (
+    ("#ffffff", ""), ("#ffffff", "////"), ("#ffffff", "\\\\\\\\"), ("#ffffff", "----"), ("#ffffff", "xxxx"),
+    ("#ffffff", "...."), ("#8c8c8c", ""), ("#d0d0d0", "||||"), ("#000000", ""),
+)
+"""Shade and hatch of each class of a map, in the order of the classes; used again after the last one."""
+
+
+def look(index: int) -> tuple[str, str]:
+    """The shade, without colour, and the hatch of the class with this index."""
+    return _LOOKS[index % len(_LOOKS)]
+
+
+def draw_classes(
+    index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float],
+    classes: Sequence[MotionClass] = MOTION_CLASSES, *, hatch: bool = False,
+) -> None:
+    """Colour or hatch cells by their class, ``index`` (rows, columns) into ``classes``; those not computed are striped.
+    """
+    colours = [look(i)[0] if hatch else c.colour for i, c in enumerate(classes)]
+    ax.imshow(
+        np.ma.masked_equal(index, NO_CLASS), origin="lower", aspect="auto", interpolation="nearest",
+        cmap=ListedColormap(colours), vmin=-0.5, vmax=len(classes) - 0.5,
+        extent=extent, interpolation_stage="rgba",
+    )
+    if hatch:
+        draw_hatches(index, ax, extent)
+    if np.any(index == NO_CLASS):
+        ax.patch.set(**adapt_style(_NOT_COMPUTED))
+
+
+def draw_hatches(index: np.ndarray, ax: Axes, extent: tuple[float, float, float, float]) -> None:
+    """Hatch the cells of a map, ``index`` (rows, columns) of their classes; negative ones stay as they are."""
+    rows, columns = index.shape
+    x, y = np.linspace(*extent[:2], columns + 1), np.linspace(*extent[2:], rows + 1)
+    for kind in np.unique(index[index >= 0]).tolist():
+        if not (hatch := look(kind)[1]):
+            continue
+        # row, first column and end column of each run of these cells in the rows
+        change = np.diff(np.pad(index == kind, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+        runs = zip(*(found.tolist() for found in (*np.nonzero(change == 1), np.nonzero(change == -1)[1])), strict=True)
+        area = Path.make_compound_path(*(
+            Path([(x[a], y[r]), (x[b], y[r]), (x[b], y[r + 1]), (x[a], y[r + 1]), (x[a], y[r])], closed=True)
+            for r, a, b in runs))
+        ax.add_patch(PathPatch(area, hatch=hatch, facecolor="none", edgecolor="black", linewidth=0))
+
+
+def hatched_patch(kind: int, name: str) -> Patch:
+    """The legend handle of the class with index ``kind``."""
+    colour, hatch = look(kind)
+    return Patch(facecolor=colour, edgecolor="black", linewidth=0.5, hatch=hatch, label=name)
+
+
+def patches(entries: Mapping[int, tuple[str, str]], not_computed: bool, hatch: bool = False) -> list[Patch]:
+    """Legend handles: a square for every class, by its index with colour and name, and a striped one if some cells are
+    not computed.
+    """
+    edge = adapt("0.35")
+    squares = [hatched_patch(i, name) if hatch else Patch(facecolor=colour, edgecolor=edge, linewidth=0.5, label=name)
+               for i, (colour, name) in entries.items()]
+    if not_computed:
+        squares.append(Patch(**adapt_style(_NOT_COMPUTED), linewidth=0.5, label="not computed"))
+    return squares

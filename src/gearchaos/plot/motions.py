@@ -20,10 +20,9 @@ from matplotlib.ticker import MaxNLocator
 from gearchaos.dynamics import time_series as spectra
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import axis_label, mesh_period, new_axes, widen_degenerate_axes
-from gearchaos.plot._checks import check, check_name, check_positive
-from gearchaos.plot._data import keeps_data
-from gearchaos.plot._theme import INK, STROBE, adapt
+from gearchaos.plot._datasets import check, check_name, check_positive, keeps_data
+from gearchaos.plot.axes import axis_label, mesh_period, new_axes, widen_degenerate_axes
+from gearchaos.plot.theme import INK, STROBE, adapt
 
 
 @keeps_data
@@ -65,7 +64,7 @@ def phase(
     ('displacement $z$', 'velocity $\\dot{z}$')
     """
     y = y or f"{x}_dot"
-    check_samples(ds, {"x": x, "y": y})
+    _check_samples(ds, {"x": x, "y": y})
     if section:
         for field, name in (("x", x), ("y", y)):
             check_name(ds, field, name, ("period",), "section_")
@@ -73,10 +72,8 @@ def phase(
     ax = new_axes(ax)
     ax.plot(ds[x].values, ds[y].values, color=adapt(INK), linewidth=linewidth, rasterized=ds.sizes["tau"] > 20_000)
     if section:
-        ax.plot(
-            ds[f"section_{x}"].values, ds[f"section_{y}"].values, "o", color=adapt(STROBE), markersize=2.6,
-            markeredgewidth=0, zorder=3,
-        )
+        ax.plot(ds[f"section_{x}"].values, ds[f"section_{y}"].values, "o", color=adapt(STROBE), markersize=2.6,
+                markeredgewidth=0, zorder=3)
     ax.set(xlabel=axis_label(ds[x], x), ylabel=axis_label(ds[y], y))
     widen_degenerate_axes(ax, unit_in(ds, x), unit_in(ds, y))
     for name, line in ((x, ax.axvline), (y, ax.axhline)):
@@ -85,7 +82,7 @@ def phase(
     return ax
 
 
-def check_samples(ds: xr.Dataset, names: dict[str, str]) -> None:
+def _check_samples(ds: xr.Dataset, names: dict[str, str]) -> None:
     """Raise `InputError` unless a Dataset has samples over time of these variables; ``names`` by argument name."""
     check(ds, "simulate with samples", tau=("tau",))
     for field, name in names.items():
@@ -100,11 +97,8 @@ def mark_backlash(ax: Axes, half_backlash: float, line: Callable[..., Any]) -> N
     ax.set(xlim=limits[0], ylim=limits[1])
 
 
-_FEW = 200
-"""Up to this number of points markers have the largest diameter."""
-
-_LARGEST, _SMALLEST = 3.5, 0.55
-"""Largest and smallest diameter of markers, in typographic points."""
+_FEW = 200  # up to this number of points markers have the largest diameter
+_LARGEST, _SMALLEST = 3.5, 0.55  # diameter of markers, in typographic points
 
 
 @keeps_data
@@ -166,12 +160,9 @@ def first_coordinate(ds: xr.Dataset) -> str:
 
 
 def distinct(x: np.ndarray, y: np.ndarray) -> int:
-    """Number of points that differ by more than 1e-4 of their spread; an orbit repeats its points.
+    """Number of points (N,) that differ by more than 1e-4 of their spread; an orbit repeats its points.
 
-    Parameters
-    ----------
-    x, y : (points,)
-        Coordinates in half backlashes Δ, velocities in Δ ω0.
+    Coordinates are in half backlashes Δ, velocities in Δ ω0.
     """
     points = np.stack([x, y], axis=1)
     spread = np.maximum(np.ptp(points, axis=0), 1e-9)
@@ -179,9 +170,7 @@ def distinct(x: np.ndarray, y: np.ndarray) -> int:
 
 
 @keeps_data
-def history(
-    ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, periods: float | None = None
-) -> Axes:
+def history(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, periods: float | None = None) -> Axes:
     """Draw a variable over time, counted in mesh periods from the first sample.
 
     Parameters
@@ -213,7 +202,7 @@ def history(
     >>> ax.get_ylabel()
     'displacement $z$'
     """
-    check_samples(ds, {"name": name})
+    _check_samples(ds, {"name": name})
     shown = None if periods is None else check_positive("periods", periods)
     if ds.sizes["tau"] < 2:
         raise InputError("dataset", "must have at least two samples", ds.sizes["tau"], "Call simulate with samples=64.")
@@ -226,12 +215,8 @@ def history(
     return ax
 
 
-FLOOR = 1e-7
-"""Smallest amplitude shown, relative to the largest one."""
-
-_ABSOLUTE_FLOOR = 1e-30
-"""Smallest amplitude shown of a constant variable, in units of that variable."""
-
+FLOOR = 1e-7  # smallest amplitude shown, relative to the largest one
+_ABSOLUTE_FLOOR = 1e-30  # smallest amplitude shown of a constant variable, in units of that variable
 _MAX_ORDERS = 1000
 
 
@@ -268,7 +253,7 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
     >>> ax.get_xlabel()
     'frequency in mesh orders $f/f_z$'
     """
-    check_samples(ds, {"name": name})
+    _check_samples(ds, {"name": name})
     orders = check_positive("orders", orders, _MAX_ORDERS)
     order, amplitude = amplitudes(ds, name)
     ax, shown = new_axes(ax), order <= orders
@@ -284,10 +269,7 @@ def spectrum(ds: xr.Dataset, name: str = "z_dot", ax: Axes | None = None, *, ord
 def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """One-sided amplitude spectrum of a variable, over the largest whole number of mesh periods.
 
-    Returns
-    -------
-    orders, amplitudes : (N,) arrays of float
-        Frequencies in orders of the mesh frequency; amplitudes in the unit of the variable.
+    The result is frequencies in orders of the mesh frequency, and amplitudes in the unit of the variable, both (N,).
     """
     tau, values = ds["tau"].values, ds[name].values
     per_period = round(mesh_period(ds) / (tau[1] - tau[0])) if len(tau) > 1 else 0
@@ -298,23 +280,14 @@ def amplitudes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     return spectra.amplitudes(values[: periods * per_period], periods)
 
 
-HISTORY_PERIODS = 12
-"""Largest number of mesh periods in the time history."""
-
-_HEIGHT = 0.75
-"""Height of a new figure over its width."""
-
+HISTORY_PERIODS = 12  # most mesh periods in the time history
+_HEIGHT = 0.75  # height of a new figure over its width
 _FULL_SIZE = np.array([6.4, 4.8])
 """Width and height in inches of the smallest figure with a font of full size, where that is matplotlib's default."""
 
-_SMALLEST_SCALE = 0.5
-"""Smallest scale of the font, in smaller figures."""
-
-_LONG = 64
-"""Trajectories of more mesh periods than this are drawn with thin lines."""
-
-_LINE_WIDTH, _THIN_LINE_WIDTH = 0.8, 0.25
-"""Widths of lines, in points."""
+_SMALLEST_SCALE = 0.5  # of the font, in smaller figures
+_LONG = 64  # trajectories of more mesh periods than this are drawn with thin lines
+_LINE_WIDTH, _THIN_LINE_WIDTH = 0.8, 0.25  # in points
 
 
 @keeps_data
@@ -347,7 +320,7 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
     >>> len(figure.axes)
     4
     """
-    check_samples(ds, {})
+    _check_samples(ds, {})
     default = rcParamsDefault["figure.figsize"]
     if figure is None:
         wide, high = rcParams["figure.figsize"]

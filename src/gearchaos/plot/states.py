@@ -17,37 +17,38 @@ from matplotlib.lines import Line2D
 
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
-from gearchaos.plot._axes import (
+from gearchaos.plot._datasets import Dims, check, keeps_data
+from gearchaos.plot.axes import (
     Overlay,
     axis_label,
-    cell_extent,
+    draw_legend,
     label_and_limit,
     new_axes,
     plane,
+    side_legend,
     widen_degenerate_axes,
 )
-from gearchaos.plot._checks import Dims, check
-from gearchaos.plot._classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class
-from gearchaos.plot._data import keeps_data
-from gearchaos.plot._legends import draw_hatches, patches, shade, side_legend
-from gearchaos.plot._legends import legend as draw_legend
-from gearchaos.plot._maps import draw_classes
-from gearchaos.plot._motions import mark_backlash
-from gearchaos.plot._theme import EVENT_COLOURS
+from gearchaos.plot.classes import (
+    MOTION_CLASSES,
+    NO_CLASS,
+    MotionClass,
+    draw_classes,
+    draw_hatches,
+    look,
+    motion_class,
+    patches,
+)
+from gearchaos.plot.motions import mark_backlash
+from gearchaos.plot.theme import EVENT_COLOURS
 
+UNDECIDED = "#4d4d4d"  # colour of initial states whose motion is undecided
+_UNDECIDED_INDEX = -1  # ``attractor`` of an undecided motion; smaller values are cells that are not computed
+_PLANE = ("z", "z_dot")
+_ATTRACTOR_VARIABLES: dict[str, Dims] = dict.fromkeys(
+    ("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
 _SUBHARMONIC = [c.name for c in MOTION_CLASSES].index("other sub-harmonic")
 _SUBHARMONIC_COLOURS = ("#f28cc0", "#a971e5", "#b8860b", "#7aa81e", "#00a7b5", "#8c564b")
 """Colours of the orbits of the class "other sub-harmonic", one for each period."""
-
-ATTRACTOR_VARIABLES: dict[str, Dims] = dict.fromkeys(
-    ("attractor_label", "attractor_period", "attractor_fraction"), ("number",))
-"""Variables that hold one value for each attractor, with their dimensions."""
-
-UNDECIDED = "#4d4d4d"
-"""Colour of initial states whose motion is undecided."""
-
-_UNDECIDED_INDEX = -1
-"""Value of ``attractor`` for an undecided motion; smaller values are cells that are not computed."""
 
 
 @keeps_data
@@ -86,11 +87,12 @@ def basins(
     >>> ax.get_xlabel()
     'displacement $z$'
     """
-    check(ds, "basins", attractor=2, **ATTRACTOR_VARIABLES)
+    check(ds, "basins", attractor=2, **_ATTRACTOR_VARIABLES)
     ax = new_axes(ax)
-    horizontal, vertical = plane(ds, "attractor")
-    colours = [shade(i) if hatch else colour for i, colour in enumerate(attractor_colours(ds))]
-    index, extent = ds["attractor"].values, cell_extent(ds[horizontal].values, ds[vertical].values)
+    horizontal, vertical, extent = plane(ds, "attractor")
+    colours, index = attractor_colours(ds), ds["attractor"].values
+    if hatch:
+        colours = [look(i)[0] for i in range(len(colours))]
     cells = np.where(index < _UNDECIDED_INDEX, NO_CLASS, np.where(index < 0, len(colours), index))
     draw_classes(cells, ax, extent, [MotionClass("", colour) for colour in (*colours, UNDECIDED)])
     if hatch:
@@ -100,7 +102,7 @@ def basins(
         for x, y, colour, period in zip(
                 *(ds[n].values for n in sections), colours, ds["attractor_period"], strict=True):
             if period > 0:
-                mark_orbit(ax, x, y, colour)
+                _mark_orbit(ax, x, y, colour)
     label_and_limit(ax, ds, horizontal, vertical)
     if legend:
         attractor_legend(ax, ds, hatch=hatch)
@@ -150,7 +152,7 @@ def attractor_colours(ds: xr.Dataset) -> list[str]:
     return colours
 
 
-def mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+def _mark_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
     """Mark the points ``x``, ``y`` (points,) of one orbit in its colour, with a visible outline."""
     ax.plot(x, y, "o", markersize=4.6, markerfacecolor="white", markeredgewidth=0)
     ax.plot(x, y, "o", markersize=3.4, markerfacecolor=colour, markeredgecolor="black", markeredgewidth=0.7)
@@ -198,9 +200,6 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= 0.0995 else f"{100 * share:.1f} %" if share >= 0.001 else "< 0.1 %"
 
 
-_PLANE = ("z", "z_dot")
-
-
 @keeps_data
 def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw the stroboscopic points of every attractor in the plane of z and z'.
@@ -232,13 +231,13 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
     'displacement $z$'
     """
     sections = dict.fromkeys((f"attractor_section_{n}" for n in _PLANE), ("number", "point"))
-    check(ds, "attractors", attractor=("start",), **ATTRACTOR_VARIABLES, **sections)
+    check(ds, "attractors", attractor=("start",), **_ATTRACTOR_VARIABLES, **sections)
     ax = new_axes(ax)
     order = np.argsort(ds["attractor_period"].values == 0, kind="stable")[::-1]  # periodic orbits last, on top
     colours, x, y = attractor_colours(ds), *(ds[n].values for n in sections)
     for i in order:
         if ds["attractor_period"][i] > 0:
-            mark_orbit(ax, x[i], y[i], colours[i])
+            _mark_orbit(ax, x[i], y[i], colours[i])
         else:
             ax.plot(x[i], y[i], "o", color=colours[i], markersize=1.2, markeredgewidth=0, zorder=1)
     horizontal, vertical = (axis_label(ds[f"attractor_section_{n}"], n) for n in _PLANE)
@@ -253,12 +252,10 @@ def attractors(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -
 _SINGLE = {True: {"color": "black", "linewidth": 0.5}, False: {"color": "#c8102e", "linewidth": 0.5}}
 """How the stable and unstable manifolds of a single saddle are drawn."""
 
-_COLOURS = tuple(EVENT_COLOURS.values())
-"""Colours of saddles where there are several; they are used again after the last one."""
-
 _SEVERAL = {True: {"linewidth": 0.8, "linestyle": "-"}, False: {"linewidth": 0.7, "linestyle": (0, (3, 1.5))}}
-"""How stable and unstable manifolds are drawn where there are several saddles."""
+"""How they are drawn where there are several saddles."""
 
+_COLOURS = tuple(EVENT_COLOURS.values())  # of several saddles, from the first one again after the last
 _SADDLE: dict[str, Any] = {
     "linestyle": "none", "marker": "X", "markersize": 6, "color": "#ffd21f", "markeredgecolor": "black",
     "markeredgewidth": 0.7,
@@ -308,7 +305,7 @@ def manifolds(
     """
     check(ds, "manifolds", z=("point",), z_dot=("point",), manifold=("point",), manifold_stable=("number",),
           manifold_saddle=("number",))
-    shown, over, handles = _checked(ds, saddles), Overlay(ax), []
+    shown, over, handles = _chosen(ds, saddles), Overlay(ax), []
     single, kinds = len(shown) == 1, [kind for wanted, kind in ((stable, True), (unstable, False)) if wanted]
     points = np.column_stack([ds[name].values for name in _PLANE])
     branches = np.split(points, np.flatnonzero(np.diff(ds["manifold"].values)) + 1)
@@ -334,14 +331,14 @@ def manifolds(
     return over.ax
 
 
-def _checked(ds: xr.Dataset, saddles: Any) -> list[int]:
+def _chosen(ds: xr.Dataset, saddles: Any) -> list[int]:
     """The numbers of the saddles to show; raises `InputError` for one that does not exist."""
     count = ds.sizes["saddle_number"]
     if saddles is None:
         return list(range(count))
     numbers = np.asarray(saddles)
-    if numbers.ndim != 1 or numbers.size == 0 or numbers.dtype.kind not in "iu" or not np.all(
-            (numbers >= 0) & (numbers < count)):
+    known = numbers.ndim == 1 and numbers.size > 0 and numbers.dtype.kind in "iu"
+    if not known or not np.all((numbers >= 0) & (numbers < count)):
         raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
                          f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
     return list(dict.fromkeys(numbers.tolist()))
