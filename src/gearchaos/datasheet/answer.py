@@ -31,17 +31,9 @@ LEFT_OUT = "must be given"
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known of a design at one torque.
+    """What is known of a design at one torque: its quantities by name, and the speeds to avoid.
 
-    Attributes
-    ----------
-    design : GearDesign
-    entries : dict of Entry
-        Its quantities by name.
-    speeds : SpeedsToAvoid or None
-        None if they were not asked for, or cannot be computed.
-    problem : InputError or None
-        Why there are none, or no model.
+    There are none if they were not asked for, or cannot be computed; the problem says why, or why there is no model.
     """
 
     design: GearDesign
@@ -179,12 +171,8 @@ class Answer:
 def default_speeds(design: GearDesign) -> str:
     """The speeds in rpm that are scanned unless others are asked for, the operating speed among them.
 
-    They end where the supercritical range begins, or at a pitch line velocity of `FAST`.
-
-    Raises
-    ------
-    InputError
-        If an input that the model needs is missing or wrong.
+    They end where the supercritical range begins, or at a pitch line velocity of `FAST`. Raises `InputError` if an
+    input of the model is missing or wrong.
     """
     pair = design.at(speed=design.speed or 1.0).to_pair()
     start, stop = (share * pair.omega0 / pair.n1 / RPM for share in _SCANNED)

@@ -37,18 +37,9 @@ _NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org
 
 
 def sheet_html(answers: Sequence[Answer]) -> str:
-    """The datasheet of a design as one self-contained HTML document, which begins with the answer at each torque.
+    """The datasheet of a design as one self-contained HTML document without scripts, after the answer at each torque.
 
-    Parameters
-    ----------
-    answers : sequence of Answer
-        Of one design at one or more torques. The pair, its quantities and its curves are shown for the first one, of
-        the others the quantities that differ.
-
-    Returns
-    -------
-    str
-        The page refers to no other files and contains no scripts.
+    The pair, its quantities and its curves are shown for the first answer, of the others the quantities that differ.
     """
     first, *others = answers
     design = first.design

@@ -43,23 +43,11 @@ _ANY_SPEED = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One quantity of a datasheet.
+    """One quantity of a datasheet, in ``unit``: a tuple of two for what belongs to each wheel, of any length for
+    harmonics.
 
-    Attributes
-    ----------
-    value : float, tuple of float or None
-        In ``unit``; a tuple of two for what belongs to each wheel, of any length for harmonics. None if it cannot be
-        computed.
-    unit, symbol, formula, source : str
-        See `gearchaos.gears.formulas.Formula`.
-    group : str
-        Heading under which it is shown.
-    words : str
-        Its name in words.
-    reason : str
-        Why there is no value; empty if there is one.
-    expected : bool
-        Whether the design is complete without the value, as without the frequency of rigid supports.
+    It is None if it cannot be computed; then there is a reason. It is expected if the design is complete without the
+    value, as without the frequency of rigid supports. See `gearchaos.gears.formulas.Formula` for the rest.
     """
 
     value: float | tuple[float, ...] | None
@@ -86,13 +74,7 @@ class Entry:
 
 
 def datasheet(design: GearDesign) -> dict[str, Entry]:
-    """All quantities of a design by name.
-
-    Parameters
-    ----------
-    design : GearDesign
-        May lack inputs; the quantities that need them have a reason instead of a value.
-    """
+    """All quantities of a design by name; those that need a missing input have a reason instead of a value."""
     results = _Results(design)
     entries = {name: _entry(name, group, formula, results, compute)
                for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()}
@@ -194,9 +176,7 @@ class _Results:
         return found
 
 
-def _entry(
-    name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any],
-) -> Entry:
+def _entry(name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
     """One entry, with the value in the unit that is shown, or the reason why there is none."""
     value, reason, expected = None, "", False
     try:

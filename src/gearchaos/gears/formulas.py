@@ -15,35 +15,19 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Formula:
-    """How a quantity is shown, and where it comes from.
-
-    Attributes
-    ----------
-    symbol : str
-        Symbol in plain Unicode, e.g. "c′".
-    unit : str
-        Unit shown; empty for a pure number.
-    factor : float
-        The SI unit divided by the unit shown: the number shown is the value in SI times this factor.
-    text : str
-        The formula, in the units shown.
-    source : str
-        Standard with edition, and the clause or equation.
-    words : str
-        The quantity in words; empty if its name reads as words.
+    """How a quantity is shown, and where it comes from: its symbol in plain Unicode, and its formula in the units
+    shown.
     """
 
     symbol: str
-    unit: str
-    factor: float
+    unit: str  # empty for a pure number
+    factor: float  # on the value in SI
     text: str
-    source: str
-    words: str = ""
+    source: str  # standard with edition, and the clause or equation
+    words: str = ""  # empty if its name reads as words
 
 
-def described(
-    symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "",
-) -> Any:
+def described(symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "") -> Any:
     """A dataclass field whose metadata holds a `Formula`."""
     return field(metadata={"formula": Formula(symbol, unit, factor, text, source, words)})
 

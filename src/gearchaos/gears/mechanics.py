@@ -20,21 +20,9 @@ _SOURCE = "ISO 6336-1:2006, 4.2"
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """An isotropic elastic material.
+    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³.
 
-    Parameters
-    ----------
-    E : pressure
-        Modulus of elasticity: a number in Pa, a text such as ``"206 GPa"`` or a pint quantity.
-    poisson : float
-        Poisson's ratio ν.
-    density : mass/volume
-        ρ, e.g. ``"7830 kg/m^3"``.
-
-    Raises
-    ------
-    InputError
-        For a value that is not of its dimension, or that no solid has.
+    Raises `InputError` for a value that is not of its dimension, or that no solid has.
     """
 
     E: Any = field(metadata=read_by(one(PRESSURE, between=(1e7, 1.2e12))))

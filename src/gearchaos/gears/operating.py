@@ -58,10 +58,7 @@ class Gears(Protocol):
 class OperatingModel(MeshModel):
     """A model of given gears, with two more parameters: ``speed``, in rpm, and ``torque``, in N m, both of wheel 1.
 
-    Attributes
-    ----------
-    gears : GearPair or GearDesign
-        The gears at the operating point of the model.
+    The gears, a `GearPair` or a `GearDesign`, are at the operating point of the model.
     """
 
     gears: Any = None

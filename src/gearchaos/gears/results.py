@@ -73,8 +73,7 @@ def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
         return [dataset]
     axis = dataset["event_value"].attrs.get("quantity")
     parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
-    return [dataset.drop_dims(own),
-            *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
+    return [dataset.drop_dims(own), *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
 def _attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
@@ -113,12 +112,8 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears of the Dataset, or those given if it has none.
-
-    Raises
-    ------
-    InputError
-        If there are none, or those given are others than those of the Dataset.
+    """The gears of the Dataset, or those given if it has none; raises `InputError` if there are none, or given are
+    others.
     """
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."

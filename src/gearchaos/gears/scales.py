@@ -15,35 +15,16 @@ Value = TypeVar("Value")
 @dataclass(frozen=True)
 class Scales(Generic[Value]):
     """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or a DataArray over operating points.
-
-    Attributes
-    ----------
-    length : float
-        Half the backlash Δ, m.
-    time : float
-        1/ω0, s.
-    velocity : float
-        Δ ω0, m/s.
-    force : float
-        c0 Δ, N.
-    stiffness : float
-        c0, N/m.
-    frequency : float
-        ω0/2π, Hz: the mesh frequency at omega = 1.
-    rate : float
-        ω0, 1/s, for Lyapunov exponents.
-    torque1, torque2 : float
-        c0 R_n Δ, N m, for the driving and the driven wheel.
     """
 
-    length: Value
-    time: Value
-    velocity: Value
-    force: Value
-    stiffness: Value
-    frequency: Value
-    rate: Value
-    torque1: Value
+    length: Value  # half the backlash Δ, m
+    time: Value  # 1/ω0, s
+    velocity: Value  # Δ ω0
+    force: Value  # c0 Δ
+    stiffness: Value  # c0
+    frequency: Value  # ω0/2π, Hz: the mesh frequency at omega = 1
+    rate: Value  # ω0, 1/s, for Lyapunov exponents
+    torque1: Value  # c0 R_n Δ, for the driving and the driven wheel
     torque2: Value
 
 

@@ -38,16 +38,9 @@ _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 @dataclass(frozen=True)
 class Dimension:
-    """A physical dimension.
+    """A physical dimension: its name with article, the unit of a plain number in the notation of pint, and an example.
 
-    Attributes
-    ----------
-    name : str
-        Name with article, e.g. "a length".
-    unit : str
-        Unit of a plain number, in the notation of pint: that of the SI, except for speeds, which are in rpm.
-    example : str
-        An example of a value with a unit, for error messages.
+    The unit is that of the SI, except for speeds, which are in rpm.
     """
 
     name: str
@@ -72,21 +65,13 @@ _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEA
 
 
 class Measured(float):
-    """A number in SI that remembers the unit in which it was written, for messages about it.
-
-    Attributes
-    ----------
-    unit : str
-        The unit as it was written.
-    size : float
-        One such unit in SI.
-    """
+    """A number in SI with the unit in which it was written, for messages about it, and one such unit in SI."""
 
     unit: str
     size: float
 
     def __new__(cls, number: float, unit: str = "", size: float = 1.0) -> Self:
-        """The number with its unit; numbers without one are what unpickling needs."""
+        """Without a unit as unpickling needs it."""
         new = super().__new__(cls, number)
         new.unit, new.size = unit, size
         return new
@@ -157,24 +142,11 @@ LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
 
 def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None) -> float:
-    """The value of a field in SI, a speed in rpm.
+    """The value of a field in SI, a speed in rpm, from a number in the unit of the dimension, a text or a pint
+    quantity.
 
-    Parameters
-    ----------
-    field : str
-        Name of the value in error messages.
-    value : float, str or pint quantity
-        A plain number is in the unit of the dimension already; a text has a unit, e.g. "35.2 mm".
-    dimension : Dimension
-        What the value must be.
-    rule : Rule, optional
-        Rule for the number in SI; without it any sign is allowed.
-
-    Raises
-    ------
-    InputError
-        For a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose magnitude is
-        beyond the limits, or one that breaks the rule.
+    Raises `InputError` for a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose
+    magnitude is beyond the limits, or one that breaks the rule, which is for the number in SI.
     """
     number: float = value if isinstance(value, Measured) else (
         _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))

@@ -178,12 +178,8 @@ class Drawing:
 
     @property
     def path_relief(self) -> TipRelief | None:
-        """The tip relief along the path of contact; None without one.
-
-        Raises
-        ------
-        InputError
-            If the drawing does not say where the relief of a wheel begins.
+        """The tip relief along the path of contact, None without one; raises `InputError` if the drawing gives no start
+        of it.
         """
         if self.tip_relief is None:
             return None

@@ -110,12 +110,8 @@ def gear_pair(design: Drawing) -> GearPair:
     """The gear pair with the parameters of (2.1) at the operating point of a design.
 
     The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving one;
-    there is no bearing friction.
-
-    Raises
-    ------
-    InputError
-        If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
+    there is no bearing friction. Raises `InputError` if an input that the pair needs is missing: speed, torque,
+    backlash, damping ratio, and inertia or bore.
     """
     weighed = design.mass is not None or (design.inertia is not None and design.supports is None)
     needed = [*["quality"] * (design.transmission_error == "from quality"), *["bore"] * (not weighed),

@@ -33,18 +33,12 @@ class TransverseSection:
 
     The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
     helical gears, whose teeth in other planes are rotated. An outline is a polygon within the tooth, so that drawn
-    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash is larger than
-    that of nominal teeth, the teeth of both wheels are made thinner by equal amounts, as far as their tips allow. This
-    changes neither root nor tip circles.
+    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash, total along the
+    line of action, m, is larger than that of nominal teeth, the teeth of both wheels are made thinner by equal amounts,
+    as far as their tips allow. This changes neither root nor tip circles.
 
-    Attributes
-    ----------
-    geometry : Geometry
-        The gear pair.
-    backlash : float
-        Total backlash along the line of action, m, at least that of nominal teeth.
-    phase : float
-        The instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0, 1).
+    The phase is the instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0,
+    1).
     """
 
     geometry: Geometry
@@ -96,17 +90,10 @@ class TransverseSection:
         return tangency - self._length(wheel, contact) / base + self._base_half_angle(wheel)
 
     def outline(self, wheel: int, teeth: range | None = None, detail: float = 1.0) -> np.ndarray:
-        """Points (points, 2) of the outline of teeth, counter-clockwise.
+        """Points (points, 2) of the outline of teeth, counter-clockwise; ``detail`` is a factor on their number.
 
-        Parameters
-        ----------
-        wheel : int
-            0 for wheel 1, 1 for wheel 2.
-        teeth : range, optional
-            Numbers of the teeth, counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default
-            all teeth, a closed outline.
-        detail : float
-            Factor on the numbers of points.
+        Teeth are counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default all, a closed
+        outline.
         """
         numbers = range(self.geometry.teeth[wheel]) if teeth is None else teeth
         radius, offset = self._half_tooth(wheel, detail)
@@ -184,12 +171,7 @@ class TransverseSection:
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
     """The section of a design; without a backlash its teeth have nominal thickness.
 
-    Parameters
-    ----------
-    design : GearDesign
-        The gear pair.
-    phase : float, optional
-        See `TransverseSection`; by default the middle of the time during which most tooth pairs are in contact.
+    The phase is by default the middle of the time during which most tooth pairs are in contact.
     """
     geometry = design.geometry
     # nominal teeth may overlap by what the rounding of profile shifts explains

@@ -14,16 +14,7 @@ from gearchaos.files import read_bytes
 from gearchaos.gears import units
 from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
 from gearchaos.gears.inputs.cells import MOST_BYTES
-from gearchaos.gears.inputs.declared import (
-    Convert,
-    convert_fields,
-    name_of,
-    number,
-    one,
-    read_by,
-    record_values,
-    two,
-)
+from gearchaos.gears.inputs.declared import Convert, convert_fields, name_of, number, one, read_by, record_values, two
 from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.transmission_error.quality import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
@@ -34,13 +25,7 @@ BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less t
 
 @dataclass(frozen=True, kw_only=True)
 class Rack:
-    """Basic rack tooth profile, in normal modules; by default profile A of ISO 53:1998.
-
-    Parameters
-    ----------
-    addendum, dedendum, root_radius : float, optional
-        h_aP/m_n, h_fP/m_n and ρ_fP/m_n.
-    """
+    """Basic rack tooth profile h_aP, h_fP and ρ_fP, in normal modules; by default profile A of ISO 53:1998."""
 
     addendum: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
     dedendum: float = field(default=1.25, metadata=read_by(number(POSITIVE)))
@@ -64,16 +49,9 @@ PRESSURE_ANGLE = math.radians(20)
 class ReliefDimensions:
     """Tip relief of both wheels as a drawing gives it.
 
-    Parameters
-    ----------
-    amount : length, one or two
-        C_a of each wheel, the profile deviation at the tip circle: in the transverse plane along the line of action. 0
-        for a wheel without relief.
-    start_diameter : length, one or two, optional
-        Diameters at which the relief begins. None, the default, if the drawing does not say; then only results that
-        need no more than the amount can be computed.
-    shape : {"linear", "parabolic"}, optional
-        How the relief grows from its start to the tip; by default linear.
+    The amount is C_a, the profile deviation at the tip circle: in the transverse plane along the line of action, 0 for
+    a wheel without relief. The relief begins at the start diameter; without it only results that need no more than the
+    amount can be computed. It grows in this shape to the tip.
     """
 
     amount: Any = field(metadata=read_by(two(one(units.LENGTH, NOT_NEGATIVE))))
@@ -88,12 +66,7 @@ class ReliefDimensions:
 class Supports:
     """Elastic supports of both wheels, along the line of action in the transverse plane.
 
-    Parameters
-    ----------
-    stiffness : force/length, one or two
-        Of each wheel's shaft and bearings together.
-    damping_ratio : float, one or two
-        Of the wheel's mass on its support.
+    The stiffness is that of shaft and bearings together, the damping ratio that of the wheel's mass on its support.
     """
 
     stiffness: Any = field(metadata=read_by(two(one(units.STIFFNESS, POSITIVE, (1e4, 1e13)))))
@@ -106,14 +79,9 @@ class Supports:
 
 @dataclass(frozen=True, kw_only=True)
 class DataFile:
-    """What all files of a design have.
+    """What all files of a design have: the checksum of the content, by default that of now, and the headers of columns.
 
-    Parameters
-    ----------
-    sha256 : str, optional
-        Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
-    columns : mapping of str to str, optional
-        Headers in the file by the names of columns; kept as a tuple of pairs.
+    A file whose content has changed since is refused. The headers by names are kept as a tuple of pairs.
     """
 
     sha256: str = ""
@@ -147,15 +115,7 @@ class DataFile:
 
 @dataclass(frozen=True, kw_only=True)
 class TableFile(DataFile):
-    """A file with the stiffness over one or more mesh periods.
-
-    Parameters
-    ----------
-    table : str
-        Path of the file.
-    speed : angular velocity, optional
-        Of wheel 1, in rpm without a unit, at which the times of a table over time hold.
-    """
+    """A file with the stiffness over one or more mesh periods; the speed of wheel 1, in rpm, is that of times."""
 
     table: str
     speed: Any = field(default=None, metadata=read_by(one(units.SPEED, POSITIVE)))
@@ -167,13 +127,7 @@ class TableFile(DataFile):
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorFile(DataFile):
-    """A file with a transmission error.
-
-    Parameters
-    ----------
-    wheel : {1, 2}, optional
-        The wheel whose angle the error is. None, the default, for a length along the line of action.
-    """
+    """A file with a transmission error: the angle of this wheel, or without one a length along the line of action."""
 
     wheel: Any = None
 
@@ -185,26 +139,14 @@ class ErrorFile(DataFile):
 
 @dataclass(frozen=True, kw_only=True)
 class OrdersFile(ErrorFile):
-    """A file with amplitudes and phases of harmonics.
-
-    Parameters
-    ----------
-    orders : str
-        Path of the file.
-    """
+    """A file with amplitudes and phases of harmonics."""
 
     orders: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorTable(ErrorFile):
-    """A file with an error over one or more mesh periods.
-
-    Parameters
-    ----------
-    table : str
-        Path of the file.
-    """
+    """A file with an error over one or more mesh periods."""
 
     table: str
 

@@ -41,13 +41,8 @@ _LEAST_GRADE_WITHOUT_RELIEF = 6
 class FlankMaterial:
     """What running-in depends on.
 
-    Attributes
-    ----------
-    group : str
-        "through hardened" (St, V, GGG perlitic or bainitic, GTS), "cast iron" (GG, GGG ferritic) or "surface hardened"
-        (Eh, IF, NT, NV).
-    contact_limit : float
-        σ_Hlim, allowable stress number for contact stress, Pa; ISO 6336-5.
+    The group is "through hardened" (St, V, GGG perlitic or bainitic, GTS), "cast iron" (GG, GGG ferritic) or "surface
+    hardened" (Eh, IF, NT, NV); the limit σ_Hlim, the allowable stress number for contact stress, Pa; ISO 6336-5.
     """
 
     group: str
@@ -156,13 +151,7 @@ def constants(total_contact_ratio: float) -> Constants:
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorB:
-    """K_v by method B with all that it is computed from.
-
-    Attributes
-    ----------
-    warnings : tuple of str
-        What the standard says of this range and load.
-    """
+    """K_v by method B with all that it is computed from, and what the standard says of this range and load."""
 
     reason: ClassVar[str] = ""
 
@@ -172,8 +161,7 @@ class DynamicFactorB:
     resonance_ratio: float = described("N", "n1/n_E1", f"{_CLAUSE}.2, (9)")
     pitch_parameter: float = described("B_p", "c′ (f_pb − y_p)/(K_A F_t/b)", f"{_CLAUSE}.3, (15), (18)")
     profile_parameter: float = described("B_f", "c′ (f_fα − y_f)/(K_A F_t/b)", f"{_CLAUSE}.3, (16), (19)")
-    relief_parameter: float = described(
-        "B_k", "|1 − c′ C_a/(K_A F_t/b)|, or 1 from grade 6 on", f"{_CLAUSE}.3, (17)")
+    relief_parameter: float = described("B_k", "|1 − c′ C_a/(K_A F_t/b)|, or 1 from grade 6 on", f"{_CLAUSE}.3, (17)")
     value: float = described(
         "K_v", "N (C_v1 B_p + C_v2 B_f + C_v3 B_k) + 1 below the main resonance", f"{_CLAUSE}.3 to 6.4.6, (13)-(22)")
     warnings: tuple[str, ...] = ()

@@ -40,17 +40,14 @@ class DynamicFactorC:
 
     reason: ClassVar[str] = ""
 
-    velocity_parameter: float = described(
-        "v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", _CLAUSE, "m/s")
+    velocity_parameter: float = described("v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", _CLAUSE, "m/s")
     speed_factor: float = described("K3", "2 up to 0.2 m/s, else 2.071 − 0.357 v z1/100 √(u²/(1+u²))", _CLAUSE)
     spur: float = described("K_vα", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
     helical: float = described("K_vβ", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
     value: float = described("K_v", "K_vα − ε_β (K_vα − K_vβ), K_vβ from ε_β = 1 on", _CLAUSE)
 
 
-def dynamic_factor_c(
-    geometry: Geometry, load: MeshLoad, grade: int, *, solid_wheels: bool,
-) -> DynamicFactorC | Refused:
+def dynamic_factor_c(geometry: Geometry, load: MeshLoad, grade: int, *, solid_wheels: bool) -> DynamicFactorC | Refused:
     """Dynamic factor by ISO 6336-1:2006, method C, in the form and with the table of IACS UR M56, 1.6.3.
 
     A line load below 100 N/mm counts as 100 N/mm. The grade is that of the less accurate wheel. ISO 6336-1:2006 refers

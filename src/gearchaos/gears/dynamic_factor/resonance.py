@@ -59,19 +59,10 @@ class Resonance:
 
 
 def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load: float) -> Resonance:
-    """Main resonance of the mesh, ISO 6336-1:2006, 6.4.2.
+    """Main resonance of the mesh, ISO 6336-1:2006, 6.4.2, from c_γα, N/m², m_red, kg/m, and F_t K_A/b, N/m, for N_S.
 
-    Parameters
-    ----------
-    teeth1 : int
-        Number of teeth of wheel 1.
-    mesh_stiffness : float
-        c_γα, N/m².
-    reduced_mass : float
-        m_red, kg/m: the equivalent mass of the pair over the common face width, (7), (8). With the inertias of discs it
-        is that of 6.4.8, (30).
-    line_load : float
-        F_t K_A/b, N/m, on which N_S depends.
+    m_red is the equivalent mass of the pair over the common face width, (7), (8). With the inertias of discs it is that
+    of 6.4.8, (30).
     """
     speed = math.sqrt(mesh_stiffness / reduced_mass) / teeth1
     lower = lower_limit_ratio(line_load)

@@ -31,13 +31,7 @@ class DynamicFactor(Protocol):
 
 @dataclass(frozen=True)
 class Refused:
-    """The answer of a standard where it gives no dynamic factor: outside its validity, or where an input is missing.
-
-    Attributes
-    ----------
-    reason : str
-        Why, in a sentence that ends with a full stop.
-    """
+    """Why a standard gives no dynamic factor, in a sentence: outside its validity, or where an input is missing."""
 
     reason: str
     value: ClassVar[None] = None
@@ -47,30 +41,16 @@ class Refused:
 class Standard:
     """A standard, or one of its methods.
 
-    Attributes
-    ----------
-    name : str
-        Of K_v on the datasheet and in a Dataset: "Kv_" and what tables print above its column.
-    label : str
-        What the legend of a picture says.
-    words : str
-        The name with edition or method, as a page says it.
-    result : type
-        The dataclass of its result. Its field ``value`` has the `Formula` of K_v.
-    compute : callable
-        Takes a `GearDesign` with all that the standard needs; returns the result or `Refused`.
-    needs : tuple of str
-        Inputs that a design may leave out, but not for this standard.
-    beside : mapping of str to str
-        Other fields of the result for the datasheet, by their names there.
+    ``label`` is what the legend of a picture says, ``words`` the name with edition or method, ``beside`` other fields
+    of the result for the datasheet, by their names there. The field ``value`` of the result has the `Formula` of K_v.
     """
 
-    name: str
+    name: str  # of K_v on the datasheet and in a Dataset: "Kv_" and what tables print above its column
     label: str
     words: str
     result: type
     compute: Callable[[GearDesign], DynamicFactor]
-    needs: tuple[str, ...] = ("quality", "speed", "torque")
+    needs: tuple[str, ...] = ("quality", "speed", "torque")  # inputs that designs may leave out, but not for this
     beside: Mapping[str, str] = field(default_factory=dict)
 
     @property

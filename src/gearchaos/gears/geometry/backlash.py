@@ -43,15 +43,9 @@ _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash:
-    """A backlash given by its value.
+    """A backlash given by its value, a length or an angle greater than 0, and what it is of, one of `OF`.
 
-    Parameters
-    ----------
-    value : length or angle
-        Greater than 0; an angle for ``"angle of wheel 1"`` and ``"angle of wheel 2"``.
-    of : str
-        What the value is of, one of `OF`, e.g. ``"line of action, total"``; a direction alone, ``"line of action"``,
-        means the total and is kept with it.
+    A direction alone, ``"line of action"``, means the total and is kept with it.
     """
 
     value: Any
@@ -128,17 +122,9 @@ def _distance_allowance(name: str, value: Any) -> Pair:
 class ThicknessAllowances:
     """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
 
-    Parameters
-    ----------
-    tooth_thickness_allowances : ((length, length), (length, length))
-        Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni: not greater than 0. A single
-        pair of upper and lower holds for both wheels.
-    plane : {"normal", "transverse"}, optional
-        The section in which the tooth thickness is meant; by default normal, as in DIN 3967.
-    centre_distance_allowance : (length, length), optional
-        Upper and lower allowance of the centre distance; by default 0, or one length for ± that length.
-    at : {"mean", "minimum", "maximum"}, optional
-        Which backlash is taken: the mean of the least and the greatest, which is the default, or one of these.
+    Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni, are not greater than 0; a single
+    pair holds for both wheels. The thickness is meant in this plane, by default the normal one, as in DIN 3967. One
+    length for the centre distance is ± that length. ``at`` says which backlash is taken.
     """
 
     tooth_thickness_allowances: Any = field(metadata=read_by(_thickness_allowances))

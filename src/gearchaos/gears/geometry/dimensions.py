@@ -23,40 +23,21 @@ Pair = tuple[float, float]
 class Geometry:
     """Dimensions of an external spur or helical gear pair, ISO 21771:2007.
 
-    The fields determine all other values, which are properties. They are not checked here:
-    `gearchaos.GearDesign` refuses pairs that cannot run.
-
-    Parameters
-    ----------
-    teeth : tuple of int
-        z1, z2.
-    normal_module : float
-        m_n, m.
-    pressure_angle, helix_angle : float
-        α_n and the magnitude of β at the reference cylinder, rad.
-    profile_shift : tuple of float
-        Profile shift coefficients x1, x2, in normal modules.
-    centre_distance : float
-        Working centre distance a, m.
-    face_width : tuple of float
-        b1, b2, m.
-    addendum, dedendum, root_radius : float, optional
-        h_aP, h_fP and ρ_fP of the basic rack over m_n; by default those of profile A of ISO 53:1998.
-    tip_alteration : tuple of float, optional
-        k m_n of each wheel, m; negative for a tooth that is shortened at the tip. By default 0.
+    The fields determine all other values, which are properties. They are not checked here: `gearchaos.GearDesign`
+    refuses pairs that cannot run.
     """
 
     teeth: tuple[int, int]
     normal_module: float
-    pressure_angle: float
-    helix_angle: float
-    profile_shift: Pair
-    centre_distance: float
+    pressure_angle: float  # α_n
+    helix_angle: float  # |β| at the reference cylinder
+    profile_shift: Pair  # x1, x2 in normal modules
+    centre_distance: float  # the working one
     face_width: Pair
-    addendum: float = 1.0
+    addendum: float = 1.0  # h_aP, h_fP and ρ_fP of the basic rack over m_n: profile A of ISO 53:1998
     dedendum: float = 1.25
     root_radius: float = 0.38
-    tip_alteration: Pair = (0.0, 0.0)
+    tip_alteration: Pair = (0.0, 0.0)  # k m_n, negative for a tooth that is shortened at the tip
 
     @property
     def gear_ratio(self) -> float:

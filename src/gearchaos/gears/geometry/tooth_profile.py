@@ -36,27 +36,13 @@ class Stations(NamedTuple):
 
 @dataclass(frozen=True)
 class ToothProfile:
-    """Half of a tooth that is symmetric about its axis.
-
-    Attributes
-    ----------
-    base_radius, root_radius : float
-        Radii of the base and root circles, m.
-    base_half_angle : float
-        θ_b: half of the angle between the two flanks at the base circle, π/(2z) + 2 x tan α/z + inv α, rad.
-    root_half_angle : float
-        θ_f: half of the angle of the tooth at the root circle, where the fillet begins, rad.
-    form_angle : float
-        Pressure angle of the involute where it begins, rad.
-    rack : Rack
-        The generating rack.
-    """
+    """Half of a tooth that is symmetric about its axis; radii in m, angles in rad."""
 
     base_radius: float
     root_radius: float
-    base_half_angle: float
-    root_half_angle: float
-    form_angle: float
+    base_half_angle: float  # θ_b: half the angle between the flanks at the base circle, π/(2z) + 2 x tan α/z + inv α
+    root_half_angle: float  # θ_f: half the angle of the tooth at the root circle, where the fillet begins
+    form_angle: float  # pressure angle of the involute where it begins
     rack: Rack
 
     def slope(self, pressure_angle: np.ndarray) -> np.ndarray:
@@ -86,24 +72,15 @@ class ToothProfile:
 
 @dataclass(frozen=True)
 class Rack:
-    """The tip of the generating rack, which rolls with its pitch line on the pitch circle of the wheel.
+    """The tip of the generating rack, which rolls with its pitch line on the pitch circle of the wheel; lengths in m.
 
-    Attributes
-    ----------
-    pitch_radius : float
-        Radius of the pitch circle of generation, m z/2, m.
-    pressure_angle : float
-        α, rad.
-    radius : float
-        Radius of the rounding of the tip, m.
-    depth, offset : float
-        Distance of the centre of the rounding from the pitch line, and from the axis of the tooth when that is
-        perpendicular to the pitch line, m.
+    ``depth`` and ``offset`` are the distances of the centre of the rounding from the pitch line, and from the axis of
+    the tooth when that is perpendicular to the pitch line.
     """
 
-    pitch_radius: float
+    pitch_radius: float  # m z/2
     pressure_angle: float
-    radius: float
+    radius: float  # of the rounding
     depth: float
     offset: float
 

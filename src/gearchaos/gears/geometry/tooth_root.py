@@ -31,25 +31,13 @@ def inverse_involute(value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class GeneratedTooth:
-    """A tooth of an external wheel as its basic rack generates it; lengths in m, angles in rad.
-
-    Parameters
-    ----------
-    teeth : int
-        z.
-    normal_module : float
-        m_n.
-    pressure_angle, helix_angle : float
-        α_n and |β|.
-    profile_shift, dedendum, root_radius : float
-        x, h_fP and ρ_fP, in normal modules.
-    """
+    """A tooth of an external wheel as its basic rack generates it; lengths in m, angles in rad."""
 
     teeth: int
     normal_module: float
-    pressure_angle: float
-    helix_angle: float
-    profile_shift: float
+    pressure_angle: float  # α_n
+    helix_angle: float  # |β|
+    profile_shift: float  # x, h_fP and ρ_fP in normal modules
     dedendum: float
     root_radius: float
 

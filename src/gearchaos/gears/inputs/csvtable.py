@@ -34,24 +34,14 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True)
 class Column:
-    """A column that a table may have.
+    """A column that a table may have; upper and lower case are equal in names, and so are spaces, underscores and
+    hyphens.
 
-    Attributes
-    ----------
-    name : str
-        Its name in the header, where upper and lower case are equal, and so are spaces, underscores and hyphens.
-    scales : mapping of Dimension to float
-        Physical dimensions that its unit in the header may have, and by what its values in SI are then multiplied;
-        empty for pure numbers, which have no unit.
-    aliases : tuple of str
-        Other names in the header.
-    words : str
-        Regular expression, in lower case, found in other names by which it may be taken if their unit fits, too. Then
-        a unit alone may be its header as well; empty for a column that must have its name.
-    other : str
-        Regular expression, in lower case, found in names of something else, whatever their unit.
-    advice : str
-        What to do if its unit does not fit.
+    ``scales`` are the dimensions that its unit in the header may have, and by what its values in SI are then
+    multiplied; empty for pure numbers. ``words`` are a regular expression, in lower case, found in other names by which
+    it may be taken if their unit fits, too. Then a unit alone may be its header as well; empty for a column that must
+    have its name. ``other`` is found in names of something else, whatever their unit; ``advice`` says what to do if its
+    unit does not fit.
     """
 
     name: str
@@ -92,20 +82,10 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The numbers of a table.
+    """The numbers of a table: columns (rows,) in SI by their names, in the order of the groups.
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    columns : dict of str to array (rows,)
-        The numbers in SI of the column of each group, by their names, in the order of the groups.
-    lines : tuple of int
-        Number of the line in the file of each row, from 1 on.
-    units : dict of str to (str, float)
-        The unit of each column in the header, and what it multiplies the numbers by.
-    notes : tuple of str
-        What was taken by its meaning or left out, in sentences.
+    ``lines`` are the numbers of the lines in the file, from 1 on; ``units`` the unit of each column in the header, and
+    what it multiplies the numbers by. The notes say what was taken by its meaning or left out.
     """
 
     path: str

@@ -132,10 +132,7 @@ def name_of(known: tuple[str, ...]) -> Convert:
 def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) -> T:
     """A dataclass from a table of its fields; the field of an error is that of the value within the table.
 
-    Raises
-    ------
-    InputError
-        For an unknown key, a missing one, or a value that breaks a rule.
+    Raises `InputError` for an unknown key, a missing one, or a value that breaks a rule.
     """
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in value:

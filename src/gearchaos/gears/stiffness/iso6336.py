@@ -61,15 +61,7 @@ _SAME_POSITION = 1e-12
 
 @dataclass(frozen=True)
 class Blank:
-    """The rim and web of a wheel that is no solid disc.
-
-    Attributes
-    ----------
-    rim : float
-        s_R, thickness of the rim from the root circle inwards, m.
-    web : float
-        b_s, thickness of the web, m.
-    """
+    """The rim and web of a wheel that is no solid disc: s_R, from the root circle inwards, and b_s, m."""
 
     rim: float
     web: float
@@ -79,26 +71,20 @@ class Blank:
 class ToothStiffness:
     """Single and mesh stiffness per unit face width with all that they are computed from, in SI.
 
-    Attributes
-    ----------
-    warnings : tuple of str
-        In what the pair lies outside the range for which the standard validated its formulae.
+    The warnings say in what the pair lies outside the range for which the standard validated its formulae.
     """
 
     flexibility: float = described(
         "q′", "C1 + C2/z_n1 + C3/z_n2 + C4 x1 + C5 x1/z_n1 + C6 x2 + C7 x2/z_n2 + C8 x1² + C9 x2²",
         f"{_CLAUSE}.1, (82)", "mm µm/N", N_PER_MM_UM)
-    single_stiffness_theoretical: float = described(
-        "c′th", "1/q′", f"{_CLAUSE}.1, (81)", "N/(mm µm)", 1 / N_PER_MM_UM)
+    single_stiffness_theoretical: float = described("c′th", "1/q′", f"{_CLAUSE}.1, (81)", "N/(mm µm)", 1 / N_PER_MM_UM)
     correction_factor: float = described("C_M", "0.8", f"{_CLAUSE}.1, (83)")
-    blank_factor: float = described(
-        "C_R", "1, or 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n)))", f"{_CLAUSE}.1, (84), (85)")
+    blank_factor: float = described("C_R", "1, or 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n)))", f"{_CLAUSE}.1, (84), (85)")
     rack_factor: float = described(
         "C_B", "(1 + 0.5 (1.2 − h_fP/m_n)) (1 − 0.02 (20° − α_Pn))", f"{_CLAUSE}.1, (86), (87)")
     helix_factor: float = described("cos β", "cos β", f"{_CLAUSE}.1, (80)")
     material_factor: float = described("E/E_st", "2 E1 E2/((E1 + E2) E_st)", f"{_CLAUSE}.1, (88), (89)")
-    load_factor: float = described(
-        "", "1, or (F_t K_A/(100 b))^0.25 below 100 N/mm", f"{_CLAUSE}.1, (90)")
+    load_factor: float = described("", "1, or (F_t K_A/(100 b))^0.25 below 100 N/mm", f"{_CLAUSE}.1, (90)")
     single_stiffness: float = described(
         "c′", "c′th C_M C_R C_B cos β E/E_st (load factor)", f"{_CLAUSE}.1, (80), (88), (90)",
         "N/(mm µm)", 1 / N_PER_MM_UM)

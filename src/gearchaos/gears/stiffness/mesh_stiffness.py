@@ -35,21 +35,10 @@ which accepted methods of computing the stiffness differ."""
 
 @dataclass(frozen=True)
 class MeshStiffness:
-    """Mesh stiffness over the mesh period, ``reference`` times ``waveform``.
+    """Mesh stiffness over the mesh period: the time mean ``reference``, N/m, times a ``waveform`` of mean 1.
 
-    Attributes
-    ----------
-    reference : float
-        Time mean of the stiffness, N/m.
-    waveform : Stiffness
-        The stiffness over its mean; its own mean is 1.
-    truncation : float
-        Root mean square over the period of the difference between the waveform and the curve of the method, relative to
-        the mean; 0 where the waveform is the curve.
-    method : str
-        Where the curve comes from.
-    notes : tuple of str
-        What limits the result, in sentences.
+    ``truncation`` is the root mean square over the period of the waveform less the curve of the method, relative to the
+    mean; 0 where the waveform is the curve. The notes say what limits the result.
     """
 
     reference: float
@@ -114,25 +103,14 @@ class Drawing(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class StiffnessMethod:
-    """A method of computation.
+    """A method of computation; ``name`` is what a design says for it as its ``stiffness``.
 
-    Attributes
-    ----------
-    name : str
-        What a design says for it as its ``stiffness``.
-    compute : callable
-        Takes a `Drawing` and returns its `MeshStiffness`; raises `InputError` where the method has none.
-    needs : tuple of str
-        Inputs that a design may leave out, but not for this method.
-    spur_only : bool
-        Whether the method is for spur gears alone.
-    warnings : callable
-        Takes a `Drawing` and returns what the designer should know of this stiffness, without full stops.
+    It raises `InputError` where it has no stiffness, and warns, without full stops, of what the designer should know.
     """
 
     name: str
     compute: Callable[[Drawing], MeshStiffness]
-    needs: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()  # inputs that a design may leave out, but not for this method
     spur_only: bool = False
     warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
 

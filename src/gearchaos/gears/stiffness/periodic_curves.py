@@ -25,12 +25,8 @@ least one step."""
 class PeriodicCurve:
     """A function of period 1 that is linear between knots; where two linear pieces do not meet, it jumps.
 
-    Attributes
-    ----------
-    knots : array (pieces + 1,)
-        Positions that increase from 0 to 1.
-    first, last : array (pieces,)
-        Values at the beginning and at the end of each piece.
+    The knots (pieces + 1,) increase from 0 to 1; ``first`` and ``last`` (pieces,) are the values at the ends of each
+    piece.
     """
 
     knots: np.ndarray
@@ -128,25 +124,13 @@ def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[Periodi
 
 
 def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffness | HarmonicStiffness, float]:
-    """The waveform of a model that approximates a curve over its mean, and the error of the approximation.
+    """The waveform, of mean 1, that approximates a positive curve over its mean, and the root mean square of the
+    difference.
 
     A curve of at most `MAX_LEVELS` constant pieces is taken over exactly. Any other is approximated twice: by steps of
     the mean of the curve over intervals, and by its Fourier series. Each has as few levels or harmonics as an error of
-    at most ``tolerance`` needs. The one that the flow advances with fewer steps is chosen, or the more exact one if
-    neither is that exact.
-
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Positive everywhere.
-    tolerance : float
-        Bound of the root mean square of waveform less curve over the period, relative to the mean of the curve.
-
-    Returns
-    -------
-    (SteppedStiffness or HarmonicStiffness, float)
-        The waveform, of mean 1, and that root mean square. The error is larger than ``tolerance`` if `MAX_LEVELS`
-        levels and `MAX_HARMONICS` harmonics are too few.
+    at most ``tolerance`` needs; the error is larger if `MAX_LEVELS` levels and `MAX_HARMONICS` harmonics are too few.
+    The one that the flow advances with fewer steps is chosen, or the more exact one if neither is that exact.
     """
     curve = curve.scaled(1 / curve.mean)
     if curve.stepped and max(len(curve.jumps), 1) <= MAX_LEVELS:

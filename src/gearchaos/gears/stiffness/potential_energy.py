@@ -107,8 +107,7 @@ def foundation_compliance(
     h, theta = 2 * root_radius / bore, root_half_angle
     deep, linear, constant, tangent = _SAINSOT @ np.array([1 / theta**2, h**2, h / theta, 1 / theta, h, 1.0])
     ratio = lever / (2 * root_radius * theta)
-    return np.cos(slope) ** 2 * (
-        deep * ratio**2 + linear * ratio + constant * (1 + tangent * np.tan(slope) ** 2))
+    return np.cos(slope) ** 2 * (deep * ratio**2 + linear * ratio + constant * (1 + tangent * np.tan(slope) ** 2))
 
 
 def tooth_compliance(
@@ -197,12 +196,7 @@ class ToothPairs:
         return 1 / (1 / hertz_stiffness(self.materials, width) + one.total + two.total)
 
     def pressure_angles(self, progress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure angles of the point of contact on both flanks, rad.
-
-        Parameters
-        ----------
-        progress : array
-            Mesh periods since the pair entered contact, from 0 to the contact ratio.
+        """Pressure angles of the point of contact on both flanks, rad, at mesh periods since the pair entered contact.
         """
         geometry = self.geometry
         entry = geometry.tangent_length - geometry.tip_tangents[1]
@@ -211,12 +205,10 @@ class ToothPairs:
         return np.arctan(distance / first), np.arctan((geometry.tangent_length - distance) / second)
 
     def curve(self, points: int = 512) -> PeriodicCurve:
-        """Mesh stiffness over the mesh period, N/m: the sum over the tooth pairs in contact.
+        """Mesh stiffness over the mesh period, N/m: the sum over the tooth pairs in contact, at about ``points``
+        points.
 
-        Parameters
-        ----------
-        points : int
-            Number of points of the curve per period, about. It jumps where a pair enters, at 0, and where one leaves.
+        It jumps where a pair enters, at 0, and where one leaves.
         """
         full, rest = divmod(self.geometry.contact_ratio, 1.0)
         parts = [(0.0, rest, int(full) + 1), (rest, 1.0, int(full))]

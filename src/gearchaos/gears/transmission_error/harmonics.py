@@ -37,23 +37,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorHarmonics:
-    """Harmonics of a transmission error.
+    """Harmonics of a transmission error: e_j, m, peak, from order 1 on, and θ_j, rad; 0 for an order without amplitude.
 
-    Attributes
-    ----------
-    amplitudes : tuple of float
-        e_j, m, peak, from order 1 on; 0 for an order without amplitude.
-    phases : tuple of float
-        θ_j, rad.
-    source : str
-        What they were computed from.
-    residual_rms, residual_peak : float
-        Root mean square and largest magnitude of what a table or curve has beside these harmonics and its mean, m; 0
-        where harmonics were given.
-    warnings : tuple of str
-        What the harmonics leave out, and what was probably not meant.
-    assumptions : tuple of str
-        What they assume.
+    The residuals are the root mean square and the largest magnitude of what a table or curve has beside them and its
+    mean, m; 0 where harmonics were given. Warnings say what the harmonics leave out, and what was probably not meant.
     """
 
     amplitudes: tuple[float, ...]
@@ -85,15 +72,7 @@ def check_orders(count: Any) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class QualityError(ErrorHarmonics):
-    """Harmonics from an accuracy grade.
-
-    Attributes
-    ----------
-    tooth_to_tooth : tuple of float
-        f_i′ of each wheel against a perfect master wheel, m.
-    peak_to_peak : float
-        That of the error of the pair over a mesh period, m.
-    """
+    """Harmonics from an accuracy grade: f_i′ of each wheel against a perfect master wheel, and that of the pair, m."""
 
     tooth_to_tooth: tuple[float, float] = described(
         "f_i′", "K (4.3 2^((Q−5)/2) + f_pt + F_α), K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4", "ISO 1328-1:1995, annex A",

@@ -26,31 +26,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Flank tolerances of one wheel, m.
+    """Flank tolerances of one wheel, m."""
 
-    Attributes
-    ----------
-    single_pitch : float
-        f_pt, single pitch deviation.
-    cumulative_pitch : float
-        F_p, total cumulative pitch deviation.
-    profile : float
-        F_α, total profile deviation.
-    profile_form, profile_slope : float
-        f_fα and f_Hα.
-    helix : float
-        F_β, total helix deviation.
-    runout : float
-        F_r.
-    """
-
-    single_pitch: float
-    cumulative_pitch: float
-    profile: float
-    profile_form: float
-    profile_slope: float
-    helix: float
-    runout: float
+    single_pitch: float  # f_pt
+    cumulative_pitch: float  # F_p, total
+    profile: float  # F_α, total
+    profile_form: float  # f_fα
+    profile_slope: float  # f_Hα
+    helix: float  # F_β, total
+    runout: float  # F_r
 
 
 class Size(NamedTuple):
@@ -65,22 +49,10 @@ class Size(NamedTuple):
 class Edition:
     """A standard for the tolerances of a grade.
 
-    Attributes
-    ----------
-    name : str
-        What a design says for it as the ``standard`` of its quality.
-    grades : (int, int)
-        Lowest and highest grade.
-    scope : mapping of str to (float, float)
-        The ranges to which it applies; lengths in mm, the helix angle in degrees.
-    result : type
-        Its `Tolerances`, with the formulae.
-    at_grade_5 : callable
-        The tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`, of a `Size`.
-    adopted : mapping of str to str
-        National standards that are its text, and the letter that they write before a grade.
-    near : tuple of (str, callable, str)
-        Other standards: a pattern of the name, the grade that is nearest to one of theirs, and why it is not the same.
+    ``scope`` are the ranges to which it applies; lengths in mm, the helix angle in degrees. ``at_grade_5`` are the
+    tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`. ``adopted`` are national
+    standards with its text, and the letter before their grades; ``near`` others: a pattern of the name, the grade that
+    is nearest to one of theirs, and why it is not the same.
     """
 
     name: str
@@ -100,21 +72,12 @@ def editions() -> dict[str, Edition]:
 
 @dataclass(frozen=True)
 class Quality:
-    """Accuracy grade of the teeth.
+    """Accuracy grade of the teeth: of both wheels, or of each, by "ISO 1328-1:1995" (0 to 12) or "ISO 1328-1:2013" (1
+    to 11).
 
-    Attributes
-    ----------
-    standard : str
-        "ISO 1328-1:1995" or "ISO 1328-1:2013"; a national standard that is its text is kept as the edition.
-    grade : int or tuple of int
-        Of both wheels, or of each: 0 to 12 in the edition of 1995, 1 to 11 in that of 2013. The deviations grow with
-        the number, by √2 from grade to grade. Adoptions may have their letter before it, e.g. "N8".
-
-    Raises
-    ------
-    InputError
-        For an unknown standard, with the nearest grade of an edition if there is one, or a grade that is no whole
-        number or outside the range of the edition.
+    A national standard that is the text of one is kept as the edition; its grades may have their letter, e.g. "N8". The
+    deviations grow with the number, by √2 from grade to grade. Raises `InputError` for an unknown standard, with the
+    nearest grade of an edition if there is one, or a grade outside the range of the edition.
     """
 
     standard: str

@@ -90,8 +90,7 @@ def from_orders(
     kinds = tuple(
         Column(name, scales, other=_RMS, advice=_AMPLITUDE_ADVICE + advice) for name in (_PEAK, _PEAK_TO_PEAK))
     phase = Column("phase", {units.ANGLE: 1.0}, ("phase angle", "phasenwinkel"), words="phase")
-    table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
-                       chosen=columns)
+    table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD, chosen=columns)
     kind = next(name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns)
     orders: list[int] = []
     for row, order in enumerate(table.columns["order"].tolist()):

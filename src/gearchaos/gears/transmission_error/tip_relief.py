@@ -23,16 +23,10 @@ _SAMPLES = 8192
 
 @dataclass(frozen=True)
 class TipRelief:
-    """Tip relief of both wheels.
+    """Tip relief of both wheels, m, along the line of action in the transverse plane.
 
-    Attributes
-    ----------
-    amount : tuple of float
-        C_a1, C_a2: material removed at the tips, m, along the line of action in the transverse plane.
-    length : tuple of float
-        Length of the relieved profile of each wheel along the line of action, m.
-    shape : str
-        "linear" or "parabolic": how the removed depth grows from the start of the relief to the tip.
+    ``amount`` is C_a1, C_a2, the material removed at the tips; ``length`` that of the relieved profile. The removed
+    depth grows from the start of the relief to the tip in a "linear" or "parabolic" way.
     """
 
     amount: tuple[float, float]
