@@ -9,14 +9,14 @@ import pytest
 import gearchaos.gears.dynamic_factor
 import gearchaos.gears.stiffness
 from gearchaos.gears.dynamic_factor.standards import standards
-from gearchaos.gears.formulas import declared
+from gearchaos.gears.fields import declared
 
 STANDARD = '''
 from dataclasses import dataclass
 from typing import ClassVar
 
 from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.fields import described
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
 from gearchaos.gears.dynamic_factor.standards import DynamicFactor, Standard, standards
-from gearchaos.gears.formulas import Formula, formulas
+from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
@@ -47,7 +47,7 @@ class Entry:
     harmonics.
 
     It is None if it cannot be computed; then there is a reason. It is expected if the design is complete without the
-    value, as without the frequency of rigid supports. See `gearchaos.gears.formulas.Formula` for the rest.
+    value, as without the frequency of rigid supports. See `gearchaos.gears.fields.Formula` for the rest.
     """
 
     value: float | tuple[float, ...] | None

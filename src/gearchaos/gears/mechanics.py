@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.formulas import described
-from gearchaos.gears.inputs.declared import DENSITY, PRESSURE, convert_fields, number, one, read_by, record_values
+from gearchaos.gears.fields import Record, described, number, one, read_by, record
+from gearchaos.gears.units import DENSITY, PRESSURE
 from gearchaos.quantities import Rule
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ _SOURCE = "ISO 6336-1:2006, 4.2"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Material:
+class Material(Record):
     """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³.
 
     Raises `InputError` for a value that is not of its dimension, or that no solid has.
@@ -30,9 +29,6 @@ class Material:
         Rule(lambda v: (v >= 0) & (v < 0.5), "must be at least 0 and less than 0.5"))))
     density: Any = field(metadata=read_by(one(DENSITY, between=(100.0, 25e3))))
 
-    def __post_init__(self) -> None:
-        convert_fields(self)
-
 
 STEEL = Material(E=206e9, poisson=0.3, density=7830.0)
 """Steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006."""
@@ -41,19 +37,12 @@ _NAMED = {"steel": STEEL}
 
 
 def read_material(field: str, value: Any) -> Material:
-    """The material of a wheel: a name, a `Material`, or a mapping with its values.
-
-    The field of an error is that of the value within it, e.g. ``material[0].E``.
-    """
-    if isinstance(value, Material):
-        return value
-    if isinstance(value, str):
-        if value not in _NAMED:
-            raise unknown_name("material", value, _NAMED)
-        return _NAMED[value]
-    if not isinstance(value, Mapping):
-        raise InputError(field, "must be a name or a table with E, poisson and density", value, "E.g. 'steel'.")
-    return record_values(Material, field, value)
+    """The material of a wheel: a name, a `Material`, or a table with its values."""
+    if not isinstance(value, str):
+        return record(Material, "must be a name or a table with E, poisson and density", "E.g. 'steel'.")(field, value)
+    if value not in _NAMED:
+        raise unknown_name("material", value, _NAMED)
+    return _NAMED[value]
 
 
 def disc_diameter(geometry: Geometry) -> Pair:

@@ -13,7 +13,7 @@ from typing import Any
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.inputs.declared import convert_fields, each, one, read_by
+from gearchaos.gears.fields import convert_fields, each, one, read_by
 from gearchaos.gears.scales import Scales
 from gearchaos.model import KINDS, STIFFNESS_KINDS, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE

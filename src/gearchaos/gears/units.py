@@ -58,6 +58,8 @@ BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1
 SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
+PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
+DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")
 DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
 
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}

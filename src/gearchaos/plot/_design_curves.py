@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.plot._axes import new_axes, panels, second_axis_below, widened_limits, wrapped
 from gearchaos.plot._checks import check_design
 from gearchaos.plot._legends import legend as draw_legend
@@ -67,7 +66,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     'mesh stiffness [N/µm]'
     """
     check_design(design)
-    found = comparable_stiffnesses(design)[: None if compare else 1]
+    found = design.comparable_stiffnesses[: None if compare else 1]
     ax = new_axes(ax)
     handles = []
     for stiffness, given in zip(found, cycle(_LINES), strict=False):

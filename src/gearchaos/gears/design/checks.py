@@ -8,14 +8,13 @@ from contextlib import suppress
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
-from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.declared import check_plausible
+from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness.iso6336 import ISO
 from gearchaos.gears.stiffness.mesh_stiffness import methods
-from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
+from gearchaos.gears.transmission_error.harmonics import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)
 """Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
@@ -164,7 +163,7 @@ def _stiffness_warnings(design: Drawing) -> list[str]:
     try:
         if isinstance(design.stiffness, str):
             return [f"{text}." for text in methods()[design.stiffness].warnings(design)]
-        own, *others = comparable_stiffnesses(design)
+        own, *others = design.comparable_stiffnesses
     except InputError:  # reported by what needs the stiffness
         return []
     (least, greatest), mean = own.extremes, f"{own.reference / 1e6:.4g} N/µm"

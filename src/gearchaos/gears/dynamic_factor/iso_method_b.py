@@ -20,7 +20,7 @@ from gearchaos.gears.dynamic_factor.resonance import (
     velocity_parameter,
 )
 from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.fields import described
 from gearchaos.gears.transmission_error.quality import tolerances
 from gearchaos.gears.units import RPM
 

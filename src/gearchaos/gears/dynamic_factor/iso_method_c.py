@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from gearchaos.gears.dynamic_factor.resonance import velocity_parameter
 from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.fields import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

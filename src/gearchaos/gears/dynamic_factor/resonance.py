@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from gearchaos.gears.formulas import described
+from gearchaos.gears.fields import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

@@ -13,7 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import gearchaos.gears.dynamic_factor as folder
-from gearchaos.gears.formulas import declared
+from gearchaos.gears.fields import declared
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign

@@ -13,9 +13,9 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
+from gearchaos.gears.fields import Record, check_plausible, name_of, one, read_by, record, two
 from gearchaos.gears.geometry.checks import SHIFT_TOLERANCE
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.inputs.declared import check_plausible, convert_fields, name_of, one, read_by, record_values, two
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _ANGLES = ("angle of wheel 1", "angle of wheel 2")
@@ -119,7 +119,7 @@ def _distance_allowance(name: str, value: Any) -> Pair:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThicknessAllowances:
+class ThicknessAllowances(Record):
     """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
 
     Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni, are not greater than 0; a single
@@ -128,12 +128,9 @@ class ThicknessAllowances:
     """
 
     tooth_thickness_allowances: Any = field(metadata=read_by(_thickness_allowances))
-    plane: str = field(default="normal", metadata=read_by(name_of(("normal", "transverse"))))
+    plane: str = field(default="normal", metadata=read_by(name_of("normal", "transverse")))
     centre_distance_allowance: Any = field(default=(0.0, 0.0), metadata=read_by(_distance_allowance))
-    at: str = field(default="mean", metadata=read_by(name_of(("mean", "minimum", "maximum"))))
-
-    def __post_init__(self) -> None:
-        convert_fields(self)
+    at: str = field(default="mean", metadata=read_by(name_of("mean", "minimum", "maximum")))
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m, at the limit ``at``."""
@@ -158,15 +155,10 @@ AnyBacklash = Backlash | ThicknessAllowances
 
 def backlash_of(field: str, value: Any) -> AnyBacklash:
     """A backlash from a table with ``value`` and ``of``, or with ``tooth_thickness_allowances``."""
-    if isinstance(value, Backlash | ThicknessAllowances):
-        return value
-    if not isinstance(value, Mapping):
-        raise InputError(
-            field, "must say what it is of", value,
-            "Write { value = '0.12 mm', of = 'line of action, total' }, or give tooth_thickness_allowances.")
-    if "tooth_thickness_allowances" in value:
-        return record_values(ThicknessAllowances, field, value)
-    return record_values(Backlash, field, value)
+    if isinstance(value, ThicknessAllowances) or (isinstance(value, Mapping) and "tooth_thickness_allowances" in value):
+        return record(ThicknessAllowances)(field, value)
+    return record(Backlash, "must say what it is of", "Write { value = '0.12 mm', of = 'line of action, total' }, or "
+                  "give tooth_thickness_allowances.")(field, value)
 
 
 def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:

@@ -8,8 +8,7 @@ from functools import partial
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.mating import shift_sum
+from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
 from gearchaos.gears.units import Length
 
 LEAST_TIP_THICKNESS = 0.2

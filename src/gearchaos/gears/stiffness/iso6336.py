@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.formulas import described
+from gearchaos.gears.fields import described
 from gearchaos.gears.stiffness.mesh_stiffness import (
     TOLERANCE,
     MeshStiffness,

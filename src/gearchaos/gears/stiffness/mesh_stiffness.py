@@ -20,7 +20,7 @@ import numpy as np
 
 import gearchaos.gears.stiffness as folder
 from gearchaos.errors import InputError
-from gearchaos.gears.formulas import declared
+from gearchaos.gears.fields import declared
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
 from gearchaos.model import Stiffness
 

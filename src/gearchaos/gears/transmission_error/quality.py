@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import gearchaos.gears.transmission_error as folder
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.formulas import declared
+from gearchaos.gears.fields import declared
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

@@ -15,8 +15,8 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.inputs.csvtable import Column, Table, read_table
 from gearchaos.gears.stiffness.table import ROLL_ANGLE
+from gearchaos.gears.tables import Column, Table, read_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 

@@ -1,14 +1,19 @@
-"""Inputs as the fields of a frozen dataclass declare them: units, rules, one value or two, and tables of values.
+"""What the fields of dataclasses declare: how an input is read, and how a computed quantity is shown.
 
-A field says how its value is read: ``module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))``. The class
-calls `convert_fields` in its ``__post_init__``, and checks what a field alone cannot say.
+An input: ``module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))``. The class is a `Record`, or calls
+`convert_fields` in its ``__post_init__``, and checks what a field alone cannot say. A result: ``value: float =
+described("K_v", …)``, with symbol, formula, source and unit. A standard or a method of computation is a module of its
+own, and no list names it: `declared` finds it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, field, fields
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, unknown_name
@@ -18,15 +23,12 @@ from gearchaos.validation import check_rule, to_float
 
 T = TypeVar("T")
 
-PRESSURE = units.Dimension("a modulus of elasticity", "Pa", "206 GPa")
-DENSITY = units.Dimension("a density", "kg/m^3", "7830 kg/m^3")
-
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
     units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
     units.ANGLE: (("deg", math.pi / 180),),
     units.STIFFNESS: (("N/um", 1e6),),
-    PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
-    DENSITY: (("g/cm^3", 1e3),),
+    units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
+    units.DENSITY: (("g/cm^3", 1e3),),
 }
 """Units in which a number may have been meant, and their values in SI."""
 
@@ -40,14 +42,18 @@ def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:
 
 
 def convert_fields(record: Any) -> None:
-    """Read all declared fields of a frozen dataclass that is being created.
-
-    None stays None in a field whose default it is.
-    """
+    """Read all declared fields of a frozen dataclass that is being created; None stays None where it is the default."""
     for f in fields(record):
         value = getattr(record, f.name)
         if "convert" in f.metadata and (value is not None or f.default is not None):
             object.__setattr__(record, f.name, f.metadata["convert"](f.name, value))
+
+
+class Record:
+    """The base of frozen dataclasses that are nothing but inputs."""
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
 
 
 def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[float, float] | None = None) -> Convert:
@@ -86,13 +92,16 @@ def each(dimension: units.Dimension) -> Convert:
     return convert
 
 
-def two(convert: Convert) -> Convert:
+def two(convert: Convert, rule: str = "") -> Convert:
     """The values of both wheels, from a list of two or from one that holds for both.
 
-    An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages.
+    An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages. With a rule, with which a message
+    begins, it must be a list.
     """
 
     def convert_both(field: str, value: Any) -> tuple[Any, Any]:
+        if rule and (isinstance(value, (str, bytes)) or not hasattr(value, "__len__")):
+            raise InputError(field, rule, value)
         try:
             items = None if isinstance(value, (str, bytes, Mapping)) else list(value)
         except TypeError:  # one number, or a quantity of one value
@@ -107,24 +116,27 @@ def two(convert: Convert) -> Convert:
     return convert_both
 
 
-def two_of(convert: Convert, rule: str) -> Convert:
-    """The values of both wheels, from a list of two only; a message begins with the rule."""
-
-    def convert_both(field: str, value: Any) -> tuple[Any, Any]:
-        if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-            raise InputError(field, rule, value)
-        return two(convert)(field, value)
-
-    return convert_both
-
-
-def name_of(known: tuple[str, ...]) -> Convert:
+def name_of(*known: str) -> Convert:
     """One of some names."""
 
     def convert(field: str, value: Any) -> str:
         if value not in known:
             raise unknown_name(field, str(value), known)
         return value
+
+    return convert
+
+
+def record(kind: type, rule: str = "", advice: str = "") -> Convert:
+    """A dataclass, or a table with its values; the rule is that of anything else."""
+
+    def convert(field: str, value: Any) -> Any:
+        if isinstance(value, kind):
+            return value
+        if not isinstance(value, Mapping):
+            names = ", ".join(f.name for f in fields(kind))
+            raise InputError(field, rule or f"must be a table with {names}", value, advice)
+        return record_values(kind, field, value)
 
     return convert
 
@@ -164,3 +176,31 @@ def check_plausible(
     question = f"Did you mean '{number:g} {meant[0]}'? A plain number is in {dimension.unit}. " if meant else ""
     raise InputError(field, f"must lie between {least / shown.size:.4g} and {most / shown.size:.4g} {unit}", shown,
                      f"{question}{reason}".rstrip())
+
+
+@dataclass(frozen=True)
+class Formula:
+    """How a quantity is shown, and where it comes from: its symbol in plain Unicode, and its formula in this unit."""
+
+    symbol: str
+    unit: str  # empty for a pure number
+    factor: float  # on the value in SI
+    text: str
+    source: str  # standard with edition, and the clause or equation
+    words: str = ""  # empty if its name reads as words
+
+
+def described(symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "") -> Any:
+    """A dataclass field whose metadata holds a `Formula`."""
+    return field(metadata={"formula": Formula(symbol, unit, factor, text, source, words)})
+
+
+def formulas(result: Any) -> dict[str, Formula]:
+    """The formulas of the fields of a result, a dataclass or an instance of one, by name; not every field has one."""
+    return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
+
+
+def declared(folder: ModuleType, name: str) -> list[Any]:
+    """What the modules of a package call ``name``, in the order of the modules; not every module must have it."""
+    modules = (import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__))
+    return [getattr(module, name) for module in modules if hasattr(module, name)]
