@@ -14,13 +14,13 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor import DynamicFactor, Standard, standards
 from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
-from gearchaos.gears.dynamic_factor.standards import DynamicFactor, Standard, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mechanics import MeshLoad
+from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.quality import Tolerances, tolerances

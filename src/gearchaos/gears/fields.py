@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from importlib import import_module
 from pkgutil import iter_modules
-from types import ModuleType
 from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, unknown_name
@@ -200,7 +199,8 @@ def formulas(result: Any) -> dict[str, Formula]:
     return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
 
 
-def declared(folder: ModuleType, name: str) -> list[Any]:
+def declared(package: str, name: str) -> list[Any]:
     """What the modules of a package call ``name``, in the order of the modules; not every module must have it."""
-    modules = (import_module(f"{folder.__name__}.{found.name}") for found in iter_modules(folder.__path__))
+    folder = import_module(package).__path__
+    modules = [import_module(f"{package}.{found.name}") for found in iter_modules(folder)]
     return [getattr(module, name) for module in modules if hasattr(module, name)]

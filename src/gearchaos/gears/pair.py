@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, each, one, read_by
-from gearchaos.gears.scales import Scales
 from gearchaos.model import KINDS, STIFFNESS_KINDS, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
+
+Value = TypeVar("Value")
 
 PhysicalValue = Any
 """A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
@@ -32,6 +33,22 @@ _RATIO_TOLERANCE = 0.01
 _MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
 """Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
 above which there is a warning."""
+
+
+@dataclass(frozen=True)
+class Scales(Generic[Value]):
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or a DataArray over operating points.
+    """
+
+    length: Value  # half the backlash Δ, m
+    time: Value  # 1/ω0, s
+    velocity: Value  # Δ ω0
+    force: Value  # c0 Δ
+    stiffness: Value  # c0
+    frequency: Value  # ω0/2π, Hz: the mesh frequency at omega = 1
+    rate: Value  # ω0, 1/s, for Lyapunov exponents
+    torque1: Value  # c0 R_n Δ, for the driving and the driven wheel
+    torque2: Value
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from gearchaos.gears.dynamic_factor.standards import standards
+from gearchaos.gears.dynamic_factor import standards
 from gearchaos.plot._axes import axis_label, new_axes, second_axis_below
 from gearchaos.plot._checks import check
 from gearchaos.plot._data import keeps_data

@@ -50,7 +50,7 @@ class Physical:
     Attributes
     ----------
     scale : str
-        Field of `gearchaos.gears.scales.Scales` with the SI value of one dimensionless unit.
+        Field of `gearchaos.gears.pair.Scales` with the SI value of one dimensionless unit.
     factor : float
         The SI unit divided by the unit shown, e.g. 1e6 for µm.
     unit : str

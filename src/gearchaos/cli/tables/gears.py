@@ -130,7 +130,7 @@ def _print_datasheet(entries: Mapping[str, Entry], absent: Sequence[tuple[str, l
 
 def _print_standards(speeds: SpeedsToAvoid) -> None:
     """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
-    from gearchaos.gears.dynamic_factor.standards import standards
+    from gearchaos.gears.dynamic_factor import standards
 
     ds = speeds.dataset
     few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})

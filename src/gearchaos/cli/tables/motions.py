@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.tables.text import plain_table, print_table, shown
 from gearchaos.datasets import motions
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.gears.results import is_physical
-from gearchaos.gears.scales import Scales, unit_of
+from gearchaos.gears.pair import Scales
+from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 

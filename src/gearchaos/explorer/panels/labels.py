@@ -10,8 +10,7 @@ import xarray as xr
 
 from gearchaos.explorer.view import bounds
 from gearchaos.gears.operating import Gears, pair_of
-from gearchaos.gears.results import physical
-from gearchaos.gears.scales import unit_of
+from gearchaos.gears.results import physical, unit_of
 from gearchaos.plot._axes import axis_label
 from gearchaos.quantities import (
     COORDINATES,

@@ -12,8 +12,8 @@ from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
+from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO
-from gearchaos.gears.stiffness.mesh_stiffness import methods
 from gearchaos.gears.transmission_error.harmonics import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)

@@ -45,8 +45,8 @@ from gearchaos.gears.mechanics import (
     mesh_load,
     read_material,
 )
+from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
-from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, TipRelief, from_quality, from_tip_relief
 from gearchaos.gears.transmission_error.quality import Quality, tolerances

@@ -17,7 +17,7 @@ from gearchaos.gears.fields import convert_fields
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.mesh_stiffness import methods
+from gearchaos.gears.stiffness import methods
 from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
+from gearchaos.gears.dynamic_factor import Refused, Standard
 from gearchaos.gears.fields import described
 
 FEET_PER_MINUTE = 196.85

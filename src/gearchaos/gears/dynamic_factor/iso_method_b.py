@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
+from gearchaos.gears.dynamic_factor import Refused, Standard
 from gearchaos.gears.dynamic_factor.resonance import (
     MAIN_END,
     SUPERCRITICAL_START,
@@ -19,7 +20,6 @@ from gearchaos.gears.dynamic_factor.resonance import (
     resonance,
     velocity_parameter,
 )
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
 from gearchaos.gears.fields import described
 from gearchaos.gears.transmission_error.quality import tolerances
 from gearchaos.gears.units import RPM

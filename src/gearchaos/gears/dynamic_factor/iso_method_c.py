@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from gearchaos.gears.dynamic_factor import Refused, Standard
 from gearchaos.gears.dynamic_factor.resonance import velocity_parameter
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
 from gearchaos.gears.fields import described
 
 if TYPE_CHECKING:

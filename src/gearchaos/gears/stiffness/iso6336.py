@@ -17,7 +17,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.fields import described
-from gearchaos.gears.stiffness.mesh_stiffness import (
+from gearchaos.gears.stiffness import (
     TOLERANCE,
     MeshStiffness,
     StiffnessMethod,

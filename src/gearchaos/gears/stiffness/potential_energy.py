@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
+from gearchaos.gears.stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length, Shown
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, from_curve
+from gearchaos.gears.stiffness import TOLERANCE, MeshStiffness, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
 from gearchaos.gears.tables import Column, Table, read_table
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import gearchaos.gears.transmission_error as folder
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.fields import declared
 
@@ -67,7 +66,7 @@ class Edition:
 @cache
 def editions() -> dict[str, Edition]:
     """All editions by name, in the order of their modules."""
-    return {each.name: each for each in declared(folder, "EDITION")}
+    return {each.name: each for each in declared(__package__, "EDITION")}
 
 
 @dataclass(frozen=True)
