@@ -24,9 +24,7 @@ _SCANNED = (0.1, 1.5)
 excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2."""
 
 _SCANNED_COUNT = 60
-
-LEFT_OUT = "must be given"
-"""The rule that is broken by an input that was left out of a design."""
+LEFT_OUT = "must be given"  # the rule that is broken by an input that was left out of a design
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,7 @@ class Answer:
     @property
     def title(self) -> str:
         """The pair in a few words."""
-        kind = "Helical" if self.design.helix_angle else "Spur"
-        z1, z2 = self.design.teeth
+        (z1, z2), kind = self.design.teeth, "Helical" if self.design.helix_angle else "Spur"
         return f"{kind} gear pair {z1}/{z2}, module {self.design.module * 1e3:.6g} mm"
 
     @property
@@ -71,8 +68,8 @@ class Answer:
         d = self.design
         helix = [f"β {math.degrees(d.helix_angle):.6g}°"] if d.helix_angle else []
         grade = [] if d.quality is None else [f"grade {_both(d.quality.grades)}"]
-        width = f"b {_both(d.face_width, 1e3)} mm"
-        return ", ".join([self.title, *helix, width, f"a {d.geometry.centre_distance * 1e3:.6g} mm", *grade])
+        return ", ".join([self.title, *helix, f"b {_both(d.face_width, 1e3)} mm",
+                          f"a {d.geometry.centre_distance * 1e3:.6g} mm", *grade])
 
     @property
     def facts(self) -> Iterator[tuple[str, str]]:
@@ -93,9 +90,8 @@ class Answer:
     @property
     def scanned(self) -> str:
         """The computed speeds; empty if there are none."""
-        if self.speeds is None:
-            return ""
-        return f"{self.speeds.largest.start:.0f} to {self.speeds.largest.stop:.0f} rpm"
+        speeds = self.speeds
+        return "" if speeds is None else f"{speeds.largest.start:.0f} to {speeds.largest.stop:.0f} rpm"
 
     @property
     def conclusion(self) -> str:

@@ -22,6 +22,7 @@ from gearchaos.validation import check_rule, to_float
 
 T = TypeVar("T")
 
+# units in which a number may have been meant, and their values in SI
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
     units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
     units.ANGLE: (("deg", math.pi / 180),),
@@ -29,10 +30,9 @@ _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
     units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
     units.DENSITY: (("g/cm^3", 1e3),),
 }
-"""Units in which a number may have been meant, and their values in SI."""
 
+# takes the name of an input and the value given, and returns the value as it is kept
 Convert = Callable[[str, Any], Any]
-"""Takes the name of an input and the value given, and returns the value as it is kept."""
 
 
 def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:

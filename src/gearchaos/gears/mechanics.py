@@ -30,9 +30,8 @@ class Material(Record):
     density: Any = field(metadata=read_by(one(DENSITY, between=(100.0, 25e3))))
 
 
+# steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006.
 STEEL = Material(E=206e9, poisson=0.3, density=7830.0)
-"""Steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006."""
-
 _NAMED = {"steel": STEEL}
 
 

@@ -22,36 +22,26 @@ from gearchaos.validation import check, to_float
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
+# the parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1
 OPERATING_NAMES = tuple(q.name for q in OPERATION)
-"""The parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1."""
-
+# the parameters that the speed and the torque set if the reference stiffness is constant; where it depends on the
+# torque, the torque also changes the parameters that follow from it
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
-"""The parameters that the speed and the torque set if the reference stiffness is constant. Where it depends on the
-torque, the torque also changes the parameters that follow from it."""
 
 
+# what studies take as their model: a dimensionless model, or gears at an operating point
 AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign"
-"""What studies take as their model: a dimensionless model, or gears at an operating point."""
 
 
 class Gears(Protocol):
-    """Gears at an operating point: a `GearPair` or a `GearDesign`."""
+    """Gears at an operating point, values: a `GearPair` or a `GearDesign`."""
 
-    def __hash__(self) -> int:
-        """Gears are values."""
-
-    def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
-        """The same gears at another speed, rpm, or torque, N m, of wheel 1."""
-
+    def __hash__(self) -> int: ...
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> Self: ...
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences about unusual values."""
-
-    def to_pair(self) -> GearPair:
-        """The gear pair with the parameters of (2.1) at this operating point."""
-
-    def to_model(self, kind: str | None = None) -> MeshModel:
-        """The dimensionless model at this operating point."""
+    def warnings(self) -> tuple[str, ...]: ...
+    def to_pair(self) -> GearPair: ...
+    def to_model(self, kind: str | None = None) -> MeshModel: ...
 
 
 @dataclass(frozen=True)
@@ -115,14 +105,12 @@ class OperatingModel(MeshModel):
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         operation, rest = _separated(values)
-        model = self._at_operation(operation) if operation else self
+        model = self
+        if operation:  # before the kind is set: supports depend on the torque
+            given = {n: operating_value(n, v) for n, v in operation.items()}
+            changed = {n: v.item() for n, v in self._operating_values(**given).items()}
+            model = replace(super().with_values(changed), gears=self.gears.at(**given))
         return super(OperatingModel, model).with_values(model._with_supports(rest))
-
-    def _at_operation(self, operation: Mapping[str, Any]) -> Self:
-        """The model at another speed or torque, before its kind is set: supports depend on the torque."""
-        given = {n: operating_value(n, v) for n, v in operation.items()}
-        changed = {n: v.item() for n, v in self._operating_values(**given).items()}
-        return replace(super().with_values(changed), gears=self.gears.at(**given))
 
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """The values, with those of the supports of the gears where they make a full model of another kind.
@@ -151,11 +139,9 @@ class OperatingModel(MeshModel):
         different, index = np.unique(np.atleast_1d(np.nan if torque is None else torque), return_inverse=True)
         kept = {n for n, v in self.parameters().items() if n in own.parameters and v != own.parameters[n]}
         points = [own] if torque is None else [_point(self.gears, value) for value in different.tolist()]
-        different_from_own = {n for p in points for n, v in p.parameters.items() if v != own.parameters[n]}
-        changed = {*given, *(different_from_own - kept)}
-        out = {
-            n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed) if has_effect(n, self.kind)
-        }
+        changed = {*given, *({n for p in points for n, v in p.parameters.items() if v != own.parameters[n]} - kept)}
+        out = {n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed)
+               if has_effect(n, self.kind)}
         if speed is not None:
             omega0 = np.array([p.pair.omega0 for p in points])[index]
             out["omega"] = own.pair.n1 * (np.asarray(speed, float) * RPM) / omega0
@@ -215,8 +201,7 @@ def is_design(value: Any) -> TypeGuard[GearDesign]:
 
 def gears_json(gears: Gears) -> str:
     """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
-    kind = "design" if is_design(gears) else "pair"
-    return json.dumps({kind: asdict(gears)})  # type: ignore[call-overload]
+    return json.dumps({"design" if is_design(gears) else "pair": asdict(gears)})  # type: ignore[call-overload]
 
 
 def gears_from_json(text: str) -> Gears:

@@ -24,12 +24,9 @@ PhysicalValue = Any
 """A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
 are floats."""
 
+# the fields of each kind of mesh stiffness
 _STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
-"""The fields of each kind of mesh stiffness."""
-
-_RATIO_TOLERANCE = 0.01
-"""Largest relative difference between the ratio of base radii and that of numbers of teeth."""
-
+_RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 _MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
 """Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
 above which there is a warning."""
@@ -37,8 +34,7 @@ above which there is a warning."""
 
 @dataclass(frozen=True)
 class Scales(Generic[Value]):
-    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or a DataArray over operating points.
-    """
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or an array over operating points."""
 
     length: Value  # half the backlash Δ, m
     time: Value  # 1/ω0, s
@@ -141,8 +137,7 @@ class GearPair(HasCard):
     def __post_init__(self) -> None:
         convert_fields(self)
         if self.M20 is None:
-            balance = units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE)
-            object.__setattr__(self, "M20", balance)
+            object.__setattr__(self, "M20", units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE))
         teeth, radii = self.n1 / self.n2, self.R1 / self.R2
         if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
             raise InputError(
@@ -214,8 +209,7 @@ class GearPair(HasCard):
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
         return Scales(
             length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
-            frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2,
-        )
+            frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2)
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
         """The same pair at another speed, rpm, or driving torque, N m.
@@ -274,15 +268,12 @@ class GearPair(HasCard):
     def lateral_parameters(self) -> dict[str, float]:
         """μ_n, κ_n and ζ_n of (2.11), by name; raises `InputError` for rigid supports."""
         if self.rigid:
-            raise InputError(
-                "kind", "must be torsional or single where the supports are rigid", "full",
-                "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.",
-            )
-        values = {}
+            raise InputError("kind", "must be torsional or single where the supports are rigid", "full",
+                             "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.")
+        values = dict[str, float]()
         for n, m, c, k in ((1, self.m1, self.c1, self.k1), (2, self.m2, self.c2, self.k2)):
-            values[f"mu{n}"] = m / self.mass
-            values[f"kappa{n}"] = c / self.c0
-            values[f"zeta_support{n}"] = k / (2 * m * self.omega0)
+            values |= {f"mu{n}": m / self.mass, f"kappa{n}": c / self.c0,
+                       f"zeta_support{n}": k / (2 * m * self.omega0)}
         return values
 
     def _stiffness(self) -> Stiffness:
@@ -304,7 +295,5 @@ def _check_waveforms(pair: GearPair) -> None:
     for kind in ("error", "stiffness"):
         amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
         if len(phases) > len(amplitudes):
-            raise InputError(
-                f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})", len(phases),
-                "Give one phase per harmonic; missing ones are 0.",
-            )
+            raise InputError(f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})",
+                             len(phases), "Give one phase per harmonic; missing ones are 0.")

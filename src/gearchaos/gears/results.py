@@ -64,7 +64,8 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
     """The Dataset; for a branch what is over its points, its events and its jumps, each with its own torques; for
-    curves what is over their points, and what is over their points of codimension 2."""
+    curves what is over their points, and over those of codimension 2.
+    """
     if "special_kind" in dataset:
         special = dataset.drop_dims("point")
         values = {name: special[f"special_{name}"] for name in dataset.coords}
@@ -154,10 +155,7 @@ def unit_in(dataset: xr.Dataset, name: str) -> float:
 
 
 def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
-    """The value of one dimensionless unit of a quantity in its physical unit, and that unit.
-
-    None if the name is not that of a quantity, or the quantity has no physical unit.
-    """
+    """The value of one dimensionless unit of a quantity in its physical unit, and that unit; None for what has none."""
     found = find(name)
     if found is None or found.physical is None:
         return None
@@ -167,7 +165,7 @@ def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
 def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
     """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit.
 
-    A variable with values of several quantities, such as ``event_value``, has the name of its own one as the attribute
+    A variable with values of several quantities, such as ``event_value``, names its own one in the attribute
     ``quantity``.
     """
     out = {}
@@ -195,10 +193,9 @@ def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Scale numbers, lists of numbers and nested mappings by name to physical units.
+    """Numbers, lists of numbers and nested mappings in physical units, and the units, each by name.
 
-    Returns the scaled values, and the units by name. A value without physical unit stays as it is and has no entry
-    among the units.
+    A value without physical unit stays as it is and has no entry among the units.
     """
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():

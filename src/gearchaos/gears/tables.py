@@ -23,32 +23,26 @@ from gearchaos.errors import InputError, missing_package, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
 
-MOST_BYTES = 4_000_000
-"""Largest size of a file."""
-
+MOST_BYTES = 4_000_000  # largest size of a file
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
+# a number that may have a decimal comma or a comma between thousands, such as "1,250"
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
-"""A number that may have a decimal comma or a comma between thousands, such as "1,250"."""
-
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces", "": "columns of a workbook"}
 _COMMENT = re.compile(r"^\s*#.*|\s#(?:\s.*|$)")
+# how headers are told apart where spaces separate: by two spaces, by words with their units, or by units
 _WAYS = (re.compile(r"\S+(?:\s\S+)*"), re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?"),
          re.compile(r"[^\s\[][^\[]*\[[^]]*\]"))
-"""How headers are told apart where spaces separate: by two spaces, by words with their units, or by units."""
 
-_WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")
-"""How files of spreadsheets begin: .xlsx and .ods, .xls."""
+_WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")  # how files of spreadsheets begin: .xlsx and .ods, .xls
 
+# forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)
 _FORMS = tuple(map(re.compile, (
     r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
-"""Forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)."""
 
+# stiffness over face width as it is usually written, which pint reads otherwise or not at all
 _PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
-"""Stiffness over face width as it is usually written, which pint reads otherwise or not at all."""
-
-_MOST_NAMED = 5
-"""Most columns that a note names as not used."""
+_MOST_NAMED = 5  # most columns that a note names as not used
 
 
 @dataclass(frozen=True)
@@ -169,8 +163,7 @@ def read_table(
     return table
 
 
-_Rows = list[tuple[int, list[str]]]
-"""The cells of rows, each with its line."""
+_Rows = list[tuple[int, list[str]]]  # the cells of rows, each with its line
 
 
 @dataclass(frozen=True)
@@ -327,8 +320,7 @@ def _plain(name: str) -> str:
     return " ".join(re.split(r"[\s_-]+", name.strip().casefold()))
 
 
-_Found = tuple[Column, int, str]
-"""A column, where it is in the header, and its unit."""
+_Found = tuple[Column, int, str]  # a column, where it is in the header, and its unit
 
 
 def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:

@@ -20,18 +20,15 @@ from gearchaos.validation import FINITE, check_rule
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|1\s*/.*|)")
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d+)(?:\s+|\s*-\s*))?(\d+)\s*/\s*([1-9]\d*)(?!\d)\s*(.*)")
+# an angle in degrees, arc minutes and arc seconds
 _SEXAGESIMAL = re.compile(
     r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+\.?\d*)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
-"""An angle in degrees, arc minutes and arc seconds."""
 
 _DECIMAL_COMMA = re.compile(r"\s*([-+]?[\d.]*),(\d+)(.*)")
 _POWER = re.compile(r"(?<=[^\W\d⁰¹²³⁴-⁹])\s*(?:\*\*|\^)\s*(?:[-+]?\d{1,2}|\([-+]?\d{1,2}\))(?![\w.])")
+# a power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes
 _OTHER_POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴-⁹]{3}")
-"""A power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes."""
-
-_MOST_UNIT = 60
-"""Most characters of a unit."""
-
+_MOST_UNIT = 60  # most characters of a unit
 _GRAD = re.compile(r"\bgrad", re.IGNORECASE)
 _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
@@ -61,9 +58,8 @@ FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
 PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
 DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")
 DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
-
+# powers of units of angles that a value of a dimension may have; 0 alone for the others
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}
-"""Powers of units of angles that a value of a dimension may have; 0 alone for the others."""
 
 
 class Measured(float):
@@ -133,9 +129,7 @@ ANGLES = {
 """The units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
 for a gon: both are refused, since German programs mean degrees."""
 
-RPM = 0.10471975511965977
-"""One revolution per minute in rad/s, rounded as by pint."""
-
+RPM = 0.10471975511965977  # one revolution per minute in rad/s, rounded as by pint
 LARGEST, SMALLEST = 1e40, 1e-40
 """Limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
 overflow nor underflow."""

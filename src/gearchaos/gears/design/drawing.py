@@ -56,7 +56,6 @@ from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQ
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
-
 TEETH = two(tooth_count, "must be a list of two numbers of teeth")
 _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
 

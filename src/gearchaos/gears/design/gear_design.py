@@ -22,11 +22,10 @@ from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 
+# the inputs of a design that the table ``[operation]`` of a study file may hold
 OPERATION = ("speed", "torque", "application_factor")
-"""The inputs of a design that the table ``[operation]`` of a study file may hold."""
-
+# the keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second
 FREQUENCIES = ("shaft_frequency", "mesh_frequency")
-"""The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,7 +252,7 @@ def sentences(texts: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts)
 
 
+# the inputs that may name a file, and the key of its path, which is relative to the folder of a study file
 FILES: tuple[tuple[str, str], ...] = tuple(
     (f.name, key) for f in fields(GearDesign) if isinstance(choice := f.metadata["convert"], Choice)
     for key in choice.files)
-"""The inputs that may name a file, and the key of its path, which is relative to the folder of a study file."""

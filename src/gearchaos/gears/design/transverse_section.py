@@ -20,11 +20,9 @@ from gearchaos.gears.geometry.tooth_root import involute
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
+# points of an outline along an involute, a fillet and the tip circle of a tooth
 FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
-"""Points of an outline along an involute, a fillet and the tip circle of a tooth."""
-
-_STEP = 1e-6
-"""Step of the rack's normal, in rad, for the tangents of a fillet."""
+_STEP = 1e-6  # step of the rack's normal, in rad, for the tangents of a fillet
 
 
 @dataclass(frozen=True)

@@ -32,14 +32,9 @@ class Rack(Record):
     root_radius: float = field(default=0.38, metadata=read_by(number(NOT_NEGATIVE)))
 
 
-PROFILE_A = Rack()
-"""Profile A of ISO 53:1998."""
-
-INCH = 25.4e-3
-"""One inch in m."""
-
-PRESSURE_ANGLE = math.radians(20)
-"""Normal pressure angle of ISO 53:1998, rad."""
+PROFILE_A = Rack()  # profile A of ISO 53:1998
+INCH = 25.4e-3  # one inch in m
+PRESSURE_ANGLE = math.radians(20)  # normal pressure angle of ISO 53:1998, rad
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,8 +151,7 @@ def _checksum(path: str) -> str:
         return ""
 
 
-SOLID = "solid"
-"""The blank of a wheel that is a solid disc."""
+SOLID = "solid"  # the blank of a wheel that is a solid disc
 
 
 def module_of(diametral_pitch: Any) -> units.Measured:

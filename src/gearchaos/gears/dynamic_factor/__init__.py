@@ -23,7 +23,6 @@ class DynamicFactor(Protocol):
 
     @property
     def value(self) -> float | None: ...
-
     @property
     def reason(self) -> str: ...
 

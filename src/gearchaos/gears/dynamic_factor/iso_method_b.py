@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 _CLAUSE = "ISO 6336-1:2006, 6.4"
 
-_LEAST_GRADE_WITHOUT_RELIEF = 6
-"""From this grade on, tip relief has no effect in method B: B_k = 1."""
+_LEAST_GRADE_WITHOUT_RELIEF = 6  # from this grade on, tip relief has no effect in method B: B_k = 1.
 
 
 @dataclass(frozen=True)

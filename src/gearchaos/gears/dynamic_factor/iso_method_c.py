@@ -16,19 +16,15 @@ if TYPE_CHECKING:
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 
+# K1 by accuracy grade, as in IACS UR M56, Table 1.1
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},
     "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8},
 }
-"""K1 by accuracy grade, as in IACS UR M56, Table 1.1."""
 
 _K2 = {"spur": 0.0193, "helical": 0.0087}
-
-_K3_VANISHES = 2.071 / 0.357
-"""(v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0."""
-
-_LEAST_LINE_LOAD = 100.0
-"""Least F_t K_A/b of method C, N/mm; smaller ones count as this one."""
+_K3_VANISHES = 2.071 / 0.357  # (v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0
+_LEAST_LINE_LOAD = 100.0  # least F_t K_A/b of method C, N/mm; smaller ones count as this one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +86,8 @@ def _refusal(geometry: Geometry, parameter: float, grade: int, solid_wheels: boo
     return "" if solid_wheels else f"{above} the wheels must be solid discs or have heavy steel rims."
 
 
+# the wheels of a design count as solid discs unless it has a blank, also where their inertias are given
 STANDARD = Standard(
     name="Kv_ISO_C", label="ISO method C", words="ISO 6336-1, method C", result=DynamicFactorC,
     compute=lambda design: dynamic_factor_c(
         design.geometry, design.load, design.quality.coarsest, solid_wheels=not any(design.blanks)))
-"""The wheels of a design count as solid discs unless it has a blank, also where their inertias are given."""

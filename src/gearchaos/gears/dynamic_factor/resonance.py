@@ -12,11 +12,9 @@ from gearchaos.gears.fields import described
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
 
-RPM = 30 / math.pi
-"""One rad/s in revolutions per minute."""
-
+RPM = 30 / math.pi  # one rad/s in revolutions per minute
+# resonance ratios N where main resonance ends and the supercritical range begins; ISO 6336-1:2006, 6.4.2.
 MAIN_END, SUPERCRITICAL_START = 1.15, 1.5
-"""Resonance ratios N where main resonance ends and the supercritical range begins; ISO 6336-1:2006, 6.4.2."""
 
 _CLAUSE = "ISO 6336-1:2006, 6.4.2"
 

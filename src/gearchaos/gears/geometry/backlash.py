@@ -20,7 +20,6 @@ from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _ANGLES = ("angle of wheel 1", "angle of wheel 2")
 _KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial", *_ANGLES)
-
 OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 """What a backlash can be of: a direction, and whether the value is all of it or half of it.
 
@@ -34,9 +33,9 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
 """
 
+# other words for a direction, whose letters are nearer to those of another one
 _OTHER_WORDS = {"tangential": "circumferential", "working pitch circle": "circumferential",
                 "pitch circle": "circumferential", "pitch diameter": "circumferential"}
-"""Other words for a direction, whose letters are nearer to those of another one."""
 
 _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 

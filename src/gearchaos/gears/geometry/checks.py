@@ -11,23 +11,14 @@ from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
 from gearchaos.gears.units import Length
 
-LEAST_TIP_THICKNESS = 0.2
-"""Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
-
+LEAST_TIP_THICKNESS = 0.2  # tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9
+# tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25
 LEAST_TIP_CLEARANCE = 0.1
-"""Tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25."""
-
-LARGE_BACKLASH = 0.1
-"""Theoretical backlash, in normal modules, above which there is a warning."""
-
+LARGE_BACKLASH = 0.1  # theoretical backlash, in normal modules, above which there is a warning
+# theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains
 SHIFT_TOLERANCE = 0.01
-"""Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
-
-_FILLET_POINTS = 32
-"""Points of a fillet that are compared with the path of the mating tip."""
-
-_ROUNDING = 1e-9
-"""Depth, in normal modules, that rounding errors explain."""
+_FILLET_POINTS = 32  # points of a fillet that are compared with the path of the mating tip
+_ROUNDING = 1e-9  # depth, in normal modules, that rounding errors explain
 
 
 def check_rack(rack: Any, pressure_angle: float) -> None:

@@ -18,8 +18,7 @@ from gearchaos.gears.fields import Formula
 from gearchaos.gears.geometry.tooth_root import GeneratedTooth, inverse_involute, involute
 from gearchaos.gears.units import Length
 
-Pair = tuple[float, float]
-"""The values of wheel 1 and wheel 2."""
+Pair = tuple[float, float]  # the values of wheel 1 and wheel 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,11 +213,10 @@ def _tangent(diameter: float, base_diameter: float) -> float:
     return math.sqrt(max(diameter - base_diameter, 0.0) * (diameter + base_diameter)) / 2
 
 
+# the tip alteration that shortens the teeth until the tip clearance is that of the basic rack
 KEEP_CLEARANCE = "keep clearance"
-"""The tip alteration that shortens the teeth until the tip clearance is that of the basic rack."""
 
-_NEGLIGIBLE_SHIFT = 1e-3
-"""Largest sum of profile shift coefficients that the rounding of a centre distance explains."""
+_NEGLIGIBLE_SHIFT = 1e-3  # largest sum of profile shift coefficients that the rounding of a centre distance explains
 
 
 def mating_geometry(
@@ -312,6 +310,7 @@ def _ratio(symbol: str, text: str, source: str) -> Formula:
     return Formula(symbol, "", 1.0, text, source)
 
 
+# of the values of a `Geometry`, by name. A value of each wheel is a tuple of two; the formula is that of one wheel.
 GEOMETRY_FORMULAS: dict[str, Formula] = {
     "gear_ratio": _ratio("u", "z2/z1", f"{_ISO} (52)"),
     "centre_distance": _length("a", "(d_b1 + d_b2)/(2 cos α_wt)", f"{_ISO} (54)"),
@@ -339,8 +338,8 @@ GEOMETRY_FORMULAS: dict[str, Formula] = {
     "theoretical_backlash": _length(
         "j_bt", "m_t cos α_t ((z1 + z2)(inv α_wt − inv α_t) − 2 (x1 + x2) tan α_n)", f"{_ISO} (39), (55)"),
 }
-"""Of the values of a `Geometry`, by name. A value of each wheel is a tuple of two; the formula is that of one wheel."""
 
+# of the properties of `GearDesign`
 DESIGN_FORMULAS: dict[str, Formula] = {
     "backlash_line_of_action": Formula(
         "j_bt", "mm", 1e3, "j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt; total", _ISO,
@@ -349,4 +348,3 @@ DESIGN_FORMULAS: dict[str, Formula] = {
     "inertias": Formula("I", "kg*m^2", 1.0, "m (d_m² + d_i²)/8, if not given", "disc"),
     "equivalent_mass": Formula("m", "kg", 1.0, "I1 I2/(I1 r_b2² + I2 r_b1²)", "Łuczko 2008, (2.9)"),
 }
-"""Of the properties of `GearDesign`."""

@@ -85,18 +85,14 @@ def check_positive(name: str, value: float) -> None:
 
 
 class Drawing(Protocol):
-    """What methods take from a `GearDesign`, whose module imports this one; the tooth stiffness is that by ISO 6336-1.
-    """
+    """What methods take from a `GearDesign`, whose module imports this one; the tooth stiffness is by ISO 6336-1."""
 
     @property
     def geometry(self) -> Geometry: ...
-
     @property
     def material(self) -> tuple[Material, Material]: ...
-
     @property
     def tooth_stiffness(self) -> Any: ...
-
     def given(self, name: str) -> Any: ...
 
 

@@ -34,29 +34,21 @@ if TYPE_CHECKING:
 
 ISO = "ISO 6336-1"
 
-N_PER_MM_UM = 1e9
-"""One N/(mm µm) in N/m²."""
-
-STEEL_MODULUS = 206e9
-"""E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88)."""
-
+N_PER_MM_UM = 1e9  # one N/(mm µm) in N/m²
+STEEL_MODULUS = 206e9  # E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88).
+# specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)
 LOW_LINE_LOAD = 100e3
-"""Specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)."""
-
 DOUBTFUL_LINE_LOAD = 25e3
 """Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets
 the stiffness vanish with the load."""
 
+# limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)
 _WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
-"""Limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)."""
-
-_CORRECTION = 0.8
-"""C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83)."""
+_CORRECTION = 0.8  # C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83).
 
 _CLAUSE = "ISO 6336-1:2006, 9.3"
 
-_SAME_POSITION = 1e-12
-"""Positions that are closer to each other than this, in mesh periods, are one."""
+_SAME_POSITION = 1e-12  # positions that are closer to each other than this, in mesh periods, are one
 
 
 @dataclass(frozen=True)
@@ -94,9 +86,7 @@ class ToothStiffness:
 
 
 def tooth_stiffness(
-    geometry: Geometry,
-    *,
-    line_load: float | None = None,
+    geometry: Geometry, *, line_load: float | None = None,
     youngs_modulus: tuple[float, float] = (STEEL_MODULUS, STEEL_MODULUS),
     blanks: tuple[Blank | None, Blank | None] = (None, None),
 ) -> ToothStiffness:
@@ -104,16 +94,13 @@ def tooth_stiffness(
 
     Without a line load F_t K_A/b, N/m, the stiffness is that at 100 N/mm and above, where the standard takes it to be
     independent of the load. The standard allows for one C_R of a pair: the smaller one, of the more flexible wheel, is
-    used; None is a solid disc.
+    used; None is a solid disc. Raises `InputError` if the transverse contact ratio is below 1, (82) gives no positive
+    q′, or a value that must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is
+    the pinion, there is a warning.
 
-    Raises `InputError` if the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that
-    must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is
-    a warning.
-
-    (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes, and
-    with KISSsoft's reports on the stages of the NREL 5 MW gearbox, also outside the range of (82). This range, its
-    deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
-    one source only.
+    (81)-(86), (88)-(91) were compared with two public codes, and with KISSsoft's reports on the stages of the NREL 5 MW
+    gearbox, also outside the range of (82). This range, its deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one
+    C_R for a pair of unlike wheels could be compared with one source only.
     """
     given = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
     given |= {} if line_load is None else {"line_load": line_load}
@@ -131,8 +118,7 @@ def tooth_stiffness(
     x1, x2 = (geometry.profile_shift[i] for i in pinion_first)
     flexibility = (
         0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
-        + 0.00529 * x1**2 + 0.00182 * x2**2
-    ) / N_PER_MM_UM  # (82)
+        + 0.00529 * x1**2 + 0.00182 * x2**2) / N_PER_MM_UM  # (82)
     if flexibility <= 0:
         raise InputError(
             "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
@@ -140,13 +126,11 @@ def tooth_stiffness(
     first, second = youngs_modulus
     (blank1, notes1), (blank2, notes2) = (_blank_effect(geometry, i, blanks[i]) for i in (0, 1))
     factors = {
-        "correction_factor": _CORRECTION,
-        "blank_factor": min(blank1, blank2),
+        "correction_factor": _CORRECTION, "blank_factor": min(blank1, blank2),
         "rack_factor": rack_factor(geometry.dedendum, geometry.pressure_angle),
         "helix_factor": math.cos(geometry.helix_angle),
         "material_factor": 2 * first * second / (first + second) / STEEL_MODULUS,  # (88), (89)
-        "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25),
-    }
+        "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25)}
     single = math.prod(factors.values()) / flexibility
     mean = single * (0.75 * geometry.contact_ratio + 0.25)
     return ToothStiffness(
@@ -262,13 +246,11 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
 
     The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
     instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`relative_length`). The
-    mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b,
-    helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical gears
-    tends to that of spur gears as β tends to 0.
+    the contact lines over that of one pair across the whole face width (`relative_length`). The mean of n is ε_α. Spur
+    gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that
+    steps are more exact; their waveform tends to that of spur gears as β tends to 0.
 
-    Raises `InputError` if no teeth are in contact during a part of the mesh period, or a value is not a positive
-    number.
+    Raises `InputError` if no teeth are in contact during a part of the period, or a value is not a positive number.
     """
     check_positive("mesh_stiffness", mesh_stiffness)
     check_positive("tolerance", tolerance)
@@ -280,11 +262,10 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     if overlap == 0 and ratio < 2:
         single = 1 / (0.75 * ratio + 0.25)
         return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
-    if overlap == 0:
-        waveform, error = approximate(curve, tolerance)
-        return MeshStiffness(reference, waveform, error, ISO)
-    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
-    series = truncated_series(curve, share * amplitudes, phases, tolerance)
+    series = None
+    if overlap:
+        amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
+        series = truncated_series(curve, share * amplitudes, phases, tolerance)
     waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
     return MeshStiffness(reference, waveform, error, ISO, truncation_note(error, tolerance))
 

@@ -13,9 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.model import MAX_LEVELS, HarmonicStiffness, SteppedStiffness
 from gearchaos.validation import MAX_HARMONICS
 
-_CONSTANT_SHARE = 0.05
-"""Share of the steps that is distributed evenly over the period."""
-
+_CONSTANT_SHARE = 0.05  # share of the steps that is distributed evenly over the period
 _STEPS_PER_HARMONIC = 14
 """Steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
 least one step."""
@@ -40,7 +38,6 @@ class PeriodicCurve:
 
     @property
     def mean(self) -> float:
-        """Mean over the period."""
         return float(self.widths @ (self.first + self.last)) / 2
 
     @property
@@ -60,11 +57,9 @@ class PeriodicCurve:
         return self.first[i] + (t - self.knots[i]) / self.widths[i] * (self.last[i] - self.first[i])
 
     def scaled(self, factor: float) -> PeriodicCurve:
-        """The curve times a factor."""
         return PeriodicCurve(self.knots, self.first * factor, self.last * factor)
 
     def mean_square(self) -> float:
-        """Mean of the square over the period."""
         return float(self.widths @ (self.first**2 + self.first * self.last + self.last**2)) / 3
 
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
@@ -101,10 +96,11 @@ def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
 
 
 def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
-    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
+    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it: rms at
+    the knots.
 
-    The difference is the root mean square at the knots. None for a curve with jumps whose pieces are not the same in
-    all cycles. ``tolerance`` is the largest difference of knots, in cycles, that the rounding of positions explains.
+    None for a curve with jumps whose pieces are not the same in all cycles. ``tolerance`` is the largest difference of
+    knots, in cycles, that the rounding of positions explains.
     """
     edges, count = curve.knots * cycles, np.arange(cycles)[:, None]
     shape = (cycles, -1) if len(curve.first) % cycles == 0 else (1, -1)
@@ -175,11 +171,9 @@ def _step_edges(curve: PeriodicCurve, starts: np.ndarray, count: int) -> np.ndar
     counts = np.ones(len(starts), dtype=int)
     for _ in range(count - len(starts)):  # one more step for the part whose steps have the largest share
         counts[np.argmax(shares / counts)] += 1
-    edges = [
+    return np.unique(np.concatenate([
         np.interp(np.linspace(weight[a], weight[b], n, endpoint=False), weight[a : b + 1], curve.knots[a : b + 1])
-        for a, b, n in zip(starts, ends, counts, strict=True)
-    ]
-    return np.unique(np.concatenate(edges))
+        for a, b, n in zip(starts, ends, counts, strict=True)]))
 
 
 def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:

@@ -18,6 +18,7 @@ TIME = units.Dimension("a time", "s", "2 ms")
 STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "14 N/(mm*um)")
 
 _OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|abtrieb|getrieben"
+# the roll angle of wheel 1
 ROLL_ANGLE = Column(
     "roll angle", {units.ANGLE: 1.0},
     ("angle", "rotation", "pinion rotation", "drehwinkel"),
@@ -25,7 +26,6 @@ ROLL_ANGLE = Column(
     other=rf"press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}",
     advice="The roll angle is that of wheel 1.",
 )
-"""The roll angle of wheel 1."""
 
 _ABSCISSAE = (
     Column("fraction", aliases=("fraction of mesh period", "mesh period", "tau/T", "t/T")), ROLL_ANGLE,
@@ -43,15 +43,14 @@ _PERIOD_TOLERANCE = 1e-3
 """Largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
 rounding in the file."""
 
+# largest relative difference between the values at the beginning and the end of the period, likewise
 _CLOSING_TOLERANCE = 1e-4
-"""Largest relative difference between the values at the beginning and the end of the period, likewise."""
-
 _STEP_TOLERANCE, _LARGEST_STEP, _MANY_STEPS = 0.1, 0.2, 8
 """Largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
 the period, and how many equal steps are no chance."""
 
+# largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness
 _REST_TOLERANCE = 0.1
-"""Largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness."""
 
 
 def from_table(
@@ -118,8 +117,8 @@ def read_curve(
     return curve, (*table.notes, *notes, *of_cycles)
 
 
+# the curve over the whole table, how many mesh periods that are, and notes
 _Whole = tuple[PeriodicCurve, int, tuple[str, ...]]
-"""The curve over the whole table, how many mesh periods that are, and notes."""
 
 
 def _steps(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _Whole:

@@ -36,9 +36,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.transmission_error.quality import Quality, Tolerances
 
 _EXPONENTS = {"linear": 1, "parabolic": 2}
-
-_SAMPLES = 8192
-"""Samples of a mesh period from which the harmonics of a tip relief are computed."""
+_SAMPLES = 8192  # samples of a mesh period from which the harmonics of a tip relief are computed
 
 
 @dataclass(frozen=True, kw_only=True)

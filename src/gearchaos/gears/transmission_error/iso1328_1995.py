@@ -31,8 +31,8 @@ class Tolerances1995(Tolerances):
 
 _DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
 _MODULES = (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70)
+# limits of the ranges of ISO 1328-1:1995, mm; each range includes its upper limit, the first one also its lower
 _FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
-"""Limits of the ranges of ISO 1328-1:1995, mm; each range includes its upper limit, the first one also its lower."""
 
 
 def _at_grade_5(size: Size) -> tuple[float, ...]:

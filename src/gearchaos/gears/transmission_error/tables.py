@@ -32,18 +32,15 @@ _RMS = r"\brms\b|effektiv|effective"
 _OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
                 r"rundlauf|single|einzel|peak|rms")
 
+# difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains
 _PERIOD_TOLERANCE = 1e-3
-"""Difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains."""
-
-_ROUNDING = 1e-9
-"""Amplitudes over the largest error that may be due to rounding alone."""
-
+_ROUNDING = 1e-9  # amplitudes over the largest error that may be due to rounding alone
 _CLOSING_TOLERANCE = 0.01
 """Largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
 measurement."""
 
+# largest slope between the last row and the beginning of the next mesh period over the largest one in the table
 _CLOSING_SLOPE = 3.0
-"""Largest slope between the last row and the beginning of the next mesh period over the largest one in the table."""
 
 
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
