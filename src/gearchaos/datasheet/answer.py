@@ -29,10 +29,7 @@ LEFT_OUT = "must be given"  # the rule that is broken by an input that was left 
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known of a design at one torque: its quantities by name, and the speeds to avoid.
-
-    There are none if they were not asked for, or cannot be computed; the problem says why, or why there is no model.
-    """
+    """What is known of a design at one torque; the problem says why there are no speeds to avoid, or no model."""
 
     design: GearDesign
     entries: Mapping[str, Entry]
@@ -165,10 +162,9 @@ class Answer:
 
 
 def default_speeds(design: GearDesign) -> str:
-    """The speeds in rpm that are scanned unless others are asked for, the operating speed among them.
-
-    They end where the supercritical range begins, or at a pitch line velocity of `FAST`. Raises `InputError` if an
-    input of the model is missing or wrong.
+    """The speeds in rpm that are scanned unless others are asked for, the operating speed among them: up to the
+    supercritical range, or a pitch line velocity of `FAST`. Raises `InputError` if an input of the model is missing or
+    wrong.
     """
     pair = design.at(speed=design.speed or 1.0).to_pair()
     start, stop = (share * pair.omega0 / pair.n1 / RPM for share in _SCANNED)
@@ -191,9 +187,8 @@ def factor_and_share(motion: Reached) -> str:
 
 
 def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, as far outside as they may lie, and rounded outwards to three digits.
-
-    An end of the computed speeds is marked: the range may go on beyond it.
+    """Both ends of a range to avoid, in rpm, as far outside as they may lie, rounded outwards to three digits; an end
+    of the computed speeds is marked, beyond which it may go on.
     """
     low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
     start, stop = (10.0 ** max(math.floor(math.log10(max(r, 1.0))), math.floor(math.log10(max(end, 1.0))) - 2, 0)

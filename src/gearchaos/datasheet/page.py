@@ -118,9 +118,7 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> dict[str, Any]:
-    """What the template shows of a picture: an SVG element, or the reason why there is none.
-
-    The identifiers of the element begin with its name, so that several fit into one page.
+    """What the template shows of a picture: an SVG element whose identifiers begin with its name, or why there is none.
     """
     shown, content = {"name": name, "title": title, "caption": caption, "reason": ""}, io.StringIO()
     with matplotlib.rc_context(_SETTINGS):

@@ -141,10 +141,7 @@ def record(kind: type, rule: str = "", advice: str = "") -> Convert:
 
 
 def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) -> T:
-    """A dataclass from a table of its fields; the field of an error is that of the value within the table.
-
-    Raises `InputError` for an unknown key, a missing one, or a value that breaks a rule.
-    """
+    """A dataclass from a table of its fields; the field of an error is that of the value within the table."""
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in value:
         if key not in known:
@@ -162,9 +159,8 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
 def check_plausible(
     field: str, number: float, least: float, most: float, dimension: units.Dimension, reason: str = ""
 ) -> None:
-    """Raise `InputError`, with the question what was meant, unless a number lies within plausible bounds, in SI.
-
-    ``reason`` says where the bounds come from, as a sentence.
+    """Raise `InputError`, with the question what was meant, unless a number lies within bounds in SI, which the reason
+    explains.
     """
     if least <= number <= most:
         return

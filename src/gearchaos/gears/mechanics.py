@@ -19,10 +19,7 @@ _SOURCE = "ISO 6336-1:2006, 4.2"
 
 @dataclass(frozen=True, kw_only=True)
 class Material(Record):
-    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³.
-
-    Raises `InputError` for a value that is not of its dimension, or that no solid has.
-    """
+    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³."""
 
     E: Any = field(metadata=read_by(one(PRESSURE, between=(1e7, 1.2e12))))
     poisson: float = field(metadata=read_by(number(
@@ -61,9 +58,7 @@ def disc_inertia(diameter: float, bore: float, mass: float) -> float:
 
 
 def equivalent_mass(inertias: Pair, base_radii: Pair) -> float:
-    """I1 I2/(I1 R2² + I2 R1²), kg: the mass of the pair along the line of action, (2.9).
-
-    Over the face width it is the reduced mass m_red per face width of ISO 6336-1:2006 (30).
+    """I1 I2/(I1 R2² + I2 R1²), kg, (2.9): along the line of action; m_red of ISO 6336-1:2006 (30) times the face width.
     """
     (inertia1, inertia2), (radius1, radius2) = inertias, base_radii
     return inertia1 * inertia2 / (inertia1 * radius2**2 + inertia2 * radius1**2)
@@ -80,9 +75,7 @@ class MeshLoad:
 
 def mesh_load(geometry: Geometry, speed: float, torque: float, application_factor: float) -> MeshLoad:
     """The load of a mesh from the angular velocity, rad/s, and the torque, N m, of wheel 1: their magnitudes matter.
-
-    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load. Raises
-    `InputError` for a value that is not finite, or an application factor that is not positive.
+    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load.
     """
     for name, value in (("speed", speed), ("torque", torque), ("application_factor", application_factor)):
         if not math.isfinite(value):

@@ -46,9 +46,7 @@ class Gears(Protocol):
 
 @dataclass(frozen=True)
 class OperatingModel(MeshModel):
-    """A model of given gears, with two more parameters: ``speed``, in rpm, and ``torque``, in N m, both of wheel 1.
-
-    The gears, a `GearPair` or a `GearDesign`, are at the operating point of the model.
+    """A model of gears at its operating point, with two more parameters: speed, rpm, and torque, N m, both of wheel 1.
     """
 
     gears: Any = None
@@ -113,9 +111,8 @@ class OperatingModel(MeshModel):
         return super(OperatingModel, model).with_values(model._with_supports(rest))
 
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values, with those of the supports of the gears where they make a full model of another kind.
-
-        Raises `InputError` if the supports of the gears are rigid, and the values do not say what they are instead.
+        """The values, with those of the gears' supports where they make a full model of another kind; raises
+        `InputError` if these are rigid, and the values do not say what they are instead.
         """
         if values.get("kind") != "full" or self.kind == "full":
             return values

@@ -63,9 +63,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; for a branch what is over its points, its events and its jumps, each with its own torques; for
-    curves what is over their points, and over those of codimension 2.
-    """
+    """The Dataset; of a branch what is over its points, events and jumps, each with its torques; of curves likewise."""
     if "special_kind" in dataset:
         special = dataset.drop_dims("point")
         values = {name: special[f"special_{name}"] for name in dataset.coords}
@@ -114,8 +112,7 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears of the Dataset, or those given if it has none; raises `InputError` if there are none, or given are
-    others.
+    """The gears of the Dataset, or those given if it has none; raises `InputError` if both differ, or there are none.
     """
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
@@ -163,10 +160,8 @@ def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
-    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit.
-
-    A variable with values of several quantities, such as ``event_value``, names its own one in the attribute
-    ``quantity``.
+    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit; one with
+    values of several quantities, such as ``event_value``, names its own one in the attribute ``quantity``.
     """
     out = {}
     for name, variable in variables.items():
@@ -193,9 +188,7 @@ def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers, lists of numbers and nested mappings in physical units, and the units, each by name.
-
-    A value without physical unit stays as it is and has no entry among the units.
+    """Numbers, lists of numbers and nested mappings in physical units, and the units, by name, of those that have one.
     """
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():

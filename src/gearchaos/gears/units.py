@@ -36,12 +36,10 @@ _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 @dataclass(frozen=True)
 class Dimension:
     """A physical dimension: its name with article, the unit of a plain number in the notation of pint, and an example.
-
-    The unit is that of the SI, except for speeds, which are in rpm.
     """
 
     name: str
-    unit: str
+    unit: str  # that of the SI, but of speeds rpm
     example: str
 
 
@@ -69,7 +67,6 @@ class Measured(float):
     size: float
 
     def __new__(cls, number: float, unit: str = "", size: float = 1.0) -> Self:
-        """Without a unit as unpickling needs it."""
         new = super().__new__(cls, number)
         new.unit, new.size = unit, size
         return new
@@ -84,7 +81,6 @@ class Shown(float):
     unit, size = "", 1.0
 
     def __new__(cls, number: float, like: float | None = None) -> Self:
-        """The number, to be shown like another of its dimension."""
         new = super().__new__(cls, number)
         if isinstance(like, Measured):
             new.unit, new.size = like.unit, like.size
@@ -103,19 +99,16 @@ class Length(Shown):
 
 
 _DOT = r"[-.·⋅*]?"
-_SPELLINGS: dict[Dimension, tuple[tuple[re.Pattern[str], str], ...]] = {
-    SPEED: ((re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM"), "rpm"),
-            (re.compile(r"(rev|r|U)/s"), "turn/s")),
-    TORQUE: (
-        (re.compile(rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)"), r"\1*\2"),
-        (re.compile(rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)"), r"lbf*\1\2"),
-        (re.compile(rf"ozf?{_DOT}in|in{_DOT}ozf?"), "ozf*in"),
-    ),
-    BEARING_FRICTION: ((re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),),
-    INERTIA: ((re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),),
-    LENGTH: ((re.compile(r"[\"″]|''|in\."), "in"), (re.compile(r"mils?"), "thou")),
-    STIFFNESS: ((re.compile(r"lbs?/in"), "lbf/in"),),
-    DIAMETRAL_PITCH: ((re.compile(r"(DP|P)?"), "1/in"),),
+_SPELLINGS: dict[Dimension, dict[str, str]] = {
+    SPEED: {r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM": "rpm", r"(rev|r|U)/s": "turn/s"},
+    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2",
+             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2",
+             rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in"},
+    BEARING_FRICTION: {r"([kM]?N)m\*?s(/rad)?": r"\1*m*s"},
+    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"},
+    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"},
+    STIFFNESS: {r"lbs?/in": "lbf/in"},
+    DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"},
 }
 """Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
 patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute, a
@@ -146,8 +139,7 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
     """
     number: float = value if isinstance(value, Measured) else (
         _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))
-    advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
-    own = () if rule is None else (replace(rule, advice=advice),)
+    own = () if rule is None else (replace(rule, advice=_advice(dimension)),)
     for each in (FINITE, _magnitude_rule(dimension), *own):
         check_rule(field, number, each, value)
     return number
@@ -155,11 +147,12 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
 
 def _magnitude_rule(dimension: Dimension) -> Rule:
     """The rule that a number in SI of this dimension lies within the limits of magnitude."""
-    return Rule(
-        lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST,
-        f"must lie between {SMALLEST:g} and {LARGEST:g} {dimension.unit} in size, if it is not 0",
-        f"It is {dimension.name}, e.g. '{dimension.example}'.",
-    )
+    return Rule(lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
+                f"{dimension.unit} in size, if it is not 0", _advice(dimension))
+
+
+def _advice(dimension: Dimension) -> str:
+    return f"It is {dimension.name}, e.g. '{dimension.example}'."
 
 
 def _float(field: str, value: Any, dimension: Dimension) -> float:
@@ -177,7 +170,6 @@ def _float(field: str, value: Any, dimension: Dimension) -> float:
 
 
 def _has_unit(value: Any) -> bool:
-    """Whether a value is a text or a pint quantity."""
     return isinstance(value, str) or (hasattr(value, "to") and hasattr(value, "magnitude"))
 
 
@@ -190,7 +182,6 @@ def _registry() -> Any:
 
 
 def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
-    """The number in SI of a text or a pint quantity."""
     import pint
 
     if isinstance(value, str):
@@ -214,9 +205,8 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
                                "shaft_frequency or mesh_frequency. ")
     # pint treats units of angles as numbers; radians count here for angles, angular velocities and frequencies only,
     # elsewhere they are the number 1, as in "N*m/rad"
-    counted = dimension in (ANGLE, SPEED, FREQUENCY)
     angles = sum(power for name, power in measured.unit_items() if _ANGLE.search(name) and (
-        counted or name != "radian"))
+        dimension in (ANGLE, SPEED, FREQUENCY) or name != "radian"))
     if angles not in _ANGLE_POWERS.get(dimension, (0,)):
         speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
         raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
@@ -253,8 +243,8 @@ def _unit(text: str, dimension: Dimension) -> str:
     compact = re.sub(r"\s", "", text)
     if dimension is ANGLE:
         return ANGLES[compact]
-    for pattern, meaning in _SPELLINGS.get(dimension, ()):
-        if match := pattern.fullmatch(compact):
+    for pattern, meaning in _SPELLINGS.get(dimension, {}).items():
+        if match := re.fullmatch(pattern, compact):
             return match.expand(meaning)
     return f"1{text}" if text.startswith("/") else text
 

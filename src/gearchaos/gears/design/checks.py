@@ -31,9 +31,8 @@ HIGH_LOAD = 3e8
 
 
 def check_inputs(design: Drawing) -> None:
-    """Raise `InputError` for values that only a slip of units explains, and for a basic rack that cannot be.
-
-    What follows from the geometry is checked elsewhere: these checks come first, so that their question is asked.
+    """Raise `InputError` for slips of units and racks that cannot be, before the geometry is checked: their question is
+    asked.
     """
     module, degree = design.module, math.pi / 180
     check_plausible("module", module, 1e-5, 0.1, units.LENGTH)
@@ -127,8 +126,8 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
 
 
 def _inertia_warnings(design: Drawing) -> list[str]:
-    """Warnings about a mass or a bore without effect, and about moments of inertia, given or from a mass, far from that
-    of a solid disc of the wheel's size.
+    """Warnings about a mass or a bore without effect, and about inertias far from those of solid discs of the wheels'
+    size.
     """
     bored = [method.name for method in methods().values() if "bore" in method.needs]
     geometry, found = design.geometry, [

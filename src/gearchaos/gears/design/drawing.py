@@ -62,9 +62,8 @@ _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, PO
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm.
-
-    Each field says how its value is read, and what to write where a result needs it and it was left out.
+    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm. Each field
+    says how its value is read, and what to write where a result needs it and it was left out.
     """
 
     teeth: Any = field(metadata=read_by(TEETH))
@@ -257,9 +256,8 @@ def _table_stiffness(file: TableFile, teeth: int, face_width: float) -> MeshStif
 
 @lru_cache(maxsize=64)
 def _file_error(file: ErrorFile, teeth: tuple[int, int], most: float, radius: float | None) -> ErrorHarmonics:
-    """The error in a file with this content, read once.
-
-    ``most`` is the largest plausible amplitude, m; ``radius`` the base radius of the wheel whose angle the error is.
+    """The error in a file with this content, read once, of at most this amplitude, m; the radius is that of the wheel's
+    base.
     """
     file.check_unchanged("transmission_error")
     options: dict[str, Any] = {"most": most, "radius": radius, "columns": dict(file.columns)}

@@ -109,9 +109,8 @@ class TransverseSection:
 
     @cached_property
     def _thinning(self) -> tuple[float, float]:
-        """Angle by which each flank of a tooth of each wheel lies nearer to its axis than a nominal one.
-
-        Both teeth lose the same thickness, unless one would then be pointed below its tip circle.
+        """Angle by which each flank of each wheel's teeth lies nearer to their axis than nominal ones. Both teeth lose
+        the same thickness, unless one would then be pointed below its tip circle.
         """
         excess = self.backlash - self.geometry.theoretical_backlash
         bases = self.geometry.base_diameter
@@ -147,8 +146,7 @@ class TransverseSection:
 
     def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
         """Radii and angles from the axis of a tooth, (points,): the fillet's first point, then where its tangents meet.
-
-        The fillet is concave: its chords would add material, by which a mating tip could seem to cut into it.
+        It is concave: its chords would add material, by which a mating tip could seem to cut into it.
         """
         slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
                              max(round(FILLET_POINTS * detail), 2))
@@ -167,9 +165,8 @@ class TransverseSection:
 
 
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
-    """The section of a design; without a backlash its teeth have nominal thickness.
-
-    The phase is by default the middle of the time during which most tooth pairs are in contact.
+    """The section of a design, nominal without a backlash; by default in the middle of the time of most pairs in
+    contact.
     """
     geometry = design.geometry
     # nominal teeth may overlap by what the rounding of profile shifts explains

@@ -53,9 +53,8 @@ class ReliefDimensions(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Supports(Record):
-    """Elastic supports of both wheels, along the line of action in the transverse plane.
-
-    The stiffness is that of shaft and bearings together, the damping ratio that of the wheel's mass on its support.
+    """Elastic supports of both wheels along the line of action: shaft and bearings together, with the wheel's mass on
+    them.
     """
 
     stiffness: Any = field(metadata=read_by(two(one(units.STIFFNESS, POSITIVE, (1e4, 1e13)))))

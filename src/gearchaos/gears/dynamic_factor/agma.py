@@ -19,10 +19,7 @@ _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorAGMA:
-    """K_v by AGMA 2001-D04, velocities in m/s.
-
-    The velocity constant is A in the notation with Q_v, C in that with A_v; above the largest velocity there is no K_v.
-    """
+    """K_v by AGMA 2001-D04, velocities in m/s: none above the largest. With A_v the constant A is called C."""
 
     reason: ClassVar[str] = ""
 

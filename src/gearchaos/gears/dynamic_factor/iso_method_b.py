@@ -78,9 +78,8 @@ def relief_from_running_in(material: FlankMaterial) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Deviations of a pair that method B uses, m; running-in removes the allowances.
-
-    The tip relief is 0 where there is none. Where the accuracy does not let it count, B_k = 1.
+    """Deviations of a pair that method B uses, m; running-in removes the allowances. Tip relief that does not count has
+    B_k = 1.
     """
 
     base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
@@ -135,10 +134,7 @@ class Constants(NamedTuple):
 
 
 def constants(total_contact_ratio: float) -> Constants:
-    """C_v1 to C_v7 for a total contact ratio ε_γ > 1, ISO 6336-1:2006, Table 4.
-
-    As printed, C_v2, C_v3, C_v4 and C_v6 jump at ε_γ = 2.
-    """
+    """C_v1 to C_v7 for ε_γ > 1, ISO 6336-1:2006, Table 4. As printed, C_v2, C_v3, C_v4 and C_v6 jump at ε_γ = 2."""
     eps = total_contact_ratio
     seventh = 0.125 * math.sin(math.pi * (min(max(eps, 1.5), 2.5) - 2)) + 0.875
     if eps <= 2:

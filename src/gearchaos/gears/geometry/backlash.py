@@ -42,9 +42,7 @@ _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash:
-    """A backlash given by its value, a length or an angle greater than 0, and what it is of, one of `OF`.
-
-    A direction alone, ``"line of action"``, means the total and is kept with it.
+    """A backlash by its value, a length or an angle, and what it is of, one of `OF`; a direction alone means the total.
     """
 
     value: Any
@@ -137,10 +135,9 @@ class ThicknessAllowances(Record):
         return {"minimum": least, "maximum": greatest, "mean": (least + greatest) / 2}[self.at]
 
     def _limit(self, geometry: Geometry, thickness: int, distance: int) -> float:
-        """j_bt for the upper (0) or lower (1) allowance of the tooth thickness, and of the centre distance.
-
-        The theoretical backlash at the centre distance, plus what both teeth are thinner than nominal by: −E_sn/cos β
-        along the reference circle, times cos α_t along the line of action.
+        """j_bt for the upper (0) or lower (1) allowance of the tooth thickness, and of the centre distance: the
+        theoretical backlash there, plus what teeth are thinner than nominal by, −E_sn/cos β on the reference circle,
+        times cos α_t.
         """
         moved = replace(geometry, centre_distance=geometry.centre_distance + self.centre_distance_allowance[distance])
         thinner = -sum(allowance[thickness] for allowance in self.tooth_thickness_allowances)

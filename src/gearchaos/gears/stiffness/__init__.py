@@ -60,11 +60,7 @@ class MeshStiffness:
 def from_curve(
     curve: PeriodicCurve, method: str, notes: Sequence[str] = (), *, tolerance: float = TOLERANCE,
 ) -> MeshStiffness:
-    """Mesh stiffness by a curve in N/m: exact if it has constant pieces only, else steps or a Fourier series.
-
-    See `gearchaos.gears.stiffness.periodic_curves.approximate` for the choice between the two; ``tolerance`` bounds
-    ``truncation``.
-    """
+    """Mesh stiffness by a curve in N/m, as `gearchaos.gears.stiffness.periodic_curves.approximate` approximates it."""
     check_positive("tolerance", tolerance)
     waveform, error = approximate(curve, tolerance)
     return MeshStiffness(curve.mean, waveform, error, method, (*notes, *truncation_note(error, tolerance)))
@@ -98,12 +94,9 @@ class Drawing(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class StiffnessMethod:
-    """A method of computation; ``name`` is what a design says for it as its ``stiffness``.
+    """A method of computation, which raises `InputError` where it has no stiffness; its warnings have no full stops."""
 
-    It raises `InputError` where it has no stiffness, and warns, without full stops, of what the designer should know.
-    """
-
-    name: str
+    name: str  # what a design says for it as its ``stiffness``
     compute: Callable[[Drawing], MeshStiffness]
     needs: tuple[str, ...] = ()  # inputs that a design may leave out, but not for this method
     spur_only: bool = False

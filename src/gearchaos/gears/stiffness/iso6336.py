@@ -61,9 +61,8 @@ class Blank:
 
 @dataclass(frozen=True, kw_only=True)
 class ToothStiffness:
-    """Single and mesh stiffness per unit face width with all that they are computed from, in SI.
-
-    The warnings say in what the pair lies outside the range for which the standard validated its formulae.
+    """Single and mesh stiffness per unit face width, in SI, and in what the pair lies outside the range of the
+    formulae.
     """
 
     flexibility: float = described(
@@ -140,10 +139,7 @@ def tooth_stiffness(
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
-    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad.
-
-    The mean over both wheels is taken where their racks differ, (87).
-    """
+    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad; of the mean of two racks, (87)."""
     pair = dedendum if isinstance(dedendum, tuple) else (dedendum, dedendum)
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
 

@@ -21,14 +21,12 @@ least one step."""
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCurve:
-    """A function of period 1 that is linear between knots; where two linear pieces do not meet, it jumps.
-
-    The knots (pieces + 1,) increase from 0 to 1; ``first`` and ``last`` (pieces,) are the values at the ends of each
-    piece.
+    """A function of period 1, linear between knots (pieces + 1,) from 0 to 1; where two linear pieces do not meet, it
+    jumps.
     """
 
     knots: np.ndarray
-    first: np.ndarray
+    first: np.ndarray  # (pieces,): the values at the beginning of each piece, and at its end
     last: np.ndarray
 
     @property
@@ -63,9 +61,8 @@ class PeriodicCurve:
         return float(self.widths @ (self.first**2 + self.first * self.last + self.last**2)) / 3
 
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
-        """Means over the intervals from each start to the next one; the last ends one period after the first start.
-
-        The starts, (intervals,), increase in [0, 1).
+        """Means from each start (intervals,), increasing in [0, 1), to the next one; the last ends one period after the
+        first.
         """
         ends = np.append(starts[1:], 1 + starts[0])
         in_period = self._integral(np.minimum(ends, 1)) - self._integral(starts)
@@ -189,9 +186,8 @@ def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:
 def truncated_series(
     curve: PeriodicCurve, amplitudes: np.ndarray, phases: np.ndarray, tolerance: float,
 ) -> tuple[HarmonicStiffness, float] | None:
-    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest.
-
-    None if these harmonics are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
+    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest;
+    None if they are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
     """
     variance = PeriodicCurve(curve.knots, curve.first - 1, curve.last - 1).mean_square()
     errors = np.sqrt(np.maximum(variance - np.cumsum(amplitudes**2) / 2, 0.0))

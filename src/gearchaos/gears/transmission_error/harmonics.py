@@ -134,15 +134,12 @@ def from_quality(
 
 @dataclass(frozen=True)
 class TipRelief:
-    """Tip relief of both wheels, m, along the line of action in the transverse plane.
-
-    ``amount`` is C_a1, C_a2, the material removed at the tips; ``length`` that of the relieved profile. The removed
-    depth grows from the start of the relief to the tip in a "linear" or "parabolic" way.
+    """Tip relief of both wheels along the line of action in the transverse plane, m: C_a1, C_a2, and where it begins.
     """
 
     amount: tuple[float, float]
-    length: tuple[float, float]
-    shape: str = "linear"
+    length: tuple[float, float]  # of the relieved profile
+    shape: str = "linear"  # how the removed depth grows to the tip; or "parabolic"
 
     def __post_init__(self) -> None:
         if self.shape not in _EXPONENTS:
@@ -177,9 +174,8 @@ def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.n
 
 
 def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
-    """The part of the path of contact without relief, m, prolonged by the overlap ε_β p_et of helical teeth.
-
-    Raises `InputError` if the relieved lengths overlap, or contact could be lost between two pairs.
+    """The part of the path of contact without relief, m, prolonged by the overlap ε_β p_et; raises `InputError` if the
+    relieved lengths overlap, or contact could be lost between two pairs.
     """
     path = geometry.contact_ratio * geometry.base_pitch
     if sum(relief.length) > path:

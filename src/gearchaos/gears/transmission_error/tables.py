@@ -51,9 +51,8 @@ _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by
 
 
 def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
-    """The unit of an error, and what to do about another one: ``wheel`` beside the file says which of two it has.
-
-    It is a length along the line of action, or the angle of a wheel of a base radius, m.
+    """The unit of an error along the line of action, or of an angle of a wheel with a base radius, m, and what to do
+    about another.
     """
     if radius is None:
         advice = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
