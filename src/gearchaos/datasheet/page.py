@@ -40,16 +40,14 @@ def sheet_html(answers: Sequence[Answer]) -> str:
     """
     first, *others = answers
     design = first.design
-    drawn = [
-        _picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
+    drawn = [_picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
                  "pitch point, and dots are points of contact. Wheel 1 drives.", 5.4,
                  lambda ax: plot.gear_pair(design, ax)),
         _picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "
                  "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
                  lambda ax: plot.mesh_stiffness(design, ax)),
         _picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
-                 lambda ax: plot.transmission_error(design, ax)),
-    ]
+                 lambda ax: plot.transmission_error(design, ax))]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
@@ -57,8 +55,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,
         groups=_groups(first.entries), differing=differing,
         missing=[(reason, [first.entries[name].words for name in names]) for reason, names in first.absent],
-        count=len(first.entries), version=metadata.version("gearchaos"),
-    )
+        count=len(first.entries), version=metadata.version("gearchaos"))
 
 
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
@@ -77,8 +74,7 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
         "picture": None if (speeds := answer.speeds) is None else _picture(
             f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed "
             "motions over the static one, beside the factors of the standards, which end where these give no value.",
-            4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax)),
-    }
+            4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax))}
 
 
 def _template(name: str) -> str:
@@ -111,15 +107,13 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
             "id": name, "name": entry.words, "symbol": entry.symbol,
             "value": None if entry.value is None else digits(entry.shown), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
-            "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed",
-        }
+            "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed"}
         out.setdefault(entry.group, []).append(row)
     return list(out.items())
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> dict[str, Any]:
-    """What the template shows of a picture: an SVG element whose identifiers begin with its name, or why there is none.
-    """
+    """What the template shows of a picture: an SVG element, its identifiers with the name, or why there is none."""
     shown, content = {"name": name, "title": title, "caption": caption, "reason": ""}, io.StringIO()
     with matplotlib.rc_context(_SETTINGS):
         figure = Figure(figsize=(_WIDTH, height), layout="constrained")

@@ -78,8 +78,7 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
     elif not (amplitudes := entries[_AMPLITUDES]).reason:
         formula = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
-        entries[_AMPLITUDES] = replace(
-            amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
+        entries[_AMPLITUDES] = replace(amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
             formula=formula if design.transmission_error == "from quality" else amplitudes.formula)
     return entries
 
@@ -217,15 +216,13 @@ _GROUPS: dict[str, dict[str, _Row]] = {
     "Backlash and inertia": _of("design", DESIGN_FORMULAS),
     "Load": {
         **_of("load", formulas(MeshLoad)),
-        "velocity": (formulas(MeshLoad)["velocity"], attrgetter("design.load.velocity")),
-    },
+        "velocity": (formulas(MeshLoad)["velocity"], attrgetter("design.load.velocity"))},
     "Tolerances": {
         **{each: _tolerance(symbol, each.removesuffix("_deviation")) for symbol, each in (
             ("f_pt", "single_pitch_deviation"), ("F_p", "cumulative_pitch_deviation"), ("F_α", "profile_deviation"),
             ("f_fα", "profile_form_deviation"), ("f_Hα", "profile_slope_deviation"), ("F_r", "runout"))},
         "tangential_composite_deviation": (
-            formulas(QualityError)["tooth_to_tooth"], attrgetter("tangential_composite_deviation")),
-    },
+            formulas(QualityError)["tooth_to_tooth"], attrgetter("tangential_composite_deviation"))},
     "Tooth stiffness by ISO 6336-1": _of("tooth", {
         name: formula for name, formula in formulas(ToothStiffness).items() if name != "mesh_stiffness"}),
     "Mesh stiffness": {
@@ -239,18 +236,15 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             lambda results: 2 * math.pi / results.design.teeth[0], "", "deg", 180 / math.pi,
             "360°/z1: roll angle of wheel 1 over the mesh period, that of the stiffness curve", "kinematics"),
         "mesh_stiffness_truncation": _row("mesh.truncation", "", "", 1.0,
-                                          "root mean square error of steps or harmonics over the mean", _MODEL),
-    },
+                                          "root mean square error of steps or harmonics over the mean", _MODEL)},
     "Supports": {
         "support_frequency": _row("support_frequencies", "f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel "
-                                  "on its support, without the mesh", "Łuczko 2008, (2.1)"),
-    },
+                                  "on its support, without the mesh", "Łuczko 2008, (2.1)")},
     "Transmission error of the unloaded gears": {
         _AMPLITUDES: _row("design.error_harmonics.amplitudes", "e_j", "µm", 1e6, "e(t) = Σ e_j cos(jω_z t − θ_j), peak "
                           "amplitudes along the line of action", "Łuczko 2008, (2.4)"),
         _PHASES: _row("design.error_harmonics.phases", _PHASE, "deg", 180 / math.pi,
-                      "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
-    },
+                      "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)")},
     "Eccentricity": {
         "eccentricity_error_amplitude": _row(
             "design.eccentricity", "", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency: not part of the "
@@ -258,20 +252,17 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "eccentricity_backlash_amplitude": _row(
             lambda results: tuple(e * (2 * math.sin(results.geometry.working_pressure_angle))
                                   for e in results.design.eccentricity),
-            "", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model", "kinematics, base tangent plane"),
-    },
+            "", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model", "kinematics, base tangent plane")},
     "Damping": {
         "damping_ratio": _row(
             lambda results: results.design.given("damping_ratio"), "ζ", "", 1.0, "given; usual are 0.03 to 0.1, the "
-            "least known of all inputs", "Kasuba and Evans 1981; Wang and Cheng 1981"),
-    },
+            "least known of all inputs", "Kasuba and Evans 1981; Wang and Cheng 1981")},
     "Resonance": {
         **_of("resonance", _RESONANCE),
         "reduced_mass": (_RESONANCE["reduced_mass"], attrgetter("reduced_mass")),
         "lower_limit_ratio": (_RESONANCE["lower_limit_ratio"], lambda results: lower_limit_ratio(results.line_load)),
         "resonance_ratio": _row(lambda results: results.resonance.ratio(results.design.given("speed") * RPM), "N", "",
                                 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
-                                "ISO 6336-1:2006, 6.4.2, (9)"),
-    },
+                                "ISO 6336-1:2006, 6.4.2, (9)")},
     "Dynamic factor": {name: row for each in standards() for name, row in _standard_rows(each).items()},
 }

@@ -159,9 +159,7 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
 def check_plausible(
     field: str, number: float, least: float, most: float, dimension: units.Dimension, reason: str = ""
 ) -> None:
-    """Raise `InputError`, with the question what was meant, unless a number lies within bounds in SI, which the reason
-    explains.
-    """
+    """Raise `InputError`, asking what was meant, unless a number lies within bounds in SI; the reason explains them."""
     if least <= number <= most:
         return
     shown = units.Length(number, number) if dimension is units.LENGTH else units.Shown(number, number)

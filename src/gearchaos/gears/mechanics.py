@@ -58,8 +58,7 @@ def disc_inertia(diameter: float, bore: float, mass: float) -> float:
 
 
 def equivalent_mass(inertias: Pair, base_radii: Pair) -> float:
-    """I1 I2/(I1 R2² + I2 R1²), kg, (2.9): along the line of action; m_red of ISO 6336-1:2006 (30) times the face width.
-    """
+    """I1 I2/(I1 R2² + I2 R1²), kg, (2.9): along the line of action; b m_red of ISO 6336-1:2006 (30)."""
     (inertia1, inertia2), (radius1, radius2) = inertias, base_radii
     return inertia1 * inertia2 / (inertia1 * radius2**2 + inertia2 * radius1**2)
 
@@ -85,8 +84,5 @@ def mesh_load(geometry: Geometry, speed: float, torque: float, application_facto
         raise InputError("application_factor", "must be greater than 0", application_factor, advice)
     diameter = geometry.reference_diameter[0]
     force = 2 * abs(torque) / diameter
-    return MeshLoad(
-        tangential_force=force,
-        line_load=force * application_factor / geometry.common_face_width,
-        velocity=abs(speed) * diameter / 2,
-    )
+    return MeshLoad(tangential_force=force, line_load=force * application_factor / geometry.common_face_width,
+        velocity=abs(speed) * diameter / 2)

@@ -46,8 +46,7 @@ class Gears(Protocol):
 
 @dataclass(frozen=True)
 class OperatingModel(MeshModel):
-    """A model of gears at its operating point, with two more parameters: speed, rpm, and torque, N m, both of wheel 1.
-    """
+    """A model of gears at its operating point, with two more parameters: speed, rpm, and torque, N m, of wheel 1."""
 
     gears: Any = None
 

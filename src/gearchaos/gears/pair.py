@@ -140,8 +140,7 @@ class GearPair(HasCard):
             object.__setattr__(self, "M20", units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE))
         teeth, radii = self.n1 / self.n2, self.R1 / self.R2
         if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
-            raise InputError(
-                "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
+            raise InputError("R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
                 f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
                 f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
         missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(self, name) is None]
@@ -199,16 +198,14 @@ class GearPair(HasCard):
             f"The base circles move at {velocity:.4g} m/s at {self.speed:.6g} rpm, unusually fast. A plain one is in "
             "rpm.": velocity > _MOST_VELOCITY,
             f"chi1 is {self.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a "
-            "percentage.": (self.chi1 or 0.0) > 1,
-        }
+            "percentage.": (self.chi1 or 0.0) > 1}
         return tuple(text for text, holds in found.items() if holds)
 
     @property
     def scales(self) -> Scales[float]:
         """SI value of one unit of each dimensionless quantity."""
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
-        return Scales(
-            length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
+        return Scales(length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
             frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2)
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
@@ -249,8 +246,7 @@ class GearPair(HasCard):
             raise unknown_name("kind", str(kind), KINDS)
         return MeshModel(
             kind=kind,  # type: ignore[arg-type]
-            omega=self.mesh_frequency / self.omega0,
-            zeta=self.k / (2 * self.mass * self.omega0),
+            omega=self.mesh_frequency / self.omega0, zeta=self.k / (2 * self.mass * self.omega0),
             error=TransmissionError(
                 tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
             stiffness=self._stiffness(),
@@ -262,8 +258,7 @@ class GearPair(HasCard):
         return {
             f"J{n}": inertia / (self.mass * radius**2),
             f"q{n}": torque / (self.c0 * radius * self.half_backlash),
-            f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2),
-        }
+            f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2)}
 
     def lateral_parameters(self) -> dict[str, float]:
         """μ_n, κ_n and ζ_n of (2.11), by name; raises `InputError` for rigid supports."""
@@ -272,8 +267,7 @@ class GearPair(HasCard):
                              "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.")
         values = dict[str, float]()
         for n, m, c, k in ((1, self.m1, self.c1, self.k1), (2, self.m2, self.c2, self.k2)):
-            values |= {f"mu{n}": m / self.mass, f"kappa{n}": c / self.c0,
-                       f"zeta_support{n}": k / (2 * m * self.omega0)}
+            values |= {f"mu{n}": m / self.mass, f"kappa{n}": c / self.c0, f"zeta_support{n}": k / (2 * m * self.omega0)}
         return values
 
     def _stiffness(self) -> Stiffness:

@@ -112,8 +112,7 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears of the Dataset, or those given if it has none; raises `InputError` if both differ, or there are none.
-    """
+    """The gears of the Dataset, or those given; raises `InputError` if both differ, or there are none."""
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
@@ -188,8 +187,7 @@ def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple
 
 
 def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers, lists of numbers and nested mappings in physical units, and the units, by name, of those that have one.
-    """
+    """Numbers, lists of numbers and nested mappings in physical units, and these, by name, of those with one."""
     out, units = dict(values), dict[str, Any]()
     for name, value in values.items():
         if isinstance(value, Mapping):

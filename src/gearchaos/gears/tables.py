@@ -146,16 +146,14 @@ def read_table(
     choices = _choices(cells, columns, chosen or {})
     found = [_column(cells, group, choices) for group in groups]
     for _, i, _ in found:
-        if sum(i == other for _, other, _ in found) > 1:
-            names = " or ".join(column.name for column, other, _ in found if i == other)
-            raise cells.error(f"must say whether this is {names}", cells.header[i],
+        if len(same := [column.name for column, other, _ in found if i == other]) > 1:
+            raise cells.error(f"must say whether this is {' or '.join(same)}", cells.header[i],
                               _choose(found[0][0], cells.header[i]))
     if not cells.rows:
         raise cells.error("must have rows of numbers below the header", cells.header)
     numbers = _numbers(cells, [i for _, i, _ in found])
     factors = [_checked_factor(cells, column, unit) for column, _, unit in found]
-    table = Table(
-        cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
+    table = Table(cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
         tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)},
         _notes(cells, found))
     if increasing:
@@ -284,11 +282,9 @@ def _by_spaces(lines: list[str]) -> _Rows:
     """The rows of lines whose cells spaces separate: a header has as many as the line below it has words."""
     texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
     counts = [len(line.split()) for _, line in texts]
-    return [
-        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
+    return [(n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
          if not _is_number(line.split()[0]) else line.split())
-        for (n, line), count in zip(texts, [*counts[1:], 0], strict=False)
-    ]
+        for (n, line), count in zip(texts, [*counts[1:], 0], strict=False)]
 
 
 def _above_numbers(rows: _Rows) -> int:

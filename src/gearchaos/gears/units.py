@@ -35,8 +35,7 @@ _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 @dataclass(frozen=True)
 class Dimension:
-    """A physical dimension: its name with article, the unit of a plain number in the notation of pint, and an example.
-    """
+    """A physical dimension: its name with article, the unit of a plain number in pint's notation, and an example."""
 
     name: str
     unit: str  # that of the SI, but of speeds rpm

@@ -31,9 +31,7 @@ HIGH_LOAD = 3e8
 
 
 def check_inputs(design: Drawing) -> None:
-    """Raise `InputError` for slips of units and racks that cannot be, before the geometry is checked: their question is
-    asked.
-    """
+    """Raise `InputError` for slips of units and impossible racks, before what follows from the geometry is checked."""
     module, degree = design.module, math.pi / 180
     check_plausible("module", module, 1e-5, 0.1, units.LENGTH)
     check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, units.ANGLE)
@@ -83,8 +81,7 @@ def check_wheels(design: Drawing) -> None:
             check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5, units.LENGTH,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            check_plausible(
-                f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
                 geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
     if design.speed is not None:
         check_speed_range(design, design.speed)
@@ -126,9 +123,7 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
 
 
 def _inertia_warnings(design: Drawing) -> list[str]:
-    """Warnings about a mass or a bore without effect, and about inertias far from those of solid discs of the wheels'
-    size.
-    """
+    """Warnings about a mass or a bore without effect, and about inertias far from those of solid discs of this size."""
     bored = [method.name for method in methods().values() if "bore" in method.needs]
     geometry, found = design.geometry, [
         f"{name} has no effect on the motion: inertia is given, and {reason}." for name, reason, holds in (

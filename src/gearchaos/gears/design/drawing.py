@@ -14,37 +14,12 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.design.values import (
-    BELOW_ONE,
-    PRESSURE_ANGLE,
-    PROFILE_A,
-    SOLID,
-    Choice,
-    ErrorFile,
-    ErrorTable,
-    OrdersFile,
-    Rack,
-    ReliefDimensions,
-    Supports,
-    TableFile,
-    read_blank,
-    read_quality,
-    read_tip_relief,
-    tip_alterations,
-    tooth_count,
-)
+from gearchaos.gears import mechanics
+from gearchaos.gears.design import values
+from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
 from gearchaos.gears.fields import number, one, read_by, record, two
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
-from gearchaos.gears.mechanics import (
-    MeshLoad,
-    disc_diameter,
-    disc_inertia,
-    disc_mass,
-    equivalent_mass,
-    mesh_load,
-    read_material,
-)
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
@@ -56,7 +31,7 @@ from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQ
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
-TEETH = two(tooth_count, "must be a list of two numbers of teeth")
+TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
 _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
 
 
@@ -70,32 +45,32 @@ class Drawing:
     module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     diametral_pitch: InitVar[Any] = None
     face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
-    pressure_angle: Any = field(default=PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
+    pressure_angle: Any = field(default=values.PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
     helix_angle: Any = field(default=0.0, metadata=read_by(lambda name, value: abs(to_si(name, value, ANGLE))))
     centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     profile_shift: Any = field(default=None, metadata=read_by(
         two(number(), "must be a list of two: x1 and x2, in normal modules")))
-    rack: Rack | Any = field(default=PROFILE_A, metadata=read_by(record(Rack)))
-    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(tip_alterations))
+    rack: Rack | Any = field(default=values.PROFILE_A, metadata=read_by(record(Rack)))
+    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(values.tip_alterations))
     tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
-    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(read_tip_relief))
-    material: Any = field(default="steel", metadata=read_by(two(read_material)))
+    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(values.read_tip_relief))
+    material: Any = field(default="steel", metadata=read_by(two(mechanics.read_material)))
     bore: Any = field(default=None, metadata=read_by(
         _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
-    blank: Any = field(default=SOLID, metadata=read_by(two(read_blank)))
+    blank: Any = field(default=values.SOLID, metadata=read_by(two(values.read_blank)))
     inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
     mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
     quality: Quality | Any = field(default=None, metadata=read_by(
-        read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+        values.read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
     backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
         backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
     damping_ratio: float | None = field(default=None, metadata=read_by(
-        number(BELOW_ONE),
+        number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
         "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(Choice(tuple(methods()), TableFile)))
+    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
-        Choice(("none", "from quality"), OrdersFile, ErrorTable)))
+        values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
     supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
     application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
@@ -124,8 +99,7 @@ class Drawing:
         values = {
             "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
             "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
-            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
-        }
+            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius}
         return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
 
     @property
@@ -138,8 +112,9 @@ class Drawing:
         """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
         if self.mass is not None:
             return self.mass
-        discs = zip(disc_diameter(self.geometry), self.given("bore"), self.face_width, self.material, strict=True)
-        first, second = (disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
+        diameters, bores = mechanics.disc_diameter(self.geometry), self.given("bore")
+        first, second = (mechanics.disc_mass(d, bore, width, material.density) for d, bore, width, material in zip(
+            diameters, bores, self.face_width, self.material, strict=True))
         return first, second
 
     @property
@@ -147,20 +122,21 @@ class Drawing:
         """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
         if self.inertia is not None:
             return self.inertia
-        discs = zip(disc_diameter(self.geometry), self.bore or (0.0, 0.0), self.masses, strict=True)
-        first, second = (disc_inertia(*each) for each in discs)
+        discs = zip(mechanics.disc_diameter(self.geometry), self.bore or (0.0, 0.0), self.masses, strict=True)
+        first, second = (mechanics.disc_inertia(*each) for each in discs)
         return first, second
 
     @property
     def equivalent_mass(self) -> float:
         """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
         base1, base2 = self.geometry.base_diameter
-        return equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
+        return mechanics.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
 
     @property
-    def load(self) -> MeshLoad:
+    def load(self) -> mechanics.MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
+        return mechanics.mesh_load(
+            self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
 
     @property
     def blanks(self) -> tuple[Blank | None, Blank | None]:
@@ -171,7 +147,7 @@ class Drawing:
     @property
     def tooth_stiffness(self) -> ToothStiffness:
         """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-        load = None if self.torque is None else mesh_load(
+        load = None if self.torque is None else mechanics.mesh_load(
             self.geometry, 0.0, self.torque, self.application_factor).line_load  # whatever the speed
         if load == 0:
             raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", self.torque,
@@ -237,8 +213,7 @@ class Drawing:
         total = np.zeros(max(len(part.amplitudes) for part in found), complex)
         for part in found:
             total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
-        return ErrorHarmonics(
-            amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
+        return ErrorHarmonics(amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
             source="; ".join(part.source for part in found),
             residual_rms=math.hypot(*(part.residual_rms for part in found)),
             residual_peak=sum(part.residual_peak for part in found),
@@ -256,9 +231,7 @@ def _table_stiffness(file: TableFile, teeth: int, face_width: float) -> MeshStif
 
 @lru_cache(maxsize=64)
 def _file_error(file: ErrorFile, teeth: tuple[int, int], most: float, radius: float | None) -> ErrorHarmonics:
-    """The error in a file with this content, read once, of at most this amplitude, m; the radius is that of the wheel's
-    base.
-    """
+    """The error in a file with this content, read once: amplitudes up to ``most``, m; a base radius for angles."""
     file.check_unchanged("transmission_error")
     options: dict[str, Any] = {"most": most, "radius": radius, "columns": dict(file.columns)}
     if isinstance(file, OrdersFile):

@@ -165,9 +165,7 @@ class TransverseSection:
 
 
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
-    """The section of a design, nominal without a backlash; by default in the middle of the time of most pairs in
-    contact.
-    """
+    """The section of a design, nominal without a backlash, by default amid the time of most pairs in contact."""
     geometry = design.geometry
     # nominal teeth may overlap by what the rounding of profile shifts explains
     nominal = max(geometry.theoretical_backlash, 0.0)

@@ -53,9 +53,7 @@ class ReliefDimensions(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Supports(Record):
-    """Elastic supports of both wheels along the line of action: shaft and bearings together, with the wheel's mass on
-    them.
-    """
+    """Elastic supports of both wheels along the line of action: shaft and bearings together, with the wheel's mass."""
 
     stiffness: Any = field(metadata=read_by(two(one(units.STIFFNESS, POSITIVE, (1e4, 1e13)))))
     damping_ratio: Any = field(metadata=read_by(two(number(

@@ -1,7 +1,7 @@
-"""Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019).
+"""Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019): a mass on a spring.
 
-The gear pair is a mass on a spring. K_v follows from the resonance ratio N = n1/n_E1 and from three parameters of the
-deviations, B_p, B_f and B_k, with constants C_v1 to C_v7 that depend on the total contact ratio.
+It follows from the resonance ratio N = n1/n_E1 and from three parameters of the deviations, B_p, B_f and B_k, with
+constants C_v1 to C_v7 for the total contact ratio.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.transmission_error.quality import Tolerances
 
 _CLAUSE = "ISO 6336-1:2006, 6.4"
-
-_LEAST_GRADE_WITHOUT_RELIEF = 6  # from this grade on, tip relief has no effect in method B: B_k = 1.
+_LEAST_GRADE_WITHOUT_RELIEF = 6  # from this grade on, tip relief has no effect in method B: B_k = 1
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,7 @@ def relief_from_running_in(material: FlankMaterial) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Deviations of a pair that method B uses, m; running-in removes the allowances. Tip relief that does not count has
-    B_k = 1.
+    """Deviations of a pair in method B, m, less what running-in removes; tip relief does not count from some grade on.
     """
 
     base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
@@ -91,13 +89,8 @@ class Deviations:
 
 
 def deviations(
-    geometry: Geometry,
-    limits: tuple[Tolerances, Tolerances],
-    grade: int,
-    *,
-    velocity: float = 0.0,
-    tip_relief: tuple[float, float] | None = None,
-    flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
+    geometry: Geometry, limits: tuple[Tolerances, Tolerances], grade: int, *, velocity: float = 0.0,
+    tip_relief: tuple[float, float] | None = None, flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
 ) -> Deviations:
     """The deviations of a pair for method B, ISO 6336-1:2006, 6.4.3.
 
@@ -113,12 +106,10 @@ def deviations(
         pitch, profile = (
             sum(running_in_allowance(f, flank, velocity) for flank in flanks) / 2 for f in (base_pitch, form))
         allowances = (pitch, profile)
-        if tip_relief is None:
-            relief = (relief_from_running_in(flanks[0]), relief_from_running_in(flanks[1]))
+        relief = tip_relief or (relief_from_running_in(flanks[0]), relief_from_running_in(flanks[1]))
     return Deviations(
         base_pitch=base_pitch, profile_form=form, base_pitch_allowance=allowances[0], profile_allowance=allowances[1],
-        tip_relief=sum(relief) / 2, relief_counts=grade < _LEAST_GRADE_WITHOUT_RELIEF,
-    )
+        tip_relief=sum(relief) / 2, relief_counts=grade < _LEAST_GRADE_WITHOUT_RELIEF)
 
 
 class Constants(NamedTuple):
@@ -168,7 +159,6 @@ def dynamic_factor_b(
     """Dynamic factor by ISO 6336-1:2006, method B, at an angular velocity of wheel 1 in rad/s; m_red is in kg/m.
 
     The stiffness is c′ and c_γα at the line load. Refused without load, and for a total contact ratio of 1 or below.
-
     K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. In the supercritical range (21)
     may be below 1, as printed. All equations were compared with two public codes; the remarks on the ranges and on
     loads below 50 N/mm could be compared with one source only.
@@ -183,28 +173,23 @@ def dynamic_factor_b(
     profile = per_length * (given.profile_form - given.profile_allowance)
     relief = abs(1 - per_length * given.tip_relief) if given.relief_counts else 1.0
     c, ratio, where = constants(geometry.total_contact_ratio), found.ratio(speed), found.range_at(speed)
-    deviation = c.C_v1 * pitch + c.C_v2 * profile
+    deviation, above = c.C_v1 * pitch + c.C_v2 * profile, c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
     main = deviation + c.C_v4 * relief + 1
-    above = c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
     value = {
         SpeedRange.SUBCRITICAL: ratio * (deviation + c.C_v3 * relief) + 1,  # (13), (14)
         SpeedRange.MAIN_RESONANCE: main,  # (20)
         SpeedRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
             SUPERCRITICAL_START - MAIN_END),  # (22)
-        SpeedRange.SUPERCRITICAL: above,  # (21)
-    }[where]
-    remarks = {
-        "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
+        SpeedRange.SUPERCRITICAL: above}[where]  # (21)
+    remarks = {"Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
         "Operation in the main resonance range should be avoided; the true K_v may differ by up to 40 %":
             where is SpeedRange.MAIN_RESONANCE,
         "In the intermediate range the standard recommends a refined analysis, method A":
             where is SpeedRange.INTERMEDIATE,
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
-            velocity_parameter(geometry, load.velocity) < 3,
-    }
-    return DynamicFactorB(
-        resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
+            velocity_parameter(geometry, load.velocity) < 3}
+    return DynamicFactorB(resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
         profile_parameter=profile, relief_parameter=relief, value=value,
         warnings=tuple(text for text, holds in remarks.items() if holds))
 

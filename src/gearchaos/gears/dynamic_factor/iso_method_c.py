@@ -29,9 +29,7 @@ _LEAST_LINE_LOAD = 100.0  # least F_t K_A/b of method C, N/mm; smaller ones coun
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorC:
-    """K_v by method C, velocities in m/s, where 1 is the pinion and u ≥ 1: of spur pairs, and of helical ones with ε_β
-    ≥ 1.
-    """
+    """K_v by method C, velocities in m/s, where 1 is the pinion, u ≥ 1: of spur pairs, of helical ones with ε_β ≥ 1."""
 
     reason: ClassVar[str] = ""
 

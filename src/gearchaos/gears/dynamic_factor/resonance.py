@@ -66,8 +66,7 @@ def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load
     lower = lower_limit_ratio(line_load)
     return Resonance(
         reduced_mass=reduced_mass, resonance_speed=speed, lower_limit_ratio=lower, main_start=lower * speed,
-        main_end=MAIN_END * speed, supercritical_start=SUPERCRITICAL_START * speed,
-    )
+        main_end=MAIN_END * speed, supercritical_start=SUPERCRITICAL_START * speed)
 
 
 def lower_limit_ratio(line_load: float) -> float:

@@ -42,8 +42,7 @@ _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash:
-    """A backlash by its value, a length or an angle, and what it is of, one of `OF`; a direction alone means the total.
-    """
+    """A backlash by its value, a length or an angle, and what it is of, one of `OF`; a direction means the total."""
 
     value: Any
     of: str

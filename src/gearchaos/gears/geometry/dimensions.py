@@ -23,9 +23,7 @@ Pair = tuple[float, float]  # the values of wheel 1 and wheel 2
 
 @dataclass(frozen=True, kw_only=True)
 class Geometry:
-    """Dimensions of an external gear pair, ISO 21771:2007: all follow from the fields, which `gearchaos.GearDesign`
-    checks.
-    """
+    """Dimensions of an external gear pair, ISO 21771:2007, from the fields, which `gearchaos.GearDesign` checks."""
 
     teeth: tuple[int, int]
     normal_module: float
@@ -130,8 +128,7 @@ class Geometry:
 
     @property
     def start_of_active_profile(self) -> Pair:
-        """Where contact begins on each wheel's root side; NaN where the mate reaches below the base circle, without
-        involute.
+        """Where contact begins on each root side; NaN where the mate reaches below the base circle, without involute.
         """
         rho = [self.tangent_length - tip for tip in self.tip_tangents[::-1]]
         first, second = (2 * math.hypot(d / 2, r) if r >= 0 else math.nan
@@ -224,8 +221,7 @@ def mating_geometry(
             "centre_distance", f"must be greater than {Length(least, distance)}, the sum of the base radii",
             Length(distance, distance), f"Without profile shift it is {Length(reference, distance)}.")
     if profile_shift is None and abs(needed := shift_sum(given)) > _NEGLIGIBLE_SHIFT:
-        raise InputError(
-            "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
+        raise InputError("profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
             "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
             f"Or leave out centre_distance; without profile shift it is {Length(reference, centre_distance)}.")
     if tip_diameter is not None:
@@ -251,8 +247,7 @@ def _zero_backlash_distance(geometry: Geometry) -> float:
         # at this sum, which is negative, the working pressure angle without backlash is 0
         least = -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (
             2 * math.tan(geometry.pressure_angle))
-        raise InputError(
-            "profile_shift", f"must have a sum above {least:.4g} for these teeth", geometry.profile_shift,
+        raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", geometry.profile_shift,
             "With less the teeth are so thin that no centre distance closes the backlash.")
     return sum(geometry.base_diameter) / (2 * math.cos(inverse_involute(value)))
 

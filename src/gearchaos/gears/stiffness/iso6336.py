@@ -61,9 +61,7 @@ class Blank:
 
 @dataclass(frozen=True, kw_only=True)
 class ToothStiffness:
-    """Single and mesh stiffness per unit face width, in SI, and in what the pair lies outside the range of the
-    formulae.
-    """
+    """Stiffness per unit face width, in SI, and in what the pair lies outside the range of the formulae."""
 
     flexibility: float = described(
         "q′", "C1 + C2/z_n1 + C3/z_n2 + C4 x1 + C5 x1/z_n1 + C6 x2 + C7 x2/z_n2 + C8 x1² + C9 x2²",
@@ -165,8 +163,7 @@ def _warnings(
     extrapolated = "The mesh stiffness is extrapolated: ISO 6336-1:2006, (82), is given for"
     load = math.inf if line_load is None else line_load
     base_load = 0.0 if line_load is None else line_load / math.cos(geometry.transverse_pressure_angle)
-    found = {
-        f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
+    found = {f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
             x1 < x2,
         f"{extrapolated} sums of the profile shifts from −0.5 to 2; here it is {x1 + x2:.4g}":
             not -0.5 <= x1 + x2 <= 2,
@@ -182,8 +179,7 @@ def _warnings(
         f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
         f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
         f"the rule lets the stiffness vanish with the load. {other_methods(ISO, geometry).rstrip('.')}":
-            load < DOUBTFUL_LINE_LOAD,
-    }
+            load < DOUBTFUL_LINE_LOAD}
     return tuple(text for text, holds in found.items() if holds)
 
 

@@ -21,8 +21,7 @@ least one step."""
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCurve:
-    """A function of period 1, linear between knots (pieces + 1,) from 0 to 1; where two linear pieces do not meet, it
-    jumps.
+    """A function of period 1, linear between knots (pieces + 1,) from 0 to 1; where two pieces do not meet, it jumps.
     """
 
     knots: np.ndarray
@@ -61,9 +60,7 @@ class PeriodicCurve:
         return float(self.widths @ (self.first**2 + self.first * self.last + self.last**2)) / 3
 
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
-        """Means from each start (intervals,), increasing in [0, 1), to the next one; the last ends one period after the
-        first.
-        """
+        """Means from each start (intervals,), increasing in [0, 1), to the next; the last ends at the first plus 1."""
         ends = np.append(starts[1:], 1 + starts[0])
         in_period = self._integral(np.minimum(ends, 1)) - self._integral(starts)
         return (in_period + self._integral(np.maximum(ends - 1, 0))) / (ends - starts)

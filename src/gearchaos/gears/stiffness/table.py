@@ -65,18 +65,15 @@ def from_table(
 
     - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
       The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
-      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
-      equal steps may lack the one that closes the period.
+      spur gears does, the last two rows have the same abscissa. Rows in equal steps may lack the closing one.
     - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
       period. Up to 64 steps are taken over exactly.
 
-    A stiffness in N/(mm µm) is multiplied by ``face_width``, m. A table over several mesh periods, such as a turn of
-    wheel 1, becomes the mean of them. The notes of the result say so, and which columns were taken, unless they have
-    the names above. ``columns`` are headers in the file by names.
-
-    Raises `InputError` with the number of the line, for a table that is not as described or has a value that is not
-    positive. The last abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01
-    %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
+    A stiffness in N/(mm µm) is multiplied by ``face_width``, m. A table over several mesh periods becomes the mean of
+    them. The notes say so, and which columns were taken, unless they have the names above. Raises `InputError` with the
+    number of the line. The last abscissa may differ from whole periods by 0.1 % of one, the last value from the first
+    one by 0.01 %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the
+    stiffness.
     """
     curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
     return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
@@ -88,11 +85,9 @@ def read_curve(
 ) -> tuple[PeriodicCurve, tuple[str, ...]]:
     """The curve of a table in N/m, and notes on how it was read; see `from_table`."""
     scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
-    values = (
-        Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
+    values = (Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
                _OTHER_STIFFNESS),
-        Column("level", scales, ("stiffness level",)),
-    )
+        Column("level", scales, ("stiffness level",)))
     table = read_table(path, (_ABSCISSAE, values), field=field, chosen=columns, increasing=True, jumps=True)
     (abscissa, x), (kind, k) = table.columns.items()
     least, most = _PLAUSIBLE

@@ -62,8 +62,7 @@ class ErrorHarmonics:
 
 def evaluate(amplitudes: tuple[float, ...], phases: tuple[float, ...], tau: Any) -> np.ndarray:
     """Σ e_j cos(2πj τ − θ_j) at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
-    time = np.asarray(tau, dtype=float)
-    total = np.zeros(time.shape)
+    time, total = np.asarray(tau, dtype=float), np.zeros(np.shape(tau))
     for j, (amplitude, phase) in enumerate(zip(amplitudes, phases, strict=True), 1):
         total = total + amplitude * np.cos(2 * np.pi * j * time - phase)
     return total
@@ -105,10 +104,8 @@ def from_quality(
     """
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
-    deviation = tuple(
-        factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
-        for grade, t in zip(quality.grades, tolerances, strict=True)
-    )
+    deviation = tuple(factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
+        for grade, t in zip(quality.grades, tolerances, strict=True))
     total = math.hypot(*deviation)
     numbers = range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
@@ -123,19 +120,14 @@ def from_quality(
                    f"{quality.standard}")
         assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
                        "which has no such formula.")
-    return QualityError(
-        amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
-        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
-        source=source,
-        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        assumptions=(assumption,),
-    )
+    return QualityError(amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
+        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers), source=source,
+        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total, assumptions=(assumption,))
 
 
 @dataclass(frozen=True)
 class TipRelief:
-    """Tip relief of both wheels along the line of action in the transverse plane, m: C_a1, C_a2, and where it begins.
-    """
+    """Tip relief of both wheels along the line of action in the transverse plane, m: C_a1, C_a2, its beginnings."""
 
     amount: tuple[float, float]
     length: tuple[float, float]  # of the relieved profile
@@ -179,10 +171,8 @@ def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     """
     path = geometry.contact_ratio * geometry.base_pitch
     if sum(relief.length) > path:
-        raise InputError(
-            "tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
-            tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.",
-        )
+        raise InputError("tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
+            tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.")
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio)
     return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch
@@ -195,13 +185,11 @@ def from_tip_relief(geometry: Geometry, relief: TipRelief, orders: int = 8) -> E
     what it does under load is part of the mesh stiffness, which this function does not change. The residual is what the
     series leaves out of the curve.
     """
-    count = check_orders(orders)
-    tau = np.arange(_SAMPLES) / _SAMPLES
+    count, tau = check_orders(orders), np.arange(_SAMPLES) / _SAMPLES
     curve = relief_error(geometry, relief, tau)
     spectrum = 2 * np.fft.rfft(curve)[1 : count + 1] / _SAMPLES
     amplitudes, phases = tuple(np.abs(spectrum).tolist()), tuple((-np.angle(spectrum)).tolist())
     rest = curve - curve.mean() - evaluate(amplitudes, phases, tau)
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=f"tip relief, {relief.shape}, rigid gears without load",
-        residual_rms=float(np.sqrt(np.mean(rest**2))), residual_peak=float(np.abs(rest).max()),
-    )
+        residual_rms=float(np.sqrt(np.mean(rest**2))), residual_peak=float(np.abs(rest).max()))

@@ -151,14 +151,12 @@ def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolera
             "module": 1e3 * geometry.normal_module,
             "face_width": 1e3 * geometry.face_width[wheel],
             "teeth": geometry.teeth[wheel],
-            "helix_angle": math.degrees(geometry.helix_angle),
-        }
+            "helix_angle": math.degrees(geometry.helix_angle)}
         for name, (low, high) in edition.scope.items():
             unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
             if not low <= round(checked[name], 9) <= high:
                 field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
-                raise InputError(
-                    field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
+                raise InputError(field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
                     f"{checked[name]:.6g}{unit}",
                     "The standard does not allow extrapolation; give measured deviations.")
         sizes = (geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])

@@ -20,15 +20,11 @@ from gearchaos.gears.tables import Column, Table, read_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 
-_FIELD = "transmission_error"
-
-_PEAK, _PEAK_TO_PEAK = "peak", "peak to peak"
-
+_FIELD, _PEAK, _PEAK_TO_PEAK = "transmission_error", "peak", "peak to peak"
 _AMPLITUDE_ADVICE = ("The amplitude e_j of a harmonic is its peak value: half of its peak-to-peak value, or its rms "
                      "value multiplied by 1.41421. ")
 
 _RMS = r"\brms\b|effektiv|effective"
-
 _OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
                 r"rundlauf|single|einzel|peak|rms")
 
@@ -42,18 +38,13 @@ measurement."""
 # largest slope between the last row and the beginning of the next mesh period over the largest one in the table
 _CLOSING_SLOPE = 3.0
 
-
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
-
-
 _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by the number of teeth of its wheel, and "
                  "leave out those that are then no whole number.")
 
 
 def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
-    """The unit of an error along the line of action, or of an angle of a wheel with a base radius, m, and what to do
-    about another.
-    """
+    """The unit of an error, a length or the angle of a wheel of a base radius, m, and what to do about another one."""
     if radius is None:
         advice = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
         return {units.LENGTH: 1.0}, advice
@@ -76,11 +67,8 @@ def from_orders(
     The columns are ``order``, ``phase`` and either ``peak`` or ``peak to peak``: the amplitude e_j or twice it. The
     error of order j is e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact. Multiples
     of one of ``teeth`` may be orders of its shaft: they have a warning. ``most`` is the largest plausible amplitude, m.
-    With ``radius``, a base radius in m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by
-    names.
-
-    Raises `InputError` with the number of the line, for an order that is no whole number from 1 to 64 or is repeated,
-    and for a negative or implausible amplitude; also for a file that `read_table` refuses.
+    With a base radius, m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by names. Raises
+    `InputError` with the number of the line.
     """
     scales, advice = _meant(radius)
     kinds = tuple(
@@ -91,8 +79,7 @@ def from_orders(
     orders: list[int] = []
     for row, order in enumerate(table.columns["order"].tolist()):
         if order != round(order) or order < 1:
-            raise table.error(
-                row, "must have an order that is a positive whole number", order,
+            raise table.error(row, "must have an order that is a positive whole number", order,
                 "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
                 "whose period is the mesh period cannot have. The mean, order 0, does not matter.")
         if order > MAX_HARMONICS:
@@ -110,11 +97,9 @@ def from_orders(
     amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
     for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
         amplitudes[order - 1], phases[order - 1] = value, phase
-    return ErrorHarmonics(
-        amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
+    return ErrorHarmonics(amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
         source=f"orders of {Path(table.path).name}, {kind}", warnings=_shaft_warnings(table, orders, teeth),
-        assumptions=_notes(table, radius),
-    )
+        assumptions=_notes(table, radius))
 
 
 def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> tuple[str, ...]:
@@ -145,11 +130,7 @@ def from_table(
     The columns are ``roll angle`` and ``error``. Roll angle 0 is the instant at which a tooth pair enters contact; the
     angles increase. A table of one mesh period must return to its first error: the error of the gears without load is
     continuous. One of several periods need not, since it may contain orders of the shafts. ``most`` is the largest
-    plausible difference of an error from the mean, m. With ``radius``, a base radius in m, the errors are angles of
-    that wheel. ``columns`` are headers in the file by names.
-
-    Raises `InputError` with the number of the line, for an error that does not return to its first value, or is
-    implausible; also for a file that `read_table` or samples that `fit_harmonics` refuses.
+    plausible difference of an error from the mean, m; the rest as in `from_orders`.
     """
     scales, advice = _meant(radius)
     error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
@@ -201,8 +182,7 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
     """
     error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
     if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
-        raise table.error(
-            len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
+        raise table.error(len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
             f"{1 - missing:.5g} mesh periods", "Check the number of teeth, and that the angle is that of wheel 1.")
     if len(error) < 2 or missing < -_PERIOD_TOLERANCE:
         return
@@ -216,22 +196,20 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares.
+    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares; the mean is fitted and left
+    out.
 
-    The times need not be equidistant: each sample has the weight of its share of the time. The mean is fitted and left
-    out. The residual has all that is no harmonic up to ``orders``: higher ones, and what repeats with the shafts where
-    the samples cover several mesh periods. A warning says if its root mean square exceeds a tenth of that of the error.
-
-    Raises `InputError` if the samples, folded into one period, leave a gap of half the shortest wavelength or more, so
-    that the highest harmonic is not determined.
+    Each sample has the weight of its share of the time, so that they need not be equidistant. The residual has all
+    else: higher harmonics, and what repeats with the shafts where the samples cover several mesh periods. A warning
+    says if its root mean square exceeds a tenth of that of the error. Raises `InputError` if the samples, folded into
+    one period, leave a gap of half the shortest wavelength or more: the highest harmonic is then not determined.
     """
     count, times = check_orders(orders), np.asarray(tau, dtype=float)
     in_period = np.sort(np.mod(times, 1.0))
     gap = float(np.diff(np.append(in_period, in_period[0] + 1)).max())
     if gap * 2 * count >= 1 - 1e-9:
         most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
-        raise InputError(
-            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
+        raise InputError("orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
             "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
@@ -248,16 +226,14 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                    0.1 * whole, _ROUNDING * float(np.abs(error).max())) else "")
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
-        warnings=(missing,) if missing else (),
-    )
+        warnings=(missing,) if missing else ())
 
 
 def _weights(tau: np.ndarray) -> np.ndarray:
     """Shares of the samples in the time of the record over their median, (samples,), by the trapezoidal rule.
 
     The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
-    step: its first and last sample then share this rest, and each has half a step if both ends are sampled. Samples of
-    the same time share its weight.
+    step: its first and last sample then share this rest. Samples of the same time share its weight.
     """
     times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
     steps, span = np.diff(times), float(times[-1] - times[0])
