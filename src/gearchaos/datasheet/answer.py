@@ -55,13 +55,11 @@ class Answer:
 
     @property
     def title(self) -> str:
-        """The pair in a few words."""
         (z1, z2), kind = self.design.teeth, "Helical" if self.design.helix_angle else "Spur"
         return f"{kind} gear pair {z1}/{z2}, module {self.design.module * 1e3:.6g} mm"
 
     @property
     def pair(self) -> str:
-        """The pair in one line."""
         d = self.design
         helix = [f"β {math.degrees(d.helix_angle):.6g}°"] if d.helix_angle else []
         grade = [] if d.quality is None else [f"grade {_both(d.quality.grades)}"]

@@ -78,7 +78,6 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
 
 
 def _template(name: str) -> str:
-    """A file of the folder of templates."""
     return files("gearchaos.datasheet").joinpath("templates", name).read_text(encoding="utf-8")
 
 

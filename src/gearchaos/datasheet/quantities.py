@@ -78,7 +78,8 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
     elif not (amplitudes := entries[_AMPLITUDES]).reason:
         formula = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
-        entries[_AMPLITUDES] = replace(amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
+        entries[_AMPLITUDES] = replace(
+            amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
             formula=formula if design.transmission_error == "from quality" else amplitudes.formula)
     return entries
 
@@ -192,7 +193,6 @@ def _row(value: str | Callable[[_Results], Any], symbol: str, unit: str, factor:
 
 
 def _tolerance(symbol: str, name: str) -> _Row:
-    """The row of one flank tolerance of both wheels."""
     return _row(lambda results: tuple(getattr(t, name) for t in results.tolerances), symbol, "µm", 1e6,
                 "by module, diameter and grade", "ISO 1328-1, edition of the quality")
 

@@ -68,7 +68,6 @@ def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[flo
 
 
 def number(rule: Rule | None = None) -> Convert:
-    """A pure number."""
 
     def convert(field: str, value: Any) -> float:
         found = to_float(field, value)
@@ -116,7 +115,6 @@ def two(convert: Convert, rule: str = "") -> Convert:
 
 
 def name_of(*known: str) -> Convert:
-    """One of some names."""
 
     def convert(field: str, value: Any) -> str:
         if value not in known:
@@ -184,7 +182,6 @@ class Formula:
 
 
 def described(symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "") -> Any:
-    """A dataclass field whose metadata holds a `Formula`."""
     return field(metadata={"formula": Formula(symbol, unit, factor, text, source, words)})
 
 

@@ -48,7 +48,6 @@ def disc_diameter(geometry: Geometry) -> Pair:
 
 
 def disc_mass(diameter: float, bore: float, width: float, density: float) -> float:
-    """Mass of a disc with a bore, kg."""
     return math.pi / 4 * density * width * (diameter**2 - bore**2)
 
 
@@ -85,4 +84,4 @@ def mesh_load(geometry: Geometry, speed: float, torque: float, application_facto
     diameter = geometry.reference_diameter[0]
     force = 2 * abs(torque) / diameter
     return MeshLoad(tangential_force=force, line_load=force * application_factor / geometry.common_face_width,
-        velocity=abs(speed) * diameter / 2)
+                    velocity=abs(speed) * diameter / 2)

@@ -65,10 +65,8 @@ class OperatingModel(MeshModel):
     @property
     def _speed(self) -> float:
         """Speed of wheel 1 in rpm that ω stands for."""
-        own = _point(self.gears, None)
-        if self.omega == own.parameters["omega"]:
-            return own.pair.speed
-        return self.omega * own.pair.omega0 / own.pair.n1 / RPM
+        pair, parameters = _point(self.gears, None)
+        return pair.speed if self.omega == parameters["omega"] else self.omega * pair.omega0 / pair.n1 / RPM
 
     @property
     def _torque(self) -> float:
@@ -158,7 +156,7 @@ def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any
 
 
 class _Point(NamedTuple):
-    """Gears at one torque: their pair, and the parameters of their model by name."""
+    """Gears at one torque in N m, or at their own: their pair, and the parameters of their model by name."""
 
     pair: GearPair
     parameters: dict[str, float]
@@ -166,7 +164,6 @@ class _Point(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def _point(gears: Gears, torque: float | None) -> _Point:
-    """The gears at a torque in N m; None for their own."""
     there = gears if torque is None else gears.at(torque=torque)
     return _Point(there.to_pair(), there.to_model().parameters())
 

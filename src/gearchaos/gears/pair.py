@@ -141,8 +141,8 @@ class GearPair(HasCard):
         teeth, radii = self.n1 / self.n2, self.R1 / self.R2
         if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
             raise InputError("R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-                f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
-                f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
+                             f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
+                             f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
         missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(self, name) is None]
         if missing and not self.rigid:
             raise InputError(missing[0], "must be given where the supports are elastic", None,
@@ -206,7 +206,7 @@ class GearPair(HasCard):
         """SI value of one unit of each dimensionless quantity."""
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
         return Scales(length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
-            frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2)
+                      frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2)
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
         """The same pair at another speed, rpm, or driving torque, N m.

@@ -133,7 +133,6 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
 
 
 def is_physical(dataset: Any) -> bool:
-    """Whether `physical` has scaled a Dataset."""
     return "pair" in getattr(dataset, "attrs", {})
 
 

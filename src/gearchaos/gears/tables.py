@@ -65,7 +65,6 @@ class Column:
 
     @property
     def example(self) -> str:
-        """An example of its header."""
         return f"{self.name} [{next(iter(self.scales)).example.split(maxsplit=1)[1]}]" if self.scales else self.name
 
     @property
@@ -153,7 +152,8 @@ def read_table(
         raise cells.error("must have rows of numbers below the header", cells.header)
     numbers = _numbers(cells, [i for _, i, _ in found])
     factors = [_checked_factor(cells, column, unit) for column, _, unit in found]
-    table = Table(cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
+    table = Table(
+        cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
         tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)},
         _notes(cells, found))
     if increasing:
@@ -175,12 +175,10 @@ class _Cells:
     rows: _Rows
 
     def error(self, rule: str, value: object, advice: str = "") -> InputError:
-        """The error for the header."""
         return _line_error(self.path, self.line, rule, value, advice)
 
 
 def _cells(path: Any, field: str, columns: Sequence[Column]) -> _Cells:
-    """The texts of the table in a file; see `read_table`."""
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)
     try:
@@ -228,7 +226,6 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
 
 
 def _text(path: str, content: bytes, field: str) -> str:
-    """The text of a file."""
     utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     text = ""
     for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
@@ -268,7 +265,6 @@ def _workbook(path: str, content: bytes, field: str) -> _Rows:
 
 
 def _separated(path: str, lines: list[str], separator: str) -> _Rows:
-    """The rows of lines with a separator."""
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
     try:
         rows = [(reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
@@ -302,7 +298,6 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _line_error(path: str, line: int, rule: str, value: object, advice: str = "") -> InputError:
-    """The error for a line of a file."""
     return InputError(f"{path}, line {line},", rule, value, advice)
 
 
@@ -329,12 +324,10 @@ def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:
 
 
 def _choose(column: Column, header: str) -> str:
-    """The advice to choose a column."""
     return f"To choose, write columns = {{ {_plain(column.name).replace(' ', '_')} = {header!r} }} beside the file."
 
 
 def _choices(cells: _Cells, columns: list[Column], chosen: Mapping[str, str]) -> list[_Found]:
-    """The columns that the user has chosen."""
     out = []
     for key, text in chosen.items():
         column = next((c for c in columns if _plain(key) in c.names), None)

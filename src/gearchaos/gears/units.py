@@ -213,7 +213,6 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
 
 
 def _check_decimal_point(field: str, text: str) -> None:
-    """Raise `InputError` for a number with a comma."""
     if match := _DECIMAL_COMMA.fullmatch(text):
         whole, decimals, rest = match.groups()
         readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
@@ -254,7 +253,6 @@ def grad_advice(unit: str) -> str:
 
 
 def _not_convertible(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
-    """The error for a value that cannot be converted to a dimension."""
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
     return InputError(field, f"must be {dimension.name}", shown, advice)

@@ -81,7 +81,8 @@ def check_wheels(design: Drawing) -> None:
             check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5, units.LENGTH,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+            check_plausible(
+                f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
                 geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
     if design.speed is not None:
         check_speed_range(design, design.speed)

@@ -95,7 +95,6 @@ class Drawing:
 
     @cached_property
     def geometry(self) -> Geometry:
-        """Dimensions of the pair."""
         values = {
             "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
             "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
@@ -214,11 +213,11 @@ class Drawing:
         for part in found:
             total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
         return ErrorHarmonics(amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
-            source="; ".join(part.source for part in found),
-            residual_rms=math.hypot(*(part.residual_rms for part in found)),
-            residual_peak=sum(part.residual_peak for part in found),
-            warnings=tuple(warning for part in found for warning in part.warnings),
-            assumptions=tuple(text for part in found for text in part.assumptions))
+                              source="; ".join(part.source for part in found),
+                              residual_rms=math.hypot(*(part.residual_rms for part in found)),
+                              residual_peak=sum(part.residual_peak for part in found),
+                              warnings=tuple(warning for part in found for warning in part.warnings),
+                              assumptions=tuple(text for part in found for text in part.assumptions))
 
 
 @lru_cache(maxsize=64)

@@ -211,7 +211,8 @@ class GearDesign(Drawing, HasCard):
             (c1, c2), (m1, m2), (first, second) = self.supports.stiffness, self.masses, self.supports.damping_ratio
             supports = {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
                         "k2": 2 * second * math.sqrt(c2 * m2)}
-        return GearPair(n1=self.teeth[0], n2=self.teeth[1], I1=self.inertias[0], I2=self.inertias[1], R1=radii[0] / 2,
+        return GearPair(
+            n1=self.teeth[0], n2=self.teeth[1], I1=self.inertias[0], I2=self.inertias[1], R1=radii[0] / 2,
             R2=radii[1] / 2, c0=reference, k=2 * self.given("damping_ratio") * math.sqrt(
                 reference * self.equivalent_mass),
             backlash=self.backlash_line_of_action, M10=self.torque, speed=self.speed,

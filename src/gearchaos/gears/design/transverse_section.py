@@ -55,7 +55,6 @@ class TransverseSection:
         return np.array([math.cos(angle), math.sin(angle)])
 
     def on_line(self, distance: float) -> np.ndarray:
-        """The point (2,) at a distance along the line of action."""
         angle, base = self.geometry.working_pressure_angle, self.geometry.base_diameter[0] / 2
         return base * np.array([-math.sin(angle), math.cos(angle)]) + distance * self.direction
 

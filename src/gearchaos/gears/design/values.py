@@ -99,7 +99,6 @@ class DataFile:
 
     @property
     def path(self) -> str:
-        """Path of the file."""
         return str(getattr(self, self.key))
 
     def check_unchanged(self, field: str) -> None:
@@ -158,7 +157,6 @@ def module_of(diametral_pitch: Any) -> units.Measured:
 
 
 def tooth_count(field: str, value: Any) -> int:
-    """The number of teeth of one external wheel."""
     if isinstance(value, int) and not isinstance(value, bool) and value < 0:
         raise InputError(field, "must be greater than 0", value,
                          "Negative numbers of teeth denote internal gears, which are not computed.")

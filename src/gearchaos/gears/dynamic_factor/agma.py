@@ -49,7 +49,8 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
     to 200, which raises K_v − 1 by less than 1 %.
     """
     if not 5 <= quality <= 11:
-        return Refused(f"The quality number Q_v must lie in [5, 11], A_v = 17 − Q_v in [6, 12]; Q_v is {quality}. "
+        return Refused(
+            f"The quality number Q_v must lie in [5, 11], A_v = 17 − Q_v in [6, 12]; Q_v is {quality}. "
             "The standard has no formula for more accurate gears, but a range from 1.02 to 1.11 by judgement."
             if quality > 11 else f"The quality number Q_v must lie in [5, 11]; it is {quality}.")
     exponent = 0.25 * (12 - quality) ** (2 / 3)

@@ -190,8 +190,8 @@ def dynamic_factor_b(
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
             velocity_parameter(geometry, load.velocity) < 3}
     return DynamicFactorB(resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
-        profile_parameter=profile, relief_parameter=relief, value=value,
-        warnings=tuple(text for text, holds in remarks.items() if holds))
+                          profile_parameter=profile, relief_parameter=relief, value=value,
+                          warnings=tuple(text for text, holds in remarks.items() if holds))
 
 
 def of_design(

@@ -47,7 +47,6 @@ class Resonance:
         return abs(speed) / self.resonance_speed
 
     def range_at(self, speed: float) -> SpeedRange:
-        """The range in which a speed of wheel 1 (rad/s) lies."""
         ratio = self.ratio(speed)
         if ratio <= self.lower_limit_ratio:
             return SpeedRange.SUBCRITICAL

@@ -66,7 +66,6 @@ class Backlash:
 
     @property
     def dimension(self) -> units.Dimension:
-        """Whether the value is a length or an angle."""
         return units.ANGLE if self.of.startswith(_ANGLES) else units.LENGTH
 
     def along_line_of_action(self, geometry: Geometry) -> float:
@@ -85,7 +84,6 @@ class Backlash:
 
 
 def _thickness_allowances(name: str, value: Any) -> tuple[Pair, Pair]:
-    """Upper and lower allowance of the tooth thickness of both wheels in m."""
     items = list(value) if isinstance(value, (list, tuple)) else []
     if len(items) != 2:
         raise InputError(name, "must be a list of upper and lower allowance, or of two such lists", value,

@@ -52,11 +52,13 @@ def check_geometry(geometry: Geometry) -> None:
                 f"root, {shown(root)}, and these greater than 0", shown(tip),
                 "Check the rack, profile_shift and tip_alteration.")
         if (thickness := geometry.tip_thickness[wheel]) <= 0:
-            raise InputError(f"tip_thickness[{wheel}]", "must be greater than 0", shown(thickness),
+            raise InputError(
+                f"tip_thickness[{wheel}]", "must be greater than 0", shown(thickness),
                 "The flanks of the tooth meet below its tip. Give a smaller profile_shift or addendum, or shorten the "
                 "tooth by a negative tip_alteration.")
         if (clearance := geometry.tip_clearance[wheel]) <= 0:
-            raise InputError(f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
+            raise InputError(
+                f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
                 f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
                 "tip_alteration or 'keep clearance', or give a larger centre_distance.")
         start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
@@ -72,7 +74,8 @@ def check_geometry(geometry: Geometry) -> None:
                 + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
         if enters_fillet(geometry, wheel):
             mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
-            raise InputError(f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
+            raise InputError(
+                f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
                 shown(geometry.tip_diameter[mate]),
                 f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, "
                 f"by {depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a "

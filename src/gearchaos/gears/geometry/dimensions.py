@@ -51,7 +51,6 @@ class Geometry:
 
     @property
     def base_helix_angle(self) -> float:
-        """Helix angle at the base cylinder, rad."""
         return math.asin(math.sin(self.helix_angle) * math.cos(self.pressure_angle))
 
     @property
@@ -142,7 +141,6 @@ class Geometry:
 
     @property
     def undercut_shift(self) -> Pair:
-        """Least profile shift coefficients without undercut."""
         return self.generated_tooth(0).undercut_shift, self.generated_tooth(1).undercut_shift
 
     def generated_tooth(self, wheel: int) -> GeneratedTooth:
@@ -172,7 +170,6 @@ class Geometry:
 
     @property
     def virtual_teeth(self) -> Pair:
-        """Numbers of teeth of the virtual spur gears."""
         factor = math.cos(self.base_helix_angle) ** 2 * math.cos(self.helix_angle)
         return self.teeth[0] / factor, self.teeth[1] / factor
 
@@ -221,7 +218,8 @@ def mating_geometry(
             "centre_distance", f"must be greater than {Length(least, distance)}, the sum of the base radii",
             Length(distance, distance), f"Without profile shift it is {Length(reference, distance)}.")
     if profile_shift is None and abs(needed := shift_sum(given)) > _NEGLIGIBLE_SHIFT:
-        raise InputError("profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
+        raise InputError(
+            "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
             "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
             f"Or leave out centre_distance; without profile shift it is {Length(reference, centre_distance)}.")
     if tip_diameter is not None:
@@ -248,7 +246,7 @@ def _zero_backlash_distance(geometry: Geometry) -> float:
         least = -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (
             2 * math.tan(geometry.pressure_angle))
         raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", geometry.profile_shift,
-            "With less the teeth are so thin that no centre distance closes the backlash.")
+                         "With less the teeth are so thin that no centre distance closes the backlash.")
     return sum(geometry.base_diameter) / (2 * math.cos(inverse_involute(value)))
 
 

@@ -75,7 +75,6 @@ def truncation_note(error: float, tolerance: float) -> tuple[str, ...]:
 
 
 def check_positive(name: str, value: float) -> None:
-    """Raise `InputError` unless a value is a positive finite number."""
     if not 0 < value < np.inf:
         raise InputError(name, "must be a positive finite number", value)
 

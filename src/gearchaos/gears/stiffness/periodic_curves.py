@@ -30,7 +30,6 @@ class PeriodicCurve:
 
     @property
     def widths(self) -> np.ndarray:
-        """Widths of the pieces, (pieces,)."""
         return np.diff(self.knots)
 
     @property
@@ -44,7 +43,6 @@ class PeriodicCurve:
 
     @property
     def stepped(self) -> bool:
-        """Whether every piece is constant."""
         return bool(np.all(self.first == self.last))
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:

@@ -165,10 +165,10 @@ def tooth_profile(geometry: Geometry, wheel: int) -> ToothProfile:
     centre = geometry.dedendum - rounding  # depth of the centre of the rounding below the datum line, in modules
     base_radius = geometry.base_diameter[wheel] / 2
     return ToothProfile(base_radius=base_radius, root_radius=geometry.root_diameter[wheel] / 2,
-        base_half_angle=(math.pi / 2 + 2 * shift * math.tan(alpha)) / z + math.tan(alpha) - alpha,
-        root_half_angle=2 * offset / z,
-        form_angle=math.acos(min(2 * base_radius / geometry.root_form_diameter[wheel], 1.0)),
-        rack=Rack(module * z / 2, alpha, rounding * module, (centre - shift) * module, offset * module))
+                        base_half_angle=(math.pi / 2 + 2 * shift * math.tan(alpha)) / z + math.tan(alpha) - alpha,
+                        root_half_angle=2 * offset / z,
+                        form_angle=math.acos(min(2 * base_radius / geometry.root_form_diameter[wheel], 1.0)),
+                        rack=Rack(module * z / 2, alpha, rounding * module, (centre - shift) * module, offset * module))
 
 
 class Load(NamedTuple):
@@ -189,7 +189,6 @@ class Compliance(NamedTuple):
 
     @property
     def total(self) -> np.ndarray:
-        """Their sum."""
         return self.bending + self.shear + self.axial + self.foundation
 
 

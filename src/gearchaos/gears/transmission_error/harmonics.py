@@ -105,7 +105,7 @@ def from_quality(
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
     deviation = tuple(factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
-        for grade, t in zip(quality.grades, tolerances, strict=True))
+                      for grade, t in zip(quality.grades, tolerances, strict=True))
     total = math.hypot(*deviation)
     numbers = range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
@@ -121,8 +121,8 @@ def from_quality(
         assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
                        "which has no such formula.")
     return QualityError(amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
-        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers), source=source,
-        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total, assumptions=(assumption,))
+                        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers), source=source,
+                        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total, assumptions=(assumption,))
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     path = geometry.contact_ratio * geometry.base_pitch
     if sum(relief.length) > path:
         raise InputError("tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
-            tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.")
+                         tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.")
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio)
     return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch

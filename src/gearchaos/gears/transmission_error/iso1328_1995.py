@@ -42,8 +42,8 @@ def _at_grade_5(size: Size) -> tuple[float, ...]:
     d, m, b = (math.sqrt(edges[upper - 1] * edges[upper]) for edges, upper in ranges)
     root_d, root_m = math.sqrt(d), math.sqrt(m)
     return (0.3 * (m + 0.4 * root_d) + 4, 0.3 * m + 1.25 * root_d + 7, 3.2 * root_m + 0.22 * root_d + 0.7,
-        2.5 * root_m + 0.17 * root_d + 0.5, 2.0 * root_m + 0.14 * root_d + 0.5,
-        0.1 * root_d + 0.63 * math.sqrt(b) + 4.2, 0.24 * m + root_d + 5.6)
+            2.5 * root_m + 0.17 * root_d + 0.5, 2.0 * root_m + 0.14 * root_d + 0.5,
+            0.1 * root_d + 0.63 * math.sqrt(b) + 4.2, 0.24 * m + root_d + 5.6)
 
 
 EDITION = Edition(

@@ -46,20 +46,15 @@ class Size(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Edition:
-    """A standard for the tolerances of a grade.
-
-    ``scope`` are the ranges to which it applies; lengths in mm, the helix angle in degrees. ``at_grade_5`` are the
-    tolerances of grade 5 in µm before rounding, in the order of the fields of `Tolerances`. ``adopted`` are national
-    standards with its text, and the letter before their grades; ``near`` others: a pattern of the name, the grade that
-    is nearest to one of theirs, and why it is not the same.
-    """
+    """A standard for the tolerances of a grade, within a scope in mm and degrees."""
 
     name: str
     grades: tuple[int, int]
     scope: Mapping[str, tuple[float, float]]
     result: type[Tolerances]
-    at_grade_5: Callable[[Size], tuple[float, ...]]
-    adopted: Mapping[str, str]
+    at_grade_5: Callable[[Size], tuple[float, ...]]  # in µm before rounding, in the order of the fields of Tolerances
+    adopted: Mapping[str, str]  # national standards with its text, and the letter before their grades
+    # others: a pattern of the name, the grade that is nearest to one of theirs, and why it is not the same
     near: tuple[tuple[str, Callable[[int], int], str], ...]
 
 
@@ -71,12 +66,12 @@ def editions() -> dict[str, Edition]:
 
 @dataclass(frozen=True)
 class Quality:
-    """Accuracy grade of the teeth: of both wheels, or of each, by "ISO 1328-1:1995" (0 to 12) or "ISO 1328-1:2013" (1
-    to 11).
+    """Accuracy grade of the teeth, of both wheels or of each; the deviations grow with the number, by √2 from grade to
+    grade.
 
-    A national standard that is the text of one is kept as the edition; its grades may have their letter, e.g. "N8". The
-    deviations grow with the number, by √2 from grade to grade. Raises `InputError` for an unknown standard, with the
-    nearest grade of an edition if there is one, or a grade outside the range of the edition.
+    A national standard that is the text of an edition is kept as it; its grades may have their letter, e.g. "N8".
+    Raises `InputError` for an unknown standard, with the nearest grade of an edition, or a grade outside the edition's
+    range.
     """
 
     standard: str
@@ -120,7 +115,6 @@ class Quality:
 
     @property
     def grades(self) -> tuple[int, int]:
-        """The grade of each wheel."""
         return self.grade if isinstance(self.grade, tuple) else (self.grade, self.grade)
 
     @property
@@ -146,24 +140,19 @@ def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolera
     """
     edition, found = editions()[quality.standard], []
     for wheel, grade in enumerate(quality.grades):
-        checked = {
-            "reference_diameter": 1e3 * geometry.reference_diameter[wheel],
-            "module": 1e3 * geometry.normal_module,
-            "face_width": 1e3 * geometry.face_width[wheel],
-            "teeth": geometry.teeth[wheel],
-            "helix_angle": math.degrees(geometry.helix_angle)}
+        size = Size(*(1e3 * v for v in (
+            geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])))
+        checked = {"reference_diameter": size.d, "module": size.m, "face_width": size.b, "teeth": geometry.teeth[wheel],
+                   "helix_angle": math.degrees(geometry.helix_angle)}
         for name, (low, high) in edition.scope.items():
             unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
             if not low <= round(checked[name], 9) <= high:
                 field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
                 raise InputError(field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
-                    f"{checked[name]:.6g}{unit}",
-                    "The standard does not allow extrapolation; give measured deviations.")
-        sizes = (geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])
-        values = edition.at_grade_5(Size(*(1e3 * v for v in sizes)))
-        step = 2 ** ((grade - 5) / 2)
-        found.append(edition.result(**{
-            f.name: rounded(step * value) / 1e6 for f, value in zip(fields(Tolerances), values, strict=True)}))
+                                 f"{checked[name]:.6g}{unit}",
+                                 "The standard does not allow extrapolation; give measured deviations.")
+        step, values = 2 ** ((grade - 5) / 2), zip(fields(Tolerances), edition.at_grade_5(size), strict=True)
+        found.append(edition.result(**{f.name: rounded(step * value) / 1e6 for f, value in values}))
     return found[0], found[1]
 
 

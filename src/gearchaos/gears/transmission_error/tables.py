@@ -52,7 +52,6 @@ def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
 
 
 def _notes(table: Table, radius: float | None) -> tuple[str, ...]:
-    """How a table was read."""
     if radius is None:
         return table.notes
     return (*table.notes, f"the errors are angles of a wheel, multiplied by its base radius, {radius * 1e3:.6g} mm")
@@ -79,7 +78,8 @@ def from_orders(
     orders: list[int] = []
     for row, order in enumerate(table.columns["order"].tolist()):
         if order != round(order) or order < 1:
-            raise table.error(row, "must have an order that is a positive whole number", order,
+            raise table.error(
+                row, "must have an order that is a positive whole number", order,
                 "Orders count periods per mesh period. Once per turn of a wheel with z teeth is 1/z, which a model "
                 "whose period is the mesh period cannot have. The mean, order 0, does not matter.")
         if order > MAX_HARMONICS:
@@ -97,7 +97,8 @@ def from_orders(
     amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
     for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
         amplitudes[order - 1], phases[order - 1] = value, phase
-    return ErrorHarmonics(amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
+    return ErrorHarmonics(
+        amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
         source=f"orders of {Path(table.path).name}, {kind}", warnings=_shaft_warnings(table, orders, teeth),
         assumptions=_notes(table, radius))
 
@@ -182,7 +183,8 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
     """
     error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
     if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
-        raise table.error(len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
+        raise table.error(
+            len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
             f"{1 - missing:.5g} mesh periods", "Check the number of teeth, and that the angle is that of wheel 1.")
     if len(error) < 2 or missing < -_PERIOD_TOLERANCE:
         return
@@ -210,7 +212,7 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
     if gap * 2 * count >= 1 - 1e-9:
         most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
         raise InputError("orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
-            "Give the error over at least one whole mesh period, in smaller steps.")
+                         "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
     weights = _weights(times)
