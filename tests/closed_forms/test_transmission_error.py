@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
+from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.harmonics import (
     TipRelief,
     evaluate,
@@ -18,7 +19,6 @@ from gearchaos.gears.transmission_error.harmonics import (
 )
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.iso1328_2013 import ISO_2013
-from gearchaos.gears.transmission_error.quality import Quality, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 TAU = np.arange(4000) / 4000

@@ -15,25 +15,22 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import DynamicFactor, Standard, standards
-from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
+from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
+from gearchaos.gears.transmission_error import Tolerances, tolerances
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
-from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
 from gearchaos.gears.units import RPM
 
 # what the rows of the transmission error say of a design without one
 _NO_ERROR = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
              "{ orders = \"te.csv\" }")
-
 _QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
                     "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
-
 _AMPLITUDES, _PHASES, _PHASE = "transmission_error_amplitudes", "transmission_error_phases", "θ_j"
 _ROUNDING = 1e-9  # length in mm below which a value is a rounding error of lengths of the pair
 _ANY_SPEED = 1.0  # a speed, rpm, for values that do not depend on it

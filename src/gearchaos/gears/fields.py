@@ -57,13 +57,11 @@ class Record:
 
 def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[float, float] | None = None) -> Convert:
     """A value with a unit, in SI; between two bounds beyond which only a slip of units explains it."""
-
     def convert(field: str, value: Any) -> float:
         number = units.to_si(field, value, dimension, rule)
         if between is not None:
             check_plausible(field, number, *between, dimension)
         return number
-
     return convert
 
 
@@ -74,19 +72,16 @@ def number(rule: Rule | None = None) -> Convert:
         if rule is not None:
             check_rule(field, found, rule)
         return found
-
     return convert
 
 
 def each(dimension: units.Dimension) -> Convert:
     """A list of values with a unit, one per harmonic or level, in SI."""
-
     def convert(field: str, values: Any) -> tuple[float, ...]:
         if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
             advice = f"Write e.g. ['{dimension.example}']."
             raise InputError(field, "must be a list, one value per harmonic", values, advice)
         return tuple(units.to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
-
     return convert
 
 
@@ -96,7 +91,6 @@ def two(convert: Convert, rule: str = "") -> Convert:
     An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages. With a rule, with which a message
     begins, it must be a list.
     """
-
     def convert_both(field: str, value: Any) -> tuple[Any, Any]:
         if rule and (isinstance(value, (str, bytes)) or not hasattr(value, "__len__")):
             raise InputError(field, rule, value)
@@ -110,7 +104,6 @@ def two(convert: Convert, rule: str = "") -> Convert:
         if len(items) != 2:
             raise InputError(field, "must be one value, or a list of two: for wheel 1 and for wheel 2", value)
         return convert(f"{field}[0]", items[0]), convert(f"{field}[1]", items[1])
-
     return convert_both
 
 
@@ -120,13 +113,11 @@ def name_of(*known: str) -> Convert:
         if value not in known:
             raise unknown_name(field, str(value), known)
         return value
-
     return convert
 
 
 def record(kind: type, rule: str = "", advice: str = "") -> Convert:
     """A dataclass, or a table with its values; the rule is that of anything else."""
-
     def convert(field: str, value: Any) -> Any:
         if isinstance(value, kind):
             return value
@@ -134,7 +125,6 @@ def record(kind: type, rule: str = "", advice: str = "") -> Convert:
             names = ", ".join(f.name for f in fields(kind))
             raise InputError(field, rule or f"must be a table with {names}", value, advice)
         return record_values(kind, field, value)
-
     return convert
 
 

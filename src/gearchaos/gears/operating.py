@@ -27,8 +27,6 @@ OPERATING_NAMES = tuple(q.name for q in OPERATION)
 # the parameters that the speed and the torque set if the reference stiffness is constant; where it depends on the
 # torque, the torque also changes the parameters that follow from it
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
-
-
 # what studies take as their model: a dimensionless model, or gears at an operating point
 AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign"
 

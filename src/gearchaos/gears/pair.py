@@ -19,7 +19,6 @@ from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
 Value = TypeVar("Value")
-
 PhysicalValue = Any
 """A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
 are floats."""

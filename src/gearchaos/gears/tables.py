@@ -33,13 +33,10 @@ _COMMENT = re.compile(r"^\s*#.*|\s#(?:\s.*|$)")
 # how headers are told apart where spaces separate: by two spaces, by words with their units, or by units
 _WAYS = (re.compile(r"\S+(?:\s\S+)*"), re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?"),
          re.compile(r"[^\s\[][^\[]*\[[^]]*\]"))
-
 _WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")  # how files of spreadsheets begin: .xlsx and .ods, .xls
-
 # forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)
 _FORMS = tuple(map(re.compile, (
     r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
-
 # stiffness over face width as it is usually written, which pint reads otherwise or not at all
 _PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
 _MOST_NAMED = 5  # most columns that a note names as not used

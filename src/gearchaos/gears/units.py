@@ -23,7 +23,6 @@ _FRACTION = re.compile(r"\s*([-+]?)(?:(\d+)(?:\s+|\s*-\s*))?(\d+)\s*/\s*([1-9]\d
 # an angle in degrees, arc minutes and arc seconds
 _SEXAGESIMAL = re.compile(
     r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+\.?\d*)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
-
 _DECIMAL_COMMA = re.compile(r"\s*([-+]?[\d.]*),(\d+)(.*)")
 _POWER = re.compile(r"(?<=[^\W\d⁰¹²³⁴-⁹])\s*(?:\*\*|\^)\s*(?:[-+]?\d{1,2}|\([-+]?\d{1,2}\))(?![\w.])")
 # a power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes

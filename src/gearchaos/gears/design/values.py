@@ -16,7 +16,7 @@ from gearchaos.gears.fields import Record, convert_fields, name_of, number, one,
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.tables import MOST_BYTES
-from gearchaos.gears.transmission_error.quality import Quality
+from gearchaos.gears.transmission_error import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less than 1",

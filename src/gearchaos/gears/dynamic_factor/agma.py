@@ -13,7 +13,6 @@ from gearchaos.gears.dynamic_factor import Refused, Standard
 from gearchaos.gears.fields import described
 
 FEET_PER_MINUTE = 196.85  # ft/min in one m/s, as 2101-D04 prints it
-
 _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 

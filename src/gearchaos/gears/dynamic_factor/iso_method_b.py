@@ -11,17 +11,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor import Refused, Standard
-from gearchaos.gears.dynamic_factor.resonance import (
+from gearchaos.gears.dynamic_factor import (
     MAIN_END,
     SUPERCRITICAL_START,
+    Refused,
     Resonance,
     SpeedRange,
+    Standard,
     resonance,
     velocity_parameter,
 )
 from gearchaos.gears.fields import described
-from gearchaos.gears.transmission_error.quality import tolerances
+from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mechanics import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-    from gearchaos.gears.transmission_error.quality import Tolerances
+    from gearchaos.gears.transmission_error import Tolerances
 
 _CLAUSE = "ISO 6336-1:2006, 6.4"
 _LEAST_GRADE_WITHOUT_RELIEF = 6  # from this grade on, tip relief has no effect in method B: B_k = 1

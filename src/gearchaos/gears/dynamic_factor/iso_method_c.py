@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from gearchaos.gears.dynamic_factor import Refused, Standard
-from gearchaos.gears.dynamic_factor.resonance import velocity_parameter
+from gearchaos.gears.dynamic_factor import Refused, Standard, velocity_parameter
 from gearchaos.gears.fields import described
 
 if TYPE_CHECKING:
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from gearchaos.gears.mechanics import MeshLoad
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
-
 # K1 by accuracy grade, as in IACS UR M56, Table 1.1
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},

@@ -36,7 +36,6 @@ ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction al
 # other words for a direction, whose letters are nearer to those of another one
 _OTHER_WORDS = {"tangential": "circumferential", "working pitch circle": "circumferential",
                 "pitch circle": "circumferential", "pitch diameter": "circumferential"}
-
 _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 

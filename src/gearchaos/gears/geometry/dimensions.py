@@ -191,7 +191,6 @@ def _tangent(diameter: float, base_diameter: float) -> float:
 
 # the tip alteration that shortens the teeth until the tip clearance is that of the basic rack
 KEEP_CLEARANCE = "keep clearance"
-
 _NEGLIGIBLE_SHIFT = 1e-3  # largest sum of profile shift coefficients that the rounding of a centre distance explains
 
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
 
 ISO = "ISO 6336-1"
-
 N_PER_MM_UM = 1e9  # one N/(mm µm) in N/m²
 STEEL_MODULUS = 206e9  # E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88).
 # specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)
@@ -45,9 +44,7 @@ the stiffness vanish with the load."""
 # limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)
 _WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
 _CORRECTION = 0.8  # C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83).
-
 _CLAUSE = "ISO 6336-1:2006, 9.3"
-
 _SAME_POSITION = 1e-12  # positions that are closer to each other than this, in mesh periods, are one
 
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from gearchaos.gears.mechanics import Material
 
 _NAME = "potential energy"
-
 SHEAR_FACTOR = 1.2  # shear energy of a rectangular section over that of a uniform shear stress
 
 # coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1
@@ -332,7 +331,6 @@ def from_energy(
 
 
 _once_for_each_pair = lru_cache(maxsize=64)(from_energy)
-
 METHOD = StiffnessMethod(
     name=_NAME, needs=("bore",), spur_only=True,
     compute=lambda design: _once_for_each_pair(design.geometry, design.material, design.given("bore")))

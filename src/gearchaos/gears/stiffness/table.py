@@ -16,7 +16,6 @@ from gearchaos.gears.tables import Column, Table, read_table
 
 TIME = units.Dimension("a time", "s", "2 ms")
 STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "14 N/(mm*um)")
-
 _OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|abtrieb|getrieben"
 # the roll angle of wheel 1
 ROLL_ANGLE = Column(
@@ -34,7 +33,6 @@ _ABSCISSAE = (
 
 _OTHER_STIFFNESS = ("single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
                     "average")
-
 _PLAUSIBLE = (1e3, 1e14)
 """Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
 about 1e7 and 1e11, plastic ones a hundredth."""

@@ -33,7 +33,7 @@ from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.transmission_error.quality import Quality, Tolerances
+    from gearchaos.gears.transmission_error import Quality, Tolerances
 
 _EXPONENTS = {"linear": 1, "parabolic": 2}
 _SAMPLES = 8192  # samples of a mesh period from which the harmonics of a tip relief are computed

@@ -23,11 +23,9 @@ from gearchaos.validation import MAX_HARMONICS
 _FIELD, _PEAK, _PEAK_TO_PEAK = "transmission_error", "peak", "peak to peak"
 _AMPLITUDE_ADVICE = ("The amplitude e_j of a harmonic is its peak value: half of its peak-to-peak value, or its rms "
                      "value multiplied by 1.41421. ")
-
 _RMS = r"\brms\b|effektiv|effective"
 _OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
                 r"rundlauf|single|einzel|peak|rms")
-
 # difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains
 _PERIOD_TOLERANCE = 1e-3
 _ROUNDING = 1e-9  # amplitudes over the largest error that may be due to rounding alone
@@ -37,7 +35,6 @@ measurement."""
 
 # largest slope between the last row and the beginning of the next mesh period over the largest one in the table
 _CLOSING_SLOPE = 3.0
-
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
 _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by the number of teeth of its wheel, and "
                  "leave out those that are then no whole number.")
