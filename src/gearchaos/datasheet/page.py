@@ -40,7 +40,8 @@ def sheet_html(answers: Sequence[Answer]) -> str:
     """
     first, *others = answers
     design = first.design
-    drawn = [_picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
+    drawn = [
+        _picture("pair", "Transverse section", "Both wheels to scale. Contact begins at A and ends at E; C is the "
                  "pitch point, and dots are points of contact. Wheel 1 drives.", 5.4,
                  lambda ax: plot.gear_pair(design, ax)),
         _picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "

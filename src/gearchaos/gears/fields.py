@@ -60,7 +60,7 @@ def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[flo
     def convert(field: str, value: Any) -> float:
         number = units.to_si(field, value, dimension, rule)
         if between is not None:
-            check_plausible(field, number, *between, dimension)
+            check_plausible(field, number, *between, dimension=dimension)
         return number
     return convert
 
@@ -144,9 +144,8 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
         raise InputError(f"{field}.{error.field}", error.rule, error.value, error.advice) from None
 
 
-def check_plausible(
-    field: str, number: float, least: float, most: float, dimension: units.Dimension, reason: str = ""
-) -> None:
+def check_plausible(field: str, number: float, least: float, most: float, reason: str = "",
+                    dimension: units.Dimension = units.LENGTH) -> None:
     """Raise `InputError`, asking what was meant, unless a number lies within bounds in SI; the reason explains them."""
     if least <= number <= most:
         return

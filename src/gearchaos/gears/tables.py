@@ -275,7 +275,8 @@ def _by_spaces(lines: list[str]) -> _Rows:
     """The rows of lines whose cells spaces separate: a header has as many as the line below it has words."""
     texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
     counts = [len(line.split()) for _, line in texts]
-    return [(n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
+    return [
+        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
          if not _is_number(line.split()[0]) else line.split())
         for (n, line), count in zip(texts, [*counts[1:], 0], strict=False)]
 

@@ -33,22 +33,22 @@ HIGH_LOAD = 3e8
 def check_inputs(design: Drawing) -> None:
     """Raise `InputError` for slips of units and impossible racks, before what follows from the geometry is checked."""
     module, degree = design.module, math.pi / 180
-    check_plausible("module", module, 1e-5, 0.1, units.LENGTH)
-    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, units.ANGLE)
-    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, units.ANGLE)
+    check_plausible("module", module, 1e-5, 0.1)
+    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, dimension=units.ANGLE)
+    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, dimension=units.ANGLE)
     transverse = module / math.cos(design.helix_angle)
     for wheel, width in enumerate(design.face_width):
-        check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth), units.LENGTH,
+        check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth),
                         "It is between a tenth of the module and 20 reference diameters.")
     if design.centre_distance is not None:
         reference = transverse * sum(design.teeth) / 2
         nominal = units.Length(reference, design.centre_distance)
-        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
+        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference,
                         f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
-            check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
+            check_plausible(f"{name}[{wheel}]", length, -module, module, "It is at most a module.")
     if design.tip_diameter is not None:
         if design.tip_alteration != (0.0, 0.0):
             shown = design.tip_alteration if isinstance(design.tip_alteration, str) else tuple(
@@ -58,7 +58,7 @@ def check_inputs(design: Drawing) -> None:
             diameter = design.tip_diameter[wheel]
             nominal = transverse * design.teeth[wheel] + 2 * module * (design.rack.addendum + shift)
             check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
-                            units.LENGTH, f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
+                            f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
 
 
@@ -66,24 +66,23 @@ def check_wheels(design: Drawing) -> None:
     """Raise `InputError` for bores, blanks, tip relief or speed that do not fit the wheels."""
     geometry, module = design.geometry, design.geometry.normal_module
     for wheel, bore in enumerate(design.bore or ()):
-        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - module, units.LENGTH,
+        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - module,
                         "It leaves at least half a module below the root circle.")
     for wheel, blank in enumerate(design.blanks):
         if blank is not None:
             room = (geometry.root_diameter[wheel] - (0.0 if design.bore is None else design.bore[wheel])) / 2
-            check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, room, units.LENGTH,
+            check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, room,
                             "It lies between the root circle and the bore.")
             width = design.face_width[wheel]
-            check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
+            check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width,
                             "It is between a hundredth and twice the face width.")
     if design.tip_relief is not None:
         for wheel, amount in enumerate(design.tip_relief.amount):
-            check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5, units.LENGTH,
+            check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            check_plausible(
-                f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
-                geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
+            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+                            geometry.tip_diameter[wheel], "It lies between the start of active profile and the tip.")
     if design.speed is not None:
         check_speed_range(design, design.speed)
 

@@ -182,7 +182,8 @@ def dynamic_factor_b(
         SpeedRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
             SUPERCRITICAL_START - MAIN_END),  # (22)
         SpeedRange.SUPERCRITICAL: above}[where]  # (21)
-    remarks = {"Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
+    remarks = {
+        "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
         "Operation in the main resonance range should be avoided; the true K_v may differ by up to 40 %":
             where is SpeedRange.MAIN_RESONANCE,

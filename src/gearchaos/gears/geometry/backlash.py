@@ -161,8 +161,8 @@ def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
                          "The allowances leave no backlash at this centre distance.")
     if isinstance(given, Backlash):
         most = geometry.normal_module / 2 * given.value / total
-        check_plausible("backlash.value", given.value, 0.0, most, given.dimension, "It is at most half a module.")
-    check_plausible("backlash", total, 0.0, geometry.normal_module / 2, units.LENGTH, "It is at most half a module.")
+        check_plausible("backlash.value", given.value, 0.0, most, "It is at most half a module.", given.dimension)
+    check_plausible("backlash", total, 0.0, geometry.normal_module / 2, "It is at most half a module.")
     return total
 
 

@@ -160,7 +160,8 @@ def _warnings(
     extrapolated = "The mesh stiffness is extrapolated: ISO 6336-1:2006, (82), is given for"
     load = math.inf if line_load is None else line_load
     base_load = 0.0 if line_load is None else line_load / math.cos(geometry.transverse_pressure_angle)
-    found = {f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
+    found = {
+        f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
             x1 < x2,
         f"{extrapolated} sums of the profile shifts from −0.5 to 2; here it is {x1 + x2:.4g}":
             not -0.5 <= x1 + x2 <= 2,

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
+from gearchaos.gears.stiffness import MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length, Shown
 
@@ -316,10 +316,8 @@ class ToothPairs:
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
 
 
-def from_energy(
-    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
-    tolerance: float = TOLERANCE,
-) -> MeshStiffness:
+@lru_cache(maxsize=64)
+def from_energy(geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float]) -> MeshStiffness:
     """Mesh stiffness of spur gears by the potential-energy method, with wheel bodies fixed at bores of these diameters,
     m.
 
@@ -327,10 +325,9 @@ def from_energy(
     method.
     """
     pairs = ToothPairs(geometry, materials, bore)
-    return from_curve(pairs.curve(), _NAME, pairs.notes, tolerance=tolerance)
+    return from_curve(pairs.curve(), _NAME, pairs.notes)
 
 
-_once_for_each_pair = lru_cache(maxsize=64)(from_energy)
 METHOD = StiffnessMethod(
     name=_NAME, needs=("bore",), spur_only=True,
-    compute=lambda design: _once_for_each_pair(design.geometry, design.material, design.given("bore")))
+    compute=lambda design: from_energy(design.geometry, design.material, design.given("bore")))

@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.stiffness import TOLERANCE, MeshStiffness, from_curve
+from gearchaos.gears.stiffness import MeshStiffness, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
 from gearchaos.gears.tables import Column, Table, read_table
 
@@ -53,7 +53,7 @@ _REST_TOLERANCE = 0.1
 
 def from_table(
     path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
+    columns: Mapping[str, str] | None = None,
 ) -> MeshStiffness:
     """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
 
@@ -73,19 +73,18 @@ def from_table(
     one by 0.01 %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the
     stiffness.
     """
-    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
-    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
+    curve, notes = read_curve(path, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
+    return from_curve(curve, f"table {Path(path).name}", notes)
 
 
 def read_curve(
-    path: str | Path, *, field: str, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None,
+    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None, field: str = "stiffness.table",
 ) -> tuple[PeriodicCurve, tuple[str, ...]]:
     """The curve of a table in N/m, and notes on how it was read; see `from_table`."""
     scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
     values = (Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
-               _OTHER_STIFFNESS),
-        Column("level", scales, ("stiffness level",)))
+                     _OTHER_STIFFNESS), Column("level", scales, ("stiffness level",)))
     table = read_table(path, (_ABSCISSAE, values), field=field, chosen=columns, increasing=True, jumps=True)
     (abscissa, x), (kind, k) = table.columns.items()
     least, most = _PLAUSIBLE
