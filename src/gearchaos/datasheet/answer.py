@@ -19,10 +19,9 @@ from gearchaos.gears.units import RPM, measured
 if TYPE_CHECKING:
     from gearchaos.studies.speeds_to_avoid import Reached, SpeedsToAvoid, Window
 
+# speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
+# excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2
 _SCANNED = (0.1, 1.5)
-"""Speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
-excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2."""
-
 _SCANNED_COUNT = 60
 LEFT_OUT = "must be given"  # the rule that is broken by an input that was left out of a design
 

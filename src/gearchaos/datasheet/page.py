@@ -24,10 +24,9 @@ from gearchaos.errors import InputError
 from gearchaos.gears.units import measured
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
+# width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
+# another picture
 _WIDTH = 4.6
-"""Width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
-another picture."""
-
 # letters as paths, since the page must not load fonts; identifiers that do not differ between runs
 _SETTINGS: Any = {"svg.fonttype": "path", "svg.hashsalt": "gearchaos", "font.size": 9.5}
 _NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'

@@ -38,8 +38,7 @@ _ANY_SPEED = 1.0  # a speed, rpm, for values that do not depend on it
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One quantity of a datasheet, in ``unit``: a tuple of two for what belongs to each wheel, of any length for
-    harmonics.
+    """One quantity of a datasheet, in ``unit``: a tuple of two for both wheels, of any length for harmonics.
 
     It is None if it cannot be computed; then there is a reason. It is expected if the design is complete without the
     value, as without the frequency of rigid supports. See `gearchaos.gears.fields.Formula` for the rest.
@@ -121,7 +120,6 @@ class _Results:
 
     @property
     def reduced_mass(self) -> float:
-        """Equivalent mass over the face width, kg/m."""
         return self.design.equivalent_mass / self.geometry.common_face_width
 
     @property

@@ -66,7 +66,6 @@ def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[flo
 
 
 def number(rule: Rule | None = None) -> Convert:
-
     def convert(field: str, value: Any) -> float:
         found = to_float(field, value)
         if rule is not None:
@@ -108,7 +107,6 @@ def two(convert: Convert, rule: str = "") -> Convert:
 
 
 def name_of(*known: str) -> Convert:
-
     def convert(field: str, value: Any) -> str:
         if value not in known:
             raise unknown_name(field, str(value), known)

@@ -19,16 +19,15 @@ from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
 Value = TypeVar("Value")
+# a float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
+# are floats
 PhysicalValue = Any
-"""A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
-are floats."""
-
 # the fields of each kind of mesh stiffness
 _STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
+# damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
+# above which there is a warning
 _MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
-"""Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
-above which there is a warning."""
 
 
 @dataclass(frozen=True)

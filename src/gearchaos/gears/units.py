@@ -97,6 +97,9 @@ class Length(Shown):
 
 
 _DOT = r"[-.·⋅*]?"
+# units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
+# patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute,
+# a pound of a torque is a pound-force.
 _SPELLINGS: dict[Dimension, dict[str, str]] = {
     SPEED: {r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM": "rpm", r"(rev|r|U)/s": "turn/s"},
     TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2",
@@ -108,29 +111,23 @@ _SPELLINGS: dict[Dimension, dict[str, str]] = {
     STIFFNESS: {r"lbs?/in": "lbf/in"},
     DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"},
 }
-"""Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
-patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute, a
-pound of a torque is a pound-force."""
-
+# the units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
+# for a gon: both are refused, since German programs mean degrees
 ANGLES = {
     **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
                                "mdeg", "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
     "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
 }
-"""The units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
-for a gon: both are refused, since German programs mean degrees."""
-
 RPM = 0.10471975511965977  # one revolution per minute in rad/s, rounded as by pint
+# limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
+# overflow nor underflow
 LARGEST, SMALLEST = 1e40, 1e-40
-"""Limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
-overflow nor underflow."""
-
 LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
 
 def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None) -> float:
-    """The value of a field in SI, a speed in rpm, from a number in the unit of the dimension, a text or a pint
-    quantity.
+    """The value of a field in SI, a speed in rpm, from a number in the unit of the dimension, a text or a quantity of
+    pint.
 
     Raises `InputError` for a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose
     magnitude is beyond the limits, or one that breaks the rule, which is for the number in SI.

@@ -19,10 +19,9 @@ from gearchaos.gears.transmission_error.harmonics import unrelieved_length
 USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
 # pitch line velocities in m/s above which a speed is refused, and above which there is a warning
 FASTEST, FAST = 300.0, 60.0
+# limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
+# given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size.
 LEAST_INERTIA, MOST_INERTIA, MOST_MASS = 0.02, 1000.0, 20.0
-"""Limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
-given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size."""
-
 # ratio of the stiffness of a table to that by ISO 6336-1, or its inverse, from which on there is a warning
 FACTOR_TO_ISO = 10.0
 CONSTANT = 1e-6  # variation of a stiffness over its greatest value below which it is taken to be constant

@@ -1,6 +1,4 @@
-"""`Drawing`: the inputs of a gear design and how each is read, the dimensions and masses that follow from them, and the
-mesh stiffness and the transmission error by the methods of the design.
-"""
+"""`Drawing`: the inputs of a gear design, how each is read, and what follows from them alone."""
 
 from __future__ import annotations
 

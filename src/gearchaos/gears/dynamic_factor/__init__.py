@@ -2,7 +2,8 @@
 
 To add a standard, add a module to this folder. It has a function of a `GearDesign`, which returns `Refused` outside its
 validity, a frozen dataclass for its result, whose numbers are `described`, and a `Standard` with the name ``STANDARD``.
-Datasheet, JSON, printed tables, Datasets and pictures then have it.
+Datasheet, JSON, printed tables, Datasets and pictures then have it. Main resonance, ISO 6336-1:2006, 6.4.2, is here for
+all.
 """
 
 from __future__ import annotations

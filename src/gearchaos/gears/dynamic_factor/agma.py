@@ -39,8 +39,7 @@ def quality_number(accuracy_grade: int) -> int:
 
 
 def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Refused:
-    """Dynamic factor by AGMA 2001-D04 at a pitch line velocity v, m/s, from Q_v; see `quality_number` for that of an
-    ISO grade.
+    """Dynamic factor by AGMA 2001-D04 at a pitch line velocity v, m/s, from Q_v; see `quality_number` for an ISO grade.
 
     Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/196.85. 2001-D04 prints K_v = ((A + √v_t)/A)^B and v_t max = (A +
     Q_v − 3)² with v_t in ft/min; 2101-D04 prints, with v in m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v −

@@ -1,7 +1,6 @@
 """Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019): a mass on a spring.
 
-It follows from the resonance ratio N = n1/n_E1 and from three parameters of the deviations, B_p, B_f and B_k, with
-constants C_v1 to C_v7 for the total contact ratio.
+It follows from N = n1/n_E1 and from three parameters of the deviations, B_p, B_f and B_k, with C_v1 to C_v7.
 """
 
 from __future__ import annotations
@@ -54,13 +53,13 @@ class FlankMaterial:
             raise InputError("flank.contact_limit", "must be a positive finite number", self.contact_limit)
 
 
+# share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
+# 6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm².
 _RUNNING_IN = {
     "through hardened": (160.0, (math.inf, 12800.0, 6400.0)),
     "cast iron": (0.275, (math.inf, 22.0, 11.0)),
     "surface hardened": (0.075, (3.0, 3.0, 3.0)),
 }
-"""Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
-6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm²."""
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:

@@ -115,9 +115,8 @@ def _distance_allowance(name: str, value: Any) -> Pair:
 class ThicknessAllowances(Record):
     """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
 
-    Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni, are not greater than 0; a single
-    pair holds for both wheels. The thickness is meant in this plane, by default the normal one, as in DIN 3967. One
-    length for the centre distance is ± that length. ``at`` says which backlash is taken.
+    E_sns and E_sni of each wheel are not greater than 0; a single pair holds for both. The thickness is meant in this
+    plane, by default the normal one, as in DIN 3967. One length for the centre distance is ± that length.
     """
 
     tooth_thickness_allowances: Any = field(metadata=read_by(_thickness_allowances))
@@ -131,9 +130,8 @@ class ThicknessAllowances(Record):
         return {"minimum": least, "maximum": greatest, "mean": (least + greatest) / 2}[self.at]
 
     def _limit(self, geometry: Geometry, thickness: int, distance: int) -> float:
-        """j_bt for the upper (0) or lower (1) allowance of the tooth thickness, and of the centre distance: the
-        theoretical backlash there, plus what teeth are thinner than nominal by, −E_sn/cos β on the reference circle,
-        times cos α_t.
+        """j_bt for the upper (0) or lower (1) allowance of thickness and of centre distance: the theoretical backlash
+        there, plus what teeth are thinner than nominal by, −E_sn/cos β on the reference circle, times cos α_t.
         """
         moved = replace(geometry, centre_distance=geometry.centre_distance + self.centre_distance_allowance[distance])
         thinner = -sum(allowance[thickness] for allowance in self.tooth_thickness_allowances)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mechanics import Material
 
+# default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
+# which accepted methods of computing the stiffness differ
 TOLERANCE = 2e-3
-"""Default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
-which accepted methods of computing the stiffness differ."""
 
 
 @dataclass(frozen=True)

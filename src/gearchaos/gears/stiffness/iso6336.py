@@ -37,10 +37,9 @@ N_PER_MM_UM = 1e9  # one N/(mm µm) in N/m²
 STEEL_MODULUS = 206e9  # E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88).
 # specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)
 LOW_LINE_LOAD = 100e3
+# specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets the
+# stiffness vanish with the load
 DOUBTFUL_LINE_LOAD = 25e3
-"""Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets
-the stiffness vanish with the load."""
-
 # limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)
 _WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
 _CORRECTION = 0.8  # C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83).

@@ -14,9 +14,9 @@ from gearchaos.model import MAX_LEVELS, HarmonicStiffness, SteppedStiffness
 from gearchaos.validation import MAX_HARMONICS
 
 _CONSTANT_SHARE = 0.05  # share of the steps that is distributed evenly over the period
+# steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
+# least one step.
 _STEPS_PER_HARMONIC = 14
-"""Steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
-least one step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +88,8 @@ def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
 
 
 def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
-    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it: rms at
-    the knots.
+    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it, rms at
+    knots.
 
     None for a curve with jumps whose pieces are not the same in all cycles. ``tolerance`` is the largest difference of
     knots, in cycles, that the rounding of positions explains.

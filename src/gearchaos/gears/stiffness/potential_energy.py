@@ -94,16 +94,13 @@ class ToothProfile:
 @dataclass(frozen=True)
 class Rack:
     """The tip of the generating rack, which rolls with its pitch line on the pitch circle of the wheel; lengths in m.
-
-    ``depth`` and ``offset`` are the distances of the centre of the rounding from the pitch line, and from the axis of
-    the tooth when that is perpendicular to the pitch line.
     """
 
     pitch_radius: float  # m z/2
     pressure_angle: float
     radius: float  # of the rounding
-    depth: float
-    offset: float
+    depth: float  # of the centre of the rounding below the pitch line
+    offset: float  # of that centre from the axis of the tooth when this is perpendicular to the pitch line
 
     def fillet(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Half thickness and height of points of the fillet, each by that of the rounding with this normal.
@@ -318,11 +315,8 @@ class ToothPairs:
 
 @lru_cache(maxsize=64)
 def from_energy(geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float]) -> MeshStiffness:
-    """Mesh stiffness of spur gears by the potential-energy method, with wheel bodies fixed at bores of these diameters,
-    m.
-
-    Raises `InputError` for helical gears, contact with gaps or below the involute, or a body outside the range of the
-    method.
+    """Mesh stiffness of spur gears with wheel bodies fixed at bores of these diameters, m; errors are those of
+    `ToothPairs`.
     """
     pairs = ToothPairs(geometry, materials, bore)
     return from_curve(pairs.curve(), _NAME, pairs.notes)

@@ -33,20 +33,17 @@ _ABSCISSAE = (
 
 _OTHER_STIFFNESS = ("single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
                     "average")
+# least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
+# about 1e7 and 1e11, plastic ones a hundredth
 _PLAUSIBLE = (1e3, 1e14)
-"""Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
-about 1e7 and 1e11, plastic ones a hundredth."""
-
+# largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
+# rounding in the file
 _PERIOD_TOLERANCE = 1e-3
-"""Largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
-rounding in the file."""
-
 # largest relative difference between the values at the beginning and the end of the period, likewise
 _CLOSING_TOLERANCE = 1e-4
+# largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
+# the period, and how many equal steps are no chance
 _STEP_TOLERANCE, _LARGEST_STEP, _MANY_STEPS = 0.1, 0.2, 8
-"""Largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
-the period, and how many equal steps are no chance."""
-
 # largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness
 _REST_TOLERANCE = 0.1
 

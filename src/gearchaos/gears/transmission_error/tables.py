@@ -29,10 +29,9 @@ _OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil
 # difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains
 _PERIOD_TOLERANCE = 1e-3
 _ROUNDING = 1e-9  # amplitudes over the largest error that may be due to rounding alone
+# largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
+# measurement
 _CLOSING_TOLERANCE = 0.01
-"""Largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
-measurement."""
-
 # largest slope between the last row and the beginning of the next mesh period over the largest one in the table
 _CLOSING_SLOPE = 3.0
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
@@ -195,8 +194,7 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares; the mean is fitted and left
-    out.
+    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares with a mean, which is left out.
 
     Each sample has the weight of its share of the time, so that they need not be equidistant. The residual has all
     else: higher harmonics, and what repeats with the shafts where the samples cover several mesh periods. A warning
