@@ -3,8 +3,8 @@ When do the teeth hit both flanks?
 ==================================
 
 Over speed and torque: in which states of contact the teeth run. "Separation" is a loss of contact with impacts on the
-driving flanks; with "both flanks" the teeth also hit their back flanks. The line is a first estimate without any simulation,
-where permanent contact would end if the mesh stiffness were constant.
+driving flanks; with "both flanks" the teeth also hit their back flanks. The line is a first estimate without any
+simulation, where permanent contact would end if the mesh stiffness were constant.
 """
 
 import gearchaos as gc

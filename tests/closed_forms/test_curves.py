@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness.mesh_stiffness import from_curve
+from gearchaos.gears.stiffness import from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate, periodic_curve, truncated_series
 from gearchaos.model import HarmonicStiffness, SteppedStiffness
 

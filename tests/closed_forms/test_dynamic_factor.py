@@ -9,6 +9,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor import Refused, SpeedRange, resonance, standards
 from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA, dynamic_factor_agma, quality_number
 from gearchaos.gears.dynamic_factor.iso_method_b import (
     Deviations,
@@ -22,12 +23,10 @@ from gearchaos.gears.dynamic_factor.iso_method_b import (
     running_in_allowance,
 )
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC, dynamic_factor_c
-from gearchaos.gears.dynamic_factor.resonance import SpeedRange, resonance
-from gearchaos.gears.dynamic_factor.standards import Refused, standards
 from gearchaos.gears.mechanics import MeshLoad, disc_diameter, disc_inertia, disc_mass, equivalent_mass, mesh_load
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
+from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
-from gearchaos.gears.transmission_error.quality import Quality, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 RPM = math.pi / 30

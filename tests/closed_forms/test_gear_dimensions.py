@@ -10,8 +10,7 @@ from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
-from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.mating import shift_sum
+from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
 from gearchaos.gears.geometry.tooth_root import inverse_involute, involute
 from gearchaos.gears.pair import GearPair
 

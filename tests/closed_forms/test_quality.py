@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.formulas import formulas
+from gearchaos.gears.fields import formulas
+from gearchaos.gears.transmission_error import Quality, rounded, tolerances
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.iso1328_2013 import ISO_2013
-from gearchaos.gears.transmission_error.quality import Quality, rounded, tolerances
 from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
 
 

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.tooth_profile import Stations, tooth_profile
 from gearchaos.gears.mechanics import STEEL, Material
 from gearchaos.gears.stiffness.potential_energy import (
     Load,
+    Stations,
     ToothPairs,
     beam_compliance,
     foundation_compliance,
     from_energy,
     hertz_stiffness,
     tooth_compliance,
+    tooth_profile,
 )
 from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
 
@@ -166,8 +167,8 @@ def test_stiffness_with_several_pairs_is_the_sum_over_the_pairs():
 
 def test_quadrature_has_converged(monkeypatch):
     reference = ToothPairs(PAIRS["17/45 shifted"], (STEEL, STEEL), (0.01, 0.03)).curve()
-    monkeypatch.setattr("gearchaos.gears.geometry.tooth_profile._FILLET_NODES", 96)
-    monkeypatch.setattr("gearchaos.gears.geometry.tooth_profile._FLANK_NODES", 48)
+    monkeypatch.setattr("gearchaos.gears.stiffness.potential_energy._FILLET_NODES", 96)
+    monkeypatch.setattr("gearchaos.gears.stiffness.potential_energy._FLANK_NODES", 48)
     finer = ToothPairs(PAIRS["17/45 shifted"], (STEEL, STEEL), (0.01, 0.03)).curve()
     assert reference.first == pytest.approx(finer.first, rel=1e-10)
 

@@ -7,8 +7,8 @@ import pytest
 
 from gearchaos.datasheet.quantities import datasheet, with_scanned_speeds
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.transmission_error.harmonics import from_quality
-from gearchaos.gears.transmission_error.quality import tolerances
 
 DESIGN = GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", mass=(2.0, 2.0),

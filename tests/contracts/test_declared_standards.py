@@ -6,17 +6,15 @@ import sys
 
 import pytest
 
-import gearchaos.gears.dynamic_factor
-import gearchaos.gears.stiffness
-from gearchaos.gears.dynamic_factor.standards import standards
-from gearchaos.gears.formulas import declared
+from gearchaos.gears.dynamic_factor import standards
+from gearchaos.gears.fields import declared
 
 STANDARD = '''
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.dynamic_factor import Refused, Standard
+from gearchaos.gears.fields import described
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +34,7 @@ STANDARD = Standard(name="Kv_Barth", label="Barth", words="Barth", result=Factor
 METHOD = '''
 import numpy as np
 
-from gearchaos.gears.stiffness.mesh_stiffness import StiffnessMethod, from_curve
+from gearchaos.gears.stiffness import StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve
 
 CURVE = PeriodicCurve(np.array([0.0, 0.5, 1.0]), np.array([2e8, 3e8]), np.array([2e8, 3e8]))
@@ -68,8 +66,8 @@ print(json.dumps({
 
 
 def test_what_is_declared_is_found_in_the_order_of_the_modules():
-    assert [each.name for each in declared(gearchaos.gears.stiffness, "METHOD")] == ["ISO 6336-1", "potential energy"]
-    assert declared(gearchaos.gears.dynamic_factor, "no such name") == []
+    assert [each.name for each in declared("gearchaos.gears.stiffness", "METHOD")] == ["ISO 6336-1", "potential energy"]
+    assert declared("gearchaos.gears.dynamic_factor", "no such name") == []
     names = [each.name for each in standards()]
     assert names[:2] == ["Kv_ISO_B", "Kv_ISO_C"] and names[2:] == sorted(names[2:])
 

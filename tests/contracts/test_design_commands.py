@@ -18,7 +18,7 @@ from gearchaos.cli.output import print_table
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.design.gear_pair import _table_stiffness
+from gearchaos.gears.design.drawing import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.units import RPM
 from gearchaos.model import vary
@@ -152,7 +152,7 @@ def test_tip_relief_is_added_to_the_error_of_the_grade():
     relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
     one, both = design.error_harmonics, relieved.error_harmonics
     tau = np.linspace(0, 1, 50)
-    from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
+    from gearchaos.gears.transmission_error.harmonics import from_tip_relief
 
     relief = from_tip_relief(relieved.geometry, relieved.path_relief)
     assert np.allclose(both.at(tau), one.at(tau) + relief.at(tau), rtol=0, atol=1e-18)

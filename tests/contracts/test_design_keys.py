@@ -13,7 +13,6 @@ from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.text import design_values
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.operating import gears_from_json, gears_json
 from gearchaos.gears.pair import GearPair
 from gearchaos.studies.axis import parse_axis
@@ -57,7 +56,7 @@ def test_every_key_of_a_design_has_a_change_here():
 def shown(design: GearDesign) -> tuple[object, ...]:
     """All that follows from a design: the values of its datasheet and its page, the model, and the warnings."""
     values = {name: entry.value for name, entry in datasheet(design).items()}
-    return values, design.to_model(), design.to_pair(), design.warnings, comparable_stiffnesses(design)
+    return values, design.to_model(), design.to_pair(), design.warnings, design.comparable_stiffnesses
 
 
 def parts(name: str, value: object):

@@ -14,8 +14,8 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import DesignWarning, InputError
+from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.dynamic_factor.iso_method_b import of_design as method_b
-from gearchaos.gears.dynamic_factor.standards import standards
 from gearchaos.gears.units import RPM
 
 GEARS = {

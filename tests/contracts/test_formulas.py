@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from gearchaos.gears import units
+from gearchaos.gears.dynamic_factor import Resonance
 from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
 from gearchaos.gears.dynamic_factor.iso_method_b import Deviations, DynamicFactorB
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
-from gearchaos.gears.dynamic_factor.resonance import Resonance
-from gearchaos.gears.formulas import Formula, formulas
+from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error.harmonics import QualityError

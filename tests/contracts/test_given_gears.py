@@ -8,7 +8,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.gears import operating, units
-from gearchaos.gears.design import gear_pair
+from gearchaos.gears.design import drawing
 from gearchaos.gears.operating import operating_model
 from gearchaos.gears.transmission_error.tables import fit_harmonics
 from gearchaos.store.record import from_record, study_differences, to_record
@@ -110,7 +110,7 @@ def test_store_with_a_table_that_changed(tmp_path):
     design = spur(transmission_error={"orders": str(path)})
     gc.run(gc.Zones(design, "speed=1000:3000:2", "torque=30:60:2"), out=tmp_path / "store")
     path.write_text("order,peak [um],phase [deg]\n1,6,0\n")
-    for cached in (gear_pair._file_error, operating._point):  # as in a new process
+    for cached in (drawing._file_error, operating._point):  # as in a new process
         cached.cache_clear()
     with pytest.raises(InputError, match=r"te\.csv changed since") as caught:
         open_store(tmp_path / "store")

@@ -15,7 +15,7 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 from gearchaos.gears.design.transverse_section import FILLET_POINTS, FLANK_POINTS, TransverseSection, transverse_section
-from gearchaos.gears.geometry.tooth_profile import tooth_profile
+from gearchaos.gears.stiffness.potential_energy import tooth_profile
 
 pytestmark = pytest.mark.slow
 

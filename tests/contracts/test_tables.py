@@ -8,8 +8,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.inputs.cells import MOST_BYTES
-from gearchaos.gears.inputs.csvtable import Column, read_table
+from gearchaos.gears.tables import MOST_BYTES, Column, read_table
 from tests.contracts.exports import workbook
 
 ORDER, AMPLITUDE = Column("order"), Column("amplitude", {units.LENGTH: 1.0}, words="amplitude")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from gearchaos.gears.geometry.mating import mating_geometry
+from gearchaos.gears.geometry.dimensions import mating_geometry
 from tests.oracles import involute_oracle as oracle
 
 DEGREE = math.pi / 180

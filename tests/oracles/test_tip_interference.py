@@ -10,8 +10,7 @@ import pytest
 
 from gearchaos.gears.design.transverse_section import TransverseSection
 from gearchaos.gears.geometry.checks import enters_fillet, interference_depth, largest_tip_diameter
-from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.mating import mating_geometry
+from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
 
 DEGREE = math.pi / 180
 PAIRS = {

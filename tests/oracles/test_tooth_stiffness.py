@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
 
-from gearchaos.gears.geometry.tooth_profile import tooth_profile
 from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.stiffness.potential_energy import (
     ToothPairs,
     foundation_compliance,
     hertz_stiffness,
     tooth_compliance,
+    tooth_profile,
 )
 from tests.gear_examples import spur
 

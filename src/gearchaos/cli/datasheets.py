@@ -116,7 +116,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
 
 def _print_standards(speeds: SpeedsToAvoid) -> None:
     """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
-    from gearchaos.gears.dynamic_factor.standards import standards
+    from gearchaos.gears.dynamic_factor import standards
 
     ds = speeds.dataset
     few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})

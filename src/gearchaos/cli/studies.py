@@ -123,7 +123,7 @@ def regime(
     if json_out:
         document = verdict.to_dict()
         if physical and loaded.pair is not None:
-            from gearchaos.gears.scales import scaled_numbers
+            from gearchaos.gears.results import scaled_numbers
 
             values, units = scaled_numbers({**document, "omega": loaded.model.omega}, loaded.pair.scales)
             document = {**values, "units": units}

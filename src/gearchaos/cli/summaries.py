@@ -14,8 +14,8 @@ from gearchaos.cli.options import in_units
 from gearchaos.cli.output import draw, plain_table, print_json, print_table, say_proofs, shown, unit_after
 from gearchaos.datasets import motions
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.gears.results import is_physical
-from gearchaos.gears.scales import Scales, unit_of
+from gearchaos.gears.pair import Scales
+from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.proved_cells import proof_counts

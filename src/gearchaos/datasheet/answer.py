@@ -19,30 +19,16 @@ from gearchaos.gears.units import RPM, measured
 if TYPE_CHECKING:
     from gearchaos.studies.speeds_to_avoid import Reached, SpeedsToAvoid, Window
 
+# speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
+# excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2
 _SCANNED = (0.1, 1.5)
-"""Speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
-excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2."""
-
 _SCANNED_COUNT = 60
-
-LEFT_OUT = "must be given"
-"""The rule that is broken by an input that was left out of a design."""
+LEFT_OUT = "must be given"  # the rule that is broken by an input that was left out of a design
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known of a design at one torque.
-
-    Attributes
-    ----------
-    design : GearDesign
-    entries : dict of Entry
-        Its quantities by name.
-    speeds : SpeedsToAvoid or None
-        None if they were not asked for, or cannot be computed.
-    problem : InputError or None
-        Why there are none, or no model.
-    """
+    """What is known of a design at one torque; the problem says why there are no speeds to avoid, or no model."""
 
     design: GearDesign
     entries: Mapping[str, Entry]
@@ -68,19 +54,16 @@ class Answer:
 
     @property
     def title(self) -> str:
-        """The pair in a few words."""
-        kind = "Helical" if self.design.helix_angle else "Spur"
-        z1, z2 = self.design.teeth
+        (z1, z2), kind = self.design.teeth, "Helical" if self.design.helix_angle else "Spur"
         return f"{kind} gear pair {z1}/{z2}, module {self.design.module * 1e3:.6g} mm"
 
     @property
     def pair(self) -> str:
-        """The pair in one line."""
         d = self.design
         helix = [f"β {math.degrees(d.helix_angle):.6g}°"] if d.helix_angle else []
         grade = [] if d.quality is None else [f"grade {_both(d.quality.grades)}"]
-        width = f"b {_both(d.face_width, 1e3)} mm"
-        return ", ".join([self.title, *helix, width, f"a {d.geometry.centre_distance * 1e3:.6g} mm", *grade])
+        return ", ".join([self.title, *helix, f"b {_both(d.face_width, 1e3)} mm",
+                          f"a {d.geometry.centre_distance * 1e3:.6g} mm", *grade])
 
     @property
     def facts(self) -> Iterator[tuple[str, str]]:
@@ -101,9 +84,8 @@ class Answer:
     @property
     def scanned(self) -> str:
         """The computed speeds; empty if there are none."""
-        if self.speeds is None:
-            return ""
-        return f"{self.speeds.largest.start:.0f} to {self.speeds.largest.stop:.0f} rpm"
+        speeds = self.speeds
+        return "" if speeds is None else f"{speeds.largest.start:.0f} to {speeds.largest.stop:.0f} rpm"
 
     @property
     def conclusion(self) -> str:
@@ -177,14 +159,9 @@ class Answer:
 
 
 def default_speeds(design: GearDesign) -> str:
-    """The speeds in rpm that are scanned unless others are asked for, the operating speed among them.
-
-    They end where the supercritical range begins, or at a pitch line velocity of `FAST`.
-
-    Raises
-    ------
-    InputError
-        If an input that the model needs is missing or wrong.
+    """The speeds in rpm that are scanned unless others are asked for, the operating speed among them: up to the
+    supercritical range, or a pitch line velocity of `FAST`. Raises `InputError` if an input of the model is missing or
+    wrong.
     """
     pair = design.at(speed=design.speed or 1.0).to_pair()
     start, stop = (share * pair.omega0 / pair.n1 / RPM for share in _SCANNED)
@@ -207,9 +184,8 @@ def factor_and_share(motion: Reached) -> str:
 
 
 def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, as far outside as they may lie, and rounded outwards to three digits.
-
-    An end of the computed speeds is marked: the range may go on beyond it.
+    """Both ends of a range to avoid, in rpm, as far outside as they may lie, rounded outwards to three digits; an end
+    of the computed speeds is marked, beyond which it may go on.
     """
     low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
     start, stop = (10.0 ** max(math.floor(math.log10(max(r, 1.0))), math.floor(math.log10(max(end, 1.0))) - 2, 0)

@@ -23,32 +23,19 @@ from gearchaos.datasheet.quantities import Entry
 from gearchaos.errors import InputError
 from gearchaos.gears.units import measured
 
-_UNITS = {"deg": "°", "kg*m^2": "kg m²"}
-"""Units as they are printed, where that differs from their names."""
-
+_UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
+# width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
+# another picture
 _WIDTH = 4.6
-"""Width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
-another picture."""
-
+# letters as paths, since the page must not load fonts; identifiers that do not differ between runs
 _SETTINGS: Any = {"svg.fonttype": "path", "svg.hashsalt": "gearchaos", "font.size": 9.5}
-"""Letters as paths, since the page must not load fonts; identifiers that do not differ between runs."""
-
 _NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
 
 
 def sheet_html(answers: Sequence[Answer]) -> str:
-    """The datasheet of a design as one self-contained HTML document, which begins with the answer at each torque.
+    """The datasheet of a design as one self-contained HTML document without scripts, after the answer at each torque.
 
-    Parameters
-    ----------
-    answers : sequence of Answer
-        Of one design at one or more torques. The pair, its quantities and its curves are shown for the first one, of
-        the others the quantities that differ.
-
-    Returns
-    -------
-    str
-        The page refers to no other files and contains no scripts.
+    The pair, its quantities and its curves are shown for the first answer, of the others the quantities that differ.
     """
     first, *others = answers
     design = first.design
@@ -60,8 +47,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
                  "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
                  lambda ax: plot.mesh_stiffness(design, ax)),
         _picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
-                 lambda ax: plot.transmission_error(design, ax)),
-    ]
+                 lambda ax: plot.transmission_error(design, ax))]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]
     return _environment().get_template("sheet.html.j2").render(
         css=Markup(_template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
@@ -69,8 +55,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,
         groups=_groups(first.entries), differing=differing,
         missing=[(reason, [first.entries[name].words for name in names]) for reason, names in first.absent],
-        count=len(first.entries), version=metadata.version("gearchaos"),
-    )
+        count=len(first.entries), version=metadata.version("gearchaos"))
 
 
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
@@ -89,12 +74,10 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
         "picture": None if (speeds := answer.speeds) is None else _picture(
             f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed "
             "motions over the static one, beside the factors of the standards, which end where these give no value.",
-            4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax)),
-    }
+            4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax))}
 
 
 def _template(name: str) -> str:
-    """A file of the folder of templates."""
     return files("gearchaos.datasheet").joinpath("templates", name).read_text(encoding="utf-8")
 
 
@@ -123,17 +106,13 @@ def _groups(entries: Mapping[str, Entry]) -> list[tuple[str, list[dict[str, Any]
             "id": name, "name": entry.words, "symbol": entry.symbol,
             "value": None if entry.value is None else digits(entry.shown), "expected": entry.expected,
             "unit": "" if entry.value == () else _UNITS.get(entry.unit, entry.unit), "formula": entry.formula,
-            "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed",
-        }
+            "source": entry.source, "reason": entry.reason if entry.expected else "see Not computed"}
         out.setdefault(entry.group, []).append(row)
     return list(out.items())
 
 
 def _picture(name: str, title: str, caption: str, height: float, draw: Callable[[Axes], Axes]) -> dict[str, Any]:
-    """What the template shows of a picture: an SVG element, or the reason why there is none.
-
-    The identifiers of the element begin with its name, so that several fit into one page.
-    """
+    """What the template shows of a picture: an SVG element, its identifiers with the name, or why there is none."""
     shown, content = {"name": name, "title": title, "caption": caption, "reason": ""}, io.StringIO()
     with matplotlib.rc_context(_SETTINGS):
         figure = Figure(figsize=(_WIDTH, height), layout="constrained")

@@ -10,56 +10,38 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor.resonance import Resonance, lower_limit_ratio, resonance
-from gearchaos.gears.dynamic_factor.standards import DynamicFactor, Standard, standards
-from gearchaos.gears.formulas import Formula, formulas
+from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
+from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.mechanics import MeshLoad
+from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
+from gearchaos.gears.transmission_error import Tolerances, tolerances
 from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
-from gearchaos.gears.transmission_error.quality import Tolerances, tolerances
 from gearchaos.gears.units import RPM
 
+# what the rows of the transmission error say of a design without one
 _NO_ERROR = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
              "{ orders = \"te.csv\" }")
-"""What the rows of the transmission error say of a design without one."""
-
 _QUALITY_FORMULA = ("from the grade e_j = 4 √(f_i1′² + f_i2′²)/(π j)², f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α), "
                     "K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4")
-
-_PHASE = "θ_j"
-_ROUNDING = 1e-9
-"""Length in mm below which a value is a rounding error of lengths of the pair."""
-
-_ANY_SPEED = 1.0
-"""A speed, rpm, for values that do not depend on it."""
+_AMPLITUDES, _PHASES, _PHASE = "transmission_error_amplitudes", "transmission_error_phases", "θ_j"
+_ROUNDING = 1e-9  # length in mm below which a value is a rounding error of lengths of the pair
+_ANY_SPEED = 1.0  # a speed, rpm, for values that do not depend on it
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One quantity of a datasheet.
+    """One quantity of a datasheet, in ``unit``: a tuple of two for both wheels, of any length for harmonics.
 
-    Attributes
-    ----------
-    value : float, tuple of float or None
-        In ``unit``; a tuple of two for what belongs to each wheel, of any length for harmonics. None if it cannot be
-        computed.
-    unit, symbol, formula, source : str
-        See `gearchaos.gears.formulas.Formula`.
-    group : str
-        Heading under which it is shown.
-    words : str
-        Its name in words.
-    reason : str
-        Why there is no value; empty if there is one.
-    expected : bool
-        Whether the design is complete without the value, as without the frequency of rigid supports.
+    It is None if it cannot be computed; then there is a reason. It is expected if the design is complete without the
+    value, as without the frequency of rigid supports. See `gearchaos.gears.fields.Formula` for the rest.
     """
 
     value: float | tuple[float, ...] | None
@@ -78,32 +60,24 @@ class Entry:
         if self.value is None:
             return None
         values = self.value if isinstance(self.value, tuple) else (self.value,)
-        if self.symbol == _PHASE:
-            values = tuple(v % 360 for v in values)
-        if self.unit == "mm":
-            values = tuple(0.0 if abs(v) < _ROUNDING else v for v in values)
-        return values if isinstance(self.value, tuple) else values[0]
+        shown = tuple(v % 360 if self.symbol == _PHASE else 0.0 if self.unit == "mm" and abs(v) < _ROUNDING else v
+                      for v in values)
+        return shown if isinstance(self.value, tuple) else shown[0]
 
 
 def datasheet(design: GearDesign) -> dict[str, Entry]:
-    """All quantities of a design by name.
-
-    Parameters
-    ----------
-    design : GearDesign
-        May lack inputs; the quantities that need them have a reason instead of a value.
-    """
+    """All quantities of a design by name; those that need a missing input have a reason instead of a value."""
     results = _Results(design)
     entries = {name: _entry(name, group, formula, results, compute)
                for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()}
-    amplitudes, phases = (entries[f"transmission_error_{what}"] for what in ("amplitudes", "phases"))
     if design.exact:
-        amplitudes, phases = replace(amplitudes, formula=_NO_ERROR), replace(phases, formula=_NO_ERROR)
-    elif not amplitudes.reason:
-        amplitudes = replace(amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}")
-        if design.transmission_error == "from quality":
-            amplitudes = replace(amplitudes, formula=f"{amplitudes.formula}; {_QUALITY_FORMULA}")
-    return entries | {"transmission_error_amplitudes": amplitudes, "transmission_error_phases": phases}
+        entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
+    elif not (amplitudes := entries[_AMPLITUDES]).reason:
+        formula = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
+        entries[_AMPLITUDES] = replace(
+            amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
+            formula=formula if design.transmission_error == "from quality" else amplitudes.formula)
+    return entries
 
 
 def with_scanned_speeds(entries: Mapping[str, Entry]) -> dict[str, Entry]:
@@ -113,11 +87,7 @@ def with_scanned_speeds(entries: Mapping[str, Entry]) -> dict[str, Entry]:
 
 
 class _NoValueError(Exception):
-    """There is no value; the message is the reason, ``expected`` as in `Entry`."""
-
-    def __init__(self, reason: str, expected: bool = False) -> None:
-        super().__init__(reason)
-        self.expected = expected
+    """There is no value; the message is the reason, followed by True if that is ``expected``."""
 
 
 class _Results:
@@ -128,12 +98,10 @@ class _Results:
 
     @cached_property
     def tooth(self) -> ToothStiffness:
-        """Tooth stiffness by ISO 6336-1."""
         return self.design.tooth_stiffness
 
     @cached_property
     def mesh(self) -> MeshStiffness:
-        """Mesh stiffness by the method of the design."""
         return self.design.mesh_stiffness
 
     @cached_property
@@ -143,7 +111,6 @@ class _Results:
 
     @cached_property
     def tolerances(self) -> tuple[Tolerances, Tolerances]:
-        """Flank tolerances of both wheels."""
         return tolerances(self.design.given("quality"), self.geometry)
 
     @property
@@ -153,7 +120,6 @@ class _Results:
 
     @property
     def reduced_mass(self) -> float:
-        """Equivalent mass over the face width, kg/m."""
         return self.design.equivalent_mass / self.geometry.common_face_width
 
     @property
@@ -163,7 +129,6 @@ class _Results:
 
     @cached_property
     def resonance(self) -> Resonance:
-        """Main resonance at the mean stiffness of the design."""
         return resonance(self.design.teeth[0], self.mean_stiffness, self.reduced_mass, self.line_load)
 
     @property
@@ -180,7 +145,7 @@ class _Results:
     def support_frequencies(self) -> tuple[float, float]:
         """Natural frequencies of the wheels on their supports, without the mesh, rad/s."""
         if self.design.supports is None:
-            raise _NoValueError("The supports are rigid.", expected=True)
+            raise _NoValueError("The supports are rigid.", True)
         (c1, c2), (m1, m2) = self.design.supports.stiffness, self.design.masses
         return math.sqrt(c1 / m1), math.sqrt(c2 / m2)
 
@@ -194,15 +159,15 @@ class _Results:
         return found
 
 
-def _entry(
-    name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any],
-) -> Entry:
+def _entry(name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
     """One entry, with the value in the unit that is shown, or the reason why there is none."""
     value, reason, expected = None, "", False
     try:
         value = compute(results)
-    except (InputError, _NoValueError) as error:
-        reason, expected = str(error), getattr(error, "expected", False)
+    except _NoValueError as error:
+        reason, expected = error.args[0], len(error.args) > 1
+    except InputError as error:
+        reason = str(error)
     if value is not None and formula.factor != 1.0:  # whole numbers stay so
         value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
     return Entry(value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
@@ -212,104 +177,87 @@ def _entry(
 _Row = tuple[Formula, Callable[[_Results], Any]]
 
 
-def _of(result: Callable[[_Results], Any], table: Mapping[str, Formula]) -> dict[str, _Row]:
+def _of(path: str, table: Mapping[str, Formula]) -> dict[str, _Row]:
     """Rows for the values of one result by the names of its fields."""
-    def getter(name: str) -> Callable[[_Results], Any]:
-        return lambda results: getattr(result(results), name)
+    return {name: (formula, attrgetter(f"{path}.{name}")) for name, formula in table.items()}
 
-    return {name: (formula, getter(name)) for name, formula in table.items()}
+
+def _row(value: str | Callable[[_Results], Any], symbol: str, unit: str, factor: float, text: str, source: str) -> _Row:
+    """The row of a value, which is an attribute of the results or computed from them."""
+    return Formula(symbol, unit, factor, text, source), attrgetter(value) if isinstance(value, str) else value
 
 
 def _tolerance(symbol: str, name: str) -> _Row:
-    """The row of one flank tolerance of both wheels."""
-    formula = Formula(symbol, "µm", 1e6, "by module, diameter and grade", "ISO 1328-1, edition of the quality")
-    return formula, lambda results: tuple(getattr(t, name) for t in results.tolerances)
+    return _row(lambda results: tuple(getattr(t, name) for t in results.tolerances), symbol, "µm", 1e6,
+                "by module, diameter and grade", "ISO 1328-1, edition of the quality")
 
 
 def _standard_rows(standard: Standard) -> dict[str, _Row]:
     """The rows of K_v by a standard, and of what it shows beside it."""
-    rows = _of(lambda results: results.factor(standard), formulas(standard.result))
-    formula, compute = rows["value"]
-    return {standard.name: (replace(formula, words=standard.long_name), compute),
-            **{name: rows[field] for name, field in standard.beside.items()}}
+    def getter(field: str) -> Callable[[_Results], Any]:
+        return lambda results: getattr(results.factor(standard), field)
+
+    rows = formulas(standard.result)
+    return {standard.name: (replace(rows["value"], words=standard.long_name), getter("value")),
+            **{name: (rows[field], getter(field)) for name, field in standard.beside.items()}}
 
 
 _MODEL = "gearchaos, docs/gears.md"
 _RESONANCE = formulas(Resonance)
 
+# the quantities by heading and name: how each is described, and a function that takes it from the results
 _GROUPS: dict[str, dict[str, _Row]] = {
-    "Geometry": _of(lambda results: results.geometry, GEOMETRY_FORMULAS),
-    "Backlash and inertia": _of(lambda results: results.design, DESIGN_FORMULAS),
+    "Geometry": _of("geometry", GEOMETRY_FORMULAS),
+    "Backlash and inertia": _of("design", DESIGN_FORMULAS),
     "Load": {
-        **_of(lambda results: results.load, formulas(MeshLoad)),
-        "velocity": (formulas(MeshLoad)["velocity"], lambda results: results.design.load.velocity),
-    },
+        **_of("load", formulas(MeshLoad)),
+        "velocity": (formulas(MeshLoad)["velocity"], attrgetter("design.load.velocity"))},
     "Tolerances": {
-        "single_pitch_deviation": _tolerance("f_pt", "single_pitch"),
-        "cumulative_pitch_deviation": _tolerance("F_p", "cumulative_pitch"),
-        "profile_deviation": _tolerance("F_α", "profile"),
-        "profile_form_deviation": _tolerance("f_fα", "profile_form"),
-        "profile_slope_deviation": _tolerance("f_Hα", "profile_slope"),
-        "runout": _tolerance("F_r", "runout"),
+        **{each: _tolerance(symbol, each.removesuffix("_deviation")) for symbol, each in (
+            ("f_pt", "single_pitch_deviation"), ("F_p", "cumulative_pitch_deviation"), ("F_α", "profile_deviation"),
+            ("f_fα", "profile_form_deviation"), ("f_Hα", "profile_slope_deviation"), ("F_r", "runout"))},
         "tangential_composite_deviation": (
-            formulas(QualityError)["tooth_to_tooth"], lambda results: results.tangential_composite_deviation),
-    },
-    "Tooth stiffness by ISO 6336-1": _of(lambda results: results.tooth, {
+            formulas(QualityError)["tooth_to_tooth"], attrgetter("tangential_composite_deviation"))},
+    "Tooth stiffness by ISO 6336-1": _of("tooth", {
         name: formula for name, formula in formulas(ToothStiffness).items() if name != "mesh_stiffness"}),
     "Mesh stiffness": {
-        "mesh_stiffness": (
-            Formula("c_γα", "N/(mm µm)", 1e-9, "mean over the mesh cycle, by the method of the design", _MODEL),
-            lambda results: results.mean_stiffness),
-        "mesh_stiffness_mean": (
-            Formula("c0", "N/µm", 1e-6, "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
-            lambda results: results.mesh.reference),
-        "mesh_stiffness_range": (
-            Formula("c_min, c_max", "N/µm", 1e-6, "least and greatest over the mesh cycle", _MODEL),
-            lambda results: results.mesh.extremes),
-        "mesh_period_roll_angle": (
-            Formula("", "deg", 180 / math.pi, "360°/z1: roll angle of wheel 1 over the mesh period, that of the "
-                    "stiffness curve", "kinematics"), lambda results: 2 * math.pi / results.design.teeth[0]),
-        "mesh_stiffness_truncation": (
-            Formula("", "", 1.0, "root mean square error of steps or harmonics over the mean", _MODEL),
-            lambda results: results.mesh.truncation),
-    },
+        "mesh_stiffness": _row("mean_stiffness", "c_γα", "N/(mm µm)", 1e-9,
+                               "mean over the mesh cycle, by the method of the design", _MODEL),
+        "mesh_stiffness_mean": _row("mesh.reference", "c0", "N/µm", 1e-6,
+                                    "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
+        "mesh_stiffness_range": _row("mesh.extremes", "c_min, c_max", "N/µm", 1e-6,
+                                     "least and greatest over the mesh cycle", _MODEL),
+        "mesh_period_roll_angle": _row(
+            lambda results: 2 * math.pi / results.design.teeth[0], "", "deg", 180 / math.pi,
+            "360°/z1: roll angle of wheel 1 over the mesh period, that of the stiffness curve", "kinematics"),
+        "mesh_stiffness_truncation": _row("mesh.truncation", "", "", 1.0,
+                                          "root mean square error of steps or harmonics over the mean", _MODEL)},
     "Supports": {
-        "support_frequency": (
-            Formula("f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel on its support, without the mesh",
-                    "Łuczko 2008, (2.1)"), lambda results: results.support_frequencies),
-    },
+        "support_frequency": _row("support_frequencies", "f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel "
+                                  "on its support, without the mesh", "Łuczko 2008, (2.1)")},
     "Transmission error of the unloaded gears": {
-        "transmission_error_amplitudes": (
-            Formula("e_j", "µm", 1e6, "e(t) = Σ e_j cos(jω_z t − θ_j), peak amplitudes along the line of action",
-                    "Łuczko 2008, (2.4)"), lambda results: results.design.error_harmonics.amplitudes),
-        "transmission_error_phases": (
-            Formula(_PHASE, "deg", 180 / math.pi, "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)"),
-            lambda results: results.design.error_harmonics.phases),
-    },
+        _AMPLITUDES: _row("design.error_harmonics.amplitudes", "e_j", "µm", 1e6, "e(t) = Σ e_j cos(jω_z t − θ_j), peak "
+                          "amplitudes along the line of action", "Łuczko 2008, (2.4)"),
+        _PHASES: _row("design.error_harmonics.phases", _PHASE, "deg", 180 / math.pi,
+                      "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)")},
     "Eccentricity": {
-        "eccentricity_error_amplitude": (
-            Formula("", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency: not part of the model",
-                    "kinematics, base tangent plane"), lambda results: results.design.eccentricity),
-        "eccentricity_backlash_amplitude": (
-            Formula("", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model",
-                    "kinematics, base tangent plane"), lambda results: tuple(
-                e * (2 * math.sin(results.geometry.working_pressure_angle)) for e in results.design.eccentricity)),
-    },
+        "eccentricity_error_amplitude": _row(
+            "design.eccentricity", "", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency: not part of the "
+            "model", "kinematics, base tangent plane"),
+        "eccentricity_backlash_amplitude": _row(
+            lambda results: tuple(e * (2 * math.sin(results.geometry.working_pressure_angle))
+                                  for e in results.design.eccentricity),
+            "", "µm", 1e6, "2 e sin α_wt; once per turn: not part of the model", "kinematics, base tangent plane")},
     "Damping": {
-        "damping_ratio": (
-            Formula("ζ", "", 1.0, "given; usual are 0.03 to 0.1, the least known of all inputs",
-                    "Kasuba and Evans 1981; Wang and Cheng 1981"),
-            lambda results: results.design.given("damping_ratio")),
-    },
+        "damping_ratio": _row(
+            lambda results: results.design.given("damping_ratio"), "ζ", "", 1.0, "given; usual are 0.03 to 0.1, the "
+            "least known of all inputs", "Kasuba and Evans 1981; Wang and Cheng 1981")},
     "Resonance": {
-        **_of(lambda results: results.resonance, _RESONANCE),
-        "reduced_mass": (_RESONANCE["reduced_mass"], lambda results: results.reduced_mass),
+        **_of("resonance", _RESONANCE),
+        "reduced_mass": (_RESONANCE["reduced_mass"], attrgetter("reduced_mass")),
         "lower_limit_ratio": (_RESONANCE["lower_limit_ratio"], lambda results: lower_limit_ratio(results.line_load)),
-        "resonance_ratio": (
-            Formula("N", "", 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
-                    "ISO 6336-1:2006, 6.4.2, (9)"),
-            lambda results: results.resonance.ratio(results.design.given("speed") * RPM)),
-    },
+        "resonance_ratio": _row(lambda results: results.resonance.ratio(results.design.given("speed") * RPM), "N", "",
+                                1.0, "n1/n_E1 at the mean stiffness by the method of the design",
+                                "ISO 6336-1:2006, 6.4.2, (9)")},
     "Dynamic factor": {name: row for each in standards() for name, row in _standard_rows(each).items()},
 }
-"""The quantities by heading and name: how each is described, and a function that takes it from the results."""

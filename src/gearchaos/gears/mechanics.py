@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.formulas import described
-from gearchaos.gears.inputs.declared import DENSITY, PRESSURE, convert_fields, number, one, read_by, record_values
+from gearchaos.gears.fields import Record, described, number, one, read_by, record
+from gearchaos.gears.units import DENSITY, PRESSURE
 from gearchaos.quantities import Rule
 
 if TYPE_CHECKING:
@@ -19,53 +18,27 @@ _SOURCE = "ISO 6336-1:2006, 4.2"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Material:
-    """An isotropic elastic material.
-
-    Parameters
-    ----------
-    E : pressure
-        Modulus of elasticity: a number in Pa, a text such as ``"206 GPa"`` or a pint quantity.
-    poisson : float
-        Poisson's ratio ν.
-    density : mass/volume
-        ρ, e.g. ``"7830 kg/m^3"``.
-
-    Raises
-    ------
-    InputError
-        For a value that is not of its dimension, or that no solid has.
-    """
+class Material(Record):
+    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³."""
 
     E: Any = field(metadata=read_by(one(PRESSURE, between=(1e7, 1.2e12))))
     poisson: float = field(metadata=read_by(number(
         Rule(lambda v: (v >= 0) & (v < 0.5), "must be at least 0 and less than 0.5"))))
     density: Any = field(metadata=read_by(one(DENSITY, between=(100.0, 25e3))))
 
-    def __post_init__(self) -> None:
-        convert_fields(self)
 
-
+# steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006.
 STEEL = Material(E=206e9, poisson=0.3, density=7830.0)
-"""Steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006."""
-
 _NAMED = {"steel": STEEL}
 
 
 def read_material(field: str, value: Any) -> Material:
-    """The material of a wheel: a name, a `Material`, or a mapping with its values.
-
-    The field of an error is that of the value within it, e.g. ``material[0].E``.
-    """
-    if isinstance(value, Material):
-        return value
-    if isinstance(value, str):
-        if value not in _NAMED:
-            raise unknown_name("material", value, _NAMED)
-        return _NAMED[value]
-    if not isinstance(value, Mapping):
-        raise InputError(field, "must be a name or a table with E, poisson and density", value, "E.g. 'steel'.")
-    return record_values(Material, field, value)
+    """The material of a wheel: a name, a `Material`, or a table with its values."""
+    if not isinstance(value, str):
+        return record(Material, "must be a name or a table with E, poisson and density", "E.g. 'steel'.")(field, value)
+    if value not in _NAMED:
+        raise unknown_name("material", value, _NAMED)
+    return _NAMED[value]
 
 
 def disc_diameter(geometry: Geometry) -> Pair:
@@ -75,7 +48,6 @@ def disc_diameter(geometry: Geometry) -> Pair:
 
 
 def disc_mass(diameter: float, bore: float, width: float, density: float) -> float:
-    """Mass of a disc with a bore, kg."""
     return math.pi / 4 * density * width * (diameter**2 - bore**2)
 
 
@@ -85,10 +57,7 @@ def disc_inertia(diameter: float, bore: float, mass: float) -> float:
 
 
 def equivalent_mass(inertias: Pair, base_radii: Pair) -> float:
-    """I1 I2/(I1 R2² + I2 R1²), kg: the mass of the pair along the line of action, (2.9).
-
-    Over the face width it is the reduced mass m_red per face width of ISO 6336-1:2006 (30).
-    """
+    """I1 I2/(I1 R2² + I2 R1²), kg, (2.9): along the line of action; b m_red of ISO 6336-1:2006 (30)."""
     (inertia1, inertia2), (radius1, radius2) = inertias, base_radii
     return inertia1 * inertia2 / (inertia1 * radius2**2 + inertia2 * radius1**2)
 
@@ -104,9 +73,7 @@ class MeshLoad:
 
 def mesh_load(geometry: Geometry, speed: float, torque: float, application_factor: float) -> MeshLoad:
     """The load of a mesh from the angular velocity, rad/s, and the torque, N m, of wheel 1: their magnitudes matter.
-
-    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load. Raises
-    `InputError` for a value that is not finite, or an application factor that is not positive.
+    K_A, greater than 0, is the ratio of the largest external load to the nominal one; 1 for a uniform load.
     """
     for name, value in (("speed", speed), ("torque", torque), ("application_factor", application_factor)):
         if not math.isfinite(value):
@@ -116,8 +83,5 @@ def mesh_load(geometry: Geometry, speed: float, torque: float, application_facto
         raise InputError("application_factor", "must be greater than 0", application_factor, advice)
     diameter = geometry.reference_diameter[0]
     force = 2 * abs(torque) / diameter
-    return MeshLoad(
-        tangential_force=force,
-        line_load=force * application_factor / geometry.common_face_width,
-        velocity=abs(speed) * diameter / 2,
-    )
+    return MeshLoad(tangential_force=force, line_load=force * application_factor / geometry.common_face_width,
+                    velocity=abs(speed) * diameter / 2)

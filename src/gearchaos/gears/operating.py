@@ -22,47 +22,29 @@ from gearchaos.validation import check, to_float
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
+# the parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1
 OPERATING_NAMES = tuple(q.name for q in OPERATION)
-"""The parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1."""
-
+# the parameters that the speed and the torque set if the reference stiffness is constant; where it depends on the
+# torque, the torque also changes the parameters that follow from it
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
-"""The parameters that the speed and the torque set if the reference stiffness is constant. Where it depends on the
-torque, the torque also changes the parameters that follow from it."""
-
-
+# what studies take as their model: a dimensionless model, or gears at an operating point
 AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign"
-"""What studies take as their model: a dimensionless model, or gears at an operating point."""
 
 
 class Gears(Protocol):
-    """Gears at an operating point: a `GearPair` or a `GearDesign`."""
+    """Gears at an operating point, values: a `GearPair` or a `GearDesign`."""
 
-    def __hash__(self) -> int:
-        """Gears are values."""
-
-    def at(self, *, speed: float | None = None, torque: float | None = None) -> Self:
-        """The same gears at another speed, rpm, or torque, N m, of wheel 1."""
-
+    def __hash__(self) -> int: ...
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> Self: ...
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences about unusual values."""
-
-    def to_pair(self) -> GearPair:
-        """The gear pair with the parameters of (2.1) at this operating point."""
-
-    def to_model(self, kind: str | None = None) -> MeshModel:
-        """The dimensionless model at this operating point."""
+    def warnings(self) -> tuple[str, ...]: ...
+    def to_pair(self) -> GearPair: ...
+    def to_model(self, kind: str | None = None) -> MeshModel: ...
 
 
 @dataclass(frozen=True)
 class OperatingModel(MeshModel):
-    """A model of given gears, with two more parameters: ``speed``, in rpm, and ``torque``, in N m, both of wheel 1.
-
-    Attributes
-    ----------
-    gears : GearPair or GearDesign
-        The gears at the operating point of the model.
-    """
+    """A model of gears at its operating point, with two more parameters: speed, rpm, and torque, N m, of wheel 1."""
 
     gears: Any = None
 
@@ -81,10 +63,8 @@ class OperatingModel(MeshModel):
     @property
     def _speed(self) -> float:
         """Speed of wheel 1 in rpm that ω stands for."""
-        own = _point(self.gears, None)
-        if self.omega == own.parameters["omega"]:
-            return own.pair.speed
-        return self.omega * own.pair.omega0 / own.pair.n1 / RPM
+        pair, parameters = _point(self.gears, None)
+        return pair.speed if self.omega == parameters["omega"] else self.omega * pair.omega0 / pair.n1 / RPM
 
     @property
     def _torque(self) -> float:
@@ -118,19 +98,16 @@ class OperatingModel(MeshModel):
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         operation, rest = _separated(values)
-        model = self._at_operation(operation) if operation else self
+        model = self
+        if operation:  # before the kind is set: supports depend on the torque
+            given = {n: operating_value(n, v) for n, v in operation.items()}
+            changed = {n: v.item() for n, v in self._operating_values(**given).items()}
+            model = replace(super().with_values(changed), gears=self.gears.at(**given))
         return super(OperatingModel, model).with_values(model._with_supports(rest))
 
-    def _at_operation(self, operation: Mapping[str, Any]) -> Self:
-        """The model at another speed or torque, before its kind is set: supports depend on the torque."""
-        given = {n: operating_value(n, v) for n, v in operation.items()}
-        changed = {n: v.item() for n, v in self._operating_values(**given).items()}
-        return replace(super().with_values(changed), gears=self.gears.at(**given))
-
     def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values, with those of the supports of the gears where they make a full model of another kind.
-
-        Raises `InputError` if the supports of the gears are rigid, and the values do not say what they are instead.
+        """The values, with those of the gears' supports where they make a full model of another kind; raises
+        `InputError` if these are rigid, and the values do not say what they are instead.
         """
         if values.get("kind") != "full" or self.kind == "full":
             return values
@@ -154,11 +131,9 @@ class OperatingModel(MeshModel):
         different, index = np.unique(np.atleast_1d(np.nan if torque is None else torque), return_inverse=True)
         kept = {n for n, v in self.parameters().items() if n in own.parameters and v != own.parameters[n]}
         points = [own] if torque is None else [_point(self.gears, value) for value in different.tolist()]
-        different_from_own = {n for p in points for n, v in p.parameters.items() if v != own.parameters[n]}
-        changed = {*given, *(different_from_own - kept)}
-        out = {
-            n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed) if has_effect(n, self.kind)
-        }
+        changed = {*given, *({n for p in points for n, v in p.parameters.items() if v != own.parameters[n]} - kept)}
+        out = {n: np.array([p.parameters[n] for p in points])[index] for n in sorted(changed)
+               if has_effect(n, self.kind)}
         if speed is not None:
             omega0 = np.array([p.pair.omega0 for p in points])[index]
             out["omega"] = own.pair.n1 * (np.asarray(speed, float) * RPM) / omega0
@@ -179,7 +154,7 @@ def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any
 
 
 class _Point(NamedTuple):
-    """Gears at one torque: their pair, and the parameters of their model by name."""
+    """Gears at one torque in N m, or at their own: their pair, and the parameters of their model by name."""
 
     pair: GearPair
     parameters: dict[str, float]
@@ -187,7 +162,6 @@ class _Point(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def _point(gears: Gears, torque: float | None) -> _Point:
-    """The gears at a torque in N m; None for their own."""
     there = gears if torque is None else gears.at(torque=torque)
     return _Point(there.to_pair(), there.to_model().parameters())
 
@@ -218,8 +192,7 @@ def is_design(value: Any) -> TypeGuard[GearDesign]:
 
 def gears_json(gears: Gears) -> str:
     """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
-    kind = "design" if is_design(gears) else "pair"
-    return json.dumps({kind: asdict(gears)})  # type: ignore[call-overload]
+    return json.dumps({"design" if is_design(gears) else "pair": asdict(gears)})  # type: ignore[call-overload]
 
 
 def gears_from_json(text: str) -> Gears:

@@ -8,37 +8,41 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.inputs.declared import convert_fields, each, one, read_by
-from gearchaos.gears.scales import Scales
-from gearchaos.model import (
-    KINDS,
-    STIFFNESS_KINDS,
-    MeshModel,
-    Stiffness,
-    TransmissionError,
-    TwoLevelStiffness,
-)
+from gearchaos.gears.fields import convert_fields, each, one, read_by
+from gearchaos.model import KINDS, STIFFNESS_KINDS, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
+Value = TypeVar("Value")
+# a float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
+# are floats
 PhysicalValue = Any
-"""A float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
-are floats."""
-
+# the fields of each kind of mesh stiffness
 _STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
-"""The fields of each kind of mesh stiffness."""
-
-_RATIO_TOLERANCE = 0.01
-"""Largest relative difference between the ratio of base radii and that of numbers of teeth."""
-
+_RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
+# damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
+# above which there is a warning
 _MOST_DAMPING, _MOST_BACKLASH, _MOST_VELOCITY, _MOST_ERROR = 0.3, 5e-3, 300.0, 10.0
-"""Damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
-above which there is a warning."""
+
+
+@dataclass(frozen=True)
+class Scales(Generic[Value]):
+    """SI value of one unit of each dimensionless quantity, (2.8)-(2.11): a float, or an array over operating points."""
+
+    length: Value  # half the backlash Δ, m
+    time: Value  # 1/ω0, s
+    velocity: Value  # Δ ω0
+    force: Value  # c0 Δ
+    stiffness: Value  # c0
+    frequency: Value  # ω0/2π, Hz: the mesh frequency at omega = 1
+    rate: Value  # ω0, 1/s, for Lyapunov exponents
+    torque1: Value  # c0 R_n Δ, for the driving and the driven wheel
+    torque2: Value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,14 +135,12 @@ class GearPair(HasCard):
     def __post_init__(self) -> None:
         convert_fields(self)
         if self.M20 is None:
-            balance = units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE)
-            object.__setattr__(self, "M20", balance)
+            object.__setattr__(self, "M20", units.to_si("M20", self.M10 * self.R2 / self.R1, units.TORQUE))
         teeth, radii = self.n1 / self.n2, self.R1 / self.R2
         if abs(radii / teeth - 1) > _RATIO_TOLERANCE:
-            raise InputError(
-                "R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
-                f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
-                f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
+            raise InputError("R1/R2", f"must equal n1/n2 = {teeth:.6g} to 1 %", round(radii, 6),
+                             f"With R1 = {units.Length(self.R1, self.R1)} and these teeth R2 would be "
+                             f"{units.Length(self.R1 / teeth, self.R1)}. R1 and R2 are base radii, m n cos(α)/2.")
         missing = [name for name in ("c1", "c2", "m1", "m2") if getattr(self, name) is None]
         if missing and not self.rigid:
             raise InputError(missing[0], "must be given where the supports are elastic", None,
@@ -194,18 +196,15 @@ class GearPair(HasCard):
             f"The base circles move at {velocity:.4g} m/s at {self.speed:.6g} rpm, unusually fast. A plain one is in "
             "rpm.": velocity > _MOST_VELOCITY,
             f"chi1 is {self.chi1}: the greater stiffness is more than twice c0. It is a fraction of c0, not a "
-            "percentage.": (self.chi1 or 0.0) > 1,
-        }
+            "percentage.": (self.chi1 or 0.0) > 1}
         return tuple(text for text, holds in found.items() if holds)
 
     @property
     def scales(self) -> Scales[float]:
         """SI value of one unit of each dimensionless quantity."""
         length, rate, force = self.half_backlash, self.omega0, self.c0 * self.half_backlash
-        return Scales(
-            length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
-            frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2,
-        )
+        return Scales(length=length, time=1 / rate, velocity=length * rate, force=force, stiffness=self.c0,
+                      frequency=rate / (2 * math.pi), rate=rate, torque1=force * self.R1, torque2=force * self.R2)
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> GearPair:
         """The same pair at another speed, rpm, or driving torque, N m.
@@ -245,8 +244,7 @@ class GearPair(HasCard):
             raise unknown_name("kind", str(kind), KINDS)
         return MeshModel(
             kind=kind,  # type: ignore[arg-type]
-            omega=self.mesh_frequency / self.omega0,
-            zeta=self.k / (2 * self.mass * self.omega0),
+            omega=self.mesh_frequency / self.omega0, zeta=self.k / (2 * self.mass * self.omega0),
             error=TransmissionError(
                 tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
             stiffness=self._stiffness(),
@@ -258,21 +256,16 @@ class GearPair(HasCard):
         return {
             f"J{n}": inertia / (self.mass * radius**2),
             f"q{n}": torque / (self.c0 * radius * self.half_backlash),
-            f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2),
-        }
+            f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2)}
 
     def lateral_parameters(self) -> dict[str, float]:
         """μ_n, κ_n and ζ_n of (2.11), by name; raises `InputError` for rigid supports."""
         if self.rigid:
-            raise InputError(
-                "kind", "must be torsional or single where the supports are rigid", "full",
-                "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.",
-            )
-        values = {}
+            raise InputError("kind", "must be torsional or single where the supports are rigid", "full",
+                             "Give supports to a GearDesign, or c1, c2, m1 and m2 to a GearPair, for elastic supports.")
+        values = dict[str, float]()
         for n, m, c, k in ((1, self.m1, self.c1, self.k1), (2, self.m2, self.c2, self.k2)):
-            values[f"mu{n}"] = m / self.mass
-            values[f"kappa{n}"] = c / self.c0
-            values[f"zeta_support{n}"] = k / (2 * m * self.omega0)
+            values |= {f"mu{n}": m / self.mass, f"kappa{n}": c / self.c0, f"zeta_support{n}": k / (2 * m * self.omega0)}
         return values
 
     def _stiffness(self) -> Stiffness:
@@ -294,7 +287,5 @@ def _check_waveforms(pair: GearPair) -> None:
     for kind in ("error", "stiffness"):
         amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
         if len(phases) > len(amplitudes):
-            raise InputError(
-                f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})", len(phases),
-                "Give one phase per harmonic; missing ones are 0.",
-            )
+            raise InputError(f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})",
+                             len(phases), "Give one phase per harmonic; missing ones are 0.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,8 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import Gears, gears_from_json, is_design, pair_of
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.scales import Scales, scaled, scaled_numbers, times, unit_of
+from gearchaos.gears.pair import GearPair, Scales, Value
+from gearchaos.quantities import find
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,8 +63,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; for a branch what is over its points, its events and its jumps, each with its own torques; for
-    curves what is over their points, and what is over their points of codimension 2."""
+    """The Dataset; of a branch what is over its points, events and jumps, each with its torques; of curves likewise."""
     if "special_kind" in dataset:
         special = dataset.drop_dims("point")
         values = {name: special[f"special_{name}"] for name in dataset.coords}
@@ -73,8 +73,7 @@ def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
         return [dataset]
     axis = dataset["event_value"].attrs.get("quantity")
     parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
-    return [dataset.drop_dims(own),
-            *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
+    return [dataset.drop_dims(own), *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
 def _attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
@@ -113,13 +112,7 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
-    """The gears of the Dataset, or those given if it has none.
-
-    Raises
-    ------
-    InputError
-        If there are none, or those given are others than those of the Dataset.
-    """
+    """The gears of the Dataset, or those given; raises `InputError` if both differ, or there are none."""
     if not hasattr(dataset, "data_vars"):
         advice = "Write physical(dataset, pair). Numbers of a verdict times those of pair.scales are in SI."
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
@@ -140,7 +133,6 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
 
 
 def is_physical(dataset: Any) -> bool:
-    """Whether `physical` has scaled a Dataset."""
     return "pair" in getattr(dataset, "attrs", {})
 
 
@@ -155,3 +147,59 @@ def unit_in(dataset: xr.Dataset, name: str) -> float:
                          f"gearchaos.physical writes it: scale the dimensionless result again. ({error})") from error
     unit = unit_of(name, pair.scales)
     return 1.0 if unit is None else unit[0]
+
+
+def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
+    """The value of one dimensionless unit of a quantity in its physical unit, and that unit; None for what has none."""
+    found = find(name)
+    if found is None or found.physical is None:
+        return None
+    return getattr(scales, found.physical.scale) * found.physical.factor, found.physical.unit
+
+
+def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:
+    """Dims, scaled values and attributes of those variables, DataArrays by name, that have a physical unit; one with
+    values of several quantities, such as ``event_value``, names its own one in the attribute ``quantity``.
+    """
+    out = {}
+    for name, variable in variables.items():
+        quantity = variable.attrs.get("quantity", str(name))
+        if not (unit := unit_of(quantity, scales)):
+            continue
+        factor: Any = unit[0]
+        if variable.dtype.kind not in "biuf":
+            raise InputError("dataset", f"must hold real numbers in {quantity}", f"type {variable.dtype}",
+                             "Compute it again.")
+        attrs = {**variable.attrs, "units": unit[1]}
+        found = find(quantity)
+        if found is not None and found.physical is not None and found.physical.long_name:
+            attrs["long_name"] = found.physical.long_name
+        if isinstance(factor, float):
+            values = variable.values * factor
+        elif set(factor.dims) <= set(variable.dims):
+            values = (variable * factor).transpose(*variable.dims).values.astype(variable.dtype)
+        else:
+            raise InputError("dataset", f"must be over speed instead of {quantity} where the torque changes its unit",
+                             quantity, "The reference stiffness depends on the torque.")
+        out[str(name)] = variable.dims, values, attrs
+    return out
+
+
+def scaled_numbers(values: Mapping[str, Any], scales: Scales[Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Numbers, lists of numbers and nested mappings in physical units, and these, by name, of those with one."""
+    out, units = dict(values), dict[str, Any]()
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            out[name], units[name] = scaled_numbers(value, scales)
+        elif unit := unit_of(name, scales):
+            out[name], units[name] = times(unit[0], value), unit[1]
+    return out, units
+
+
+def times(factor: float, value: Any) -> Any:
+    """A value of JSON with all its numbers that are not integers times a factor."""
+    if isinstance(value, dict):
+        return {key: times(factor, item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [times(factor, item) for item in value]
+    return value * factor if isinstance(value, float) else value

@@ -16,48 +16,21 @@ _NEWTON_STEPS = 6
 
 
 def separation_torque(
-    speed: Any,
-    *,
-    teeth1: int,
-    base_radius1: float,
-    stiffness: float,
-    mass: float,
-    damping_ratio: float,
-    amplitudes: tuple[float, ...],
-    phases: tuple[float, ...] = (),
+    speed: Any, *, teeth1: int, base_radius1: float, stiffness: float, mass: float, damping_ratio: float,
+    amplitudes: tuple[float, ...], phases: tuple[float, ...] = (),
 ) -> np.ndarray:
-    """Torque of wheel 1 above which the flanks stay in contact at constant mesh stiffness.
+    """Torque of wheel 1, N m, above which the flanks stay in contact at constant mesh stiffness, at speeds of any
+    shape, rpm.
 
-    In contact, m δ″ + 2 ζ ω0 m δ′ + c0 δ = T1/r_b1 − m e″ for the deflection δ of the teeth. Its steady solution is
-    δ = T1/(r_b1 c0) + Σ e_j ρ_j cos(jω_z t − θ_j − ψ_j) with ρ_j = s²/√((1 − s²)² + 4 ζ² s²), s = jω_z/ω0, and
-    tan ψ_j = 2 ζ s/(1 − s²). Permanent contact exists where δ > 0 throughout. For one harmonic that is
+    In contact, m δ″ + 2 ζ ω0 m δ′ + c0 δ = T1/r_b1 − m e″ for the deflection δ of the teeth. Its steady solution is δ =
+    T1/(r_b1 c0) + Σ e_j ρ_j cos(jω_z t − θ_j − ψ_j) with ρ_j = s²/√((1 − s²)² + 4 ζ² s²), s = jω_z/ω0, and tan ψ_j = 2
+    ζ s/(1 − s²). Permanent contact exists where δ > 0 throughout. For one harmonic this is
 
         T1 > r_b1 c0 e1 ω²/√((1 − ω²)² + 4 ζ² ω²),  ω = ω_z/ω0;
 
-    for several, T1 > r_b1 c0 max over a period of −Σ e_j ρ_j cos(…).
+    for several, T1 > r_b1 c0 max over a period of −Σ e_j ρ_j cos(…). Phases left out are 0. The torque is that of the
+    mesh, without bearing friction, and infinite at resonance without damping.
 
-    Parameters
-    ----------
-    speed : float or array_like
-        Of wheel 1, rpm, any shape.
-    teeth1 : int
-        Number of teeth of wheel 1; ω_z = z1 times the speed.
-    base_radius1 : float
-        r_b1, m.
-    stiffness, mass : float
-        c0 in N/m and the equivalent mass m in kg; ω0 = √(c0/m).
-    damping_ratio : float
-        ζ of the closed mesh.
-    amplitudes, phases : tuple of float
-        e_j (m) and θ_j (rad) of the transmission error; phases left out are 0.
-
-    Returns
-    -------
-    array of the shape of ``speed``
-        T1 in N m: the torque that the mesh transmits, without bearing friction. Infinite at resonance without damping.
-
-    Notes
-    -----
     Above the line a motion in permanent contact exists and is stable; a motion with impacts may exist beside it. Below
     the line there is no motion in permanent contact. With varying stiffness the line is only a first estimate.
     """
@@ -78,21 +51,15 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
     """Torque less the separation torque, N m, over torques (Q,) in N m and speeds (P,) in rpm of wheel 1: (Q, P).
 
     Where it is positive, a motion in permanent contact exists. The stiffness is the time mean of the design's mesh
-    stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads.
-
-    Raises
-    ------
-    InputError
-        If an input that the model needs is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
+    stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads. Raises `InputError` if an
+    input of the model is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
     """
     error, radius = design.error_harmonics, design.geometry.base_diameter[0] / 2
-    rows = [
-        torque - separation_torque(
+    rows = [torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
             phases=error.phases)
-        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]
-    ]
+        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]]
     return np.array(rows)
 
 

@@ -20,38 +20,24 @@ from gearchaos.validation import FINITE, check_rule
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)"
 _NUMBER_AND_UNIT = re.compile(rf"\s*({_NUMBER})\s*([^\d\s].*|1\s*/.*|)")
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d+)(?:\s+|\s*-\s*))?(\d+)\s*/\s*([1-9]\d*)(?!\d)\s*(.*)")
+# an angle in degrees, arc minutes and arc seconds
 _SEXAGESIMAL = re.compile(
     r"\s*([-+]?)(\d+)\s*(?:°|deg)\s*(\d+\.?\d*)\s*(?:['′]|arcmin)(?:\s*([\d.]+)\s*(?:[\"″]|arcsec))?\s*")
-"""An angle in degrees, arc minutes and arc seconds."""
-
 _DECIMAL_COMMA = re.compile(r"\s*([-+]?[\d.]*),(\d+)(.*)")
 _POWER = re.compile(r"(?<=[^\W\d⁰¹²³⁴-⁹])\s*(?:\*\*|\^)\s*(?:[-+]?\d{1,2}|\([-+]?\d{1,2}\))(?![\w.])")
+# a power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes
 _OTHER_POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴-⁹]{3}")
-"""A power of at most two digits of a unit, and what is left of others: pint computes 9**9**9, whatever it takes."""
-
-_MOST_UNIT = 60
-"""Most characters of a unit."""
-
+_MOST_UNIT = 60  # most characters of a unit
 _GRAD = re.compile(r"\bgrad", re.IGNORECASE)
 _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 
 @dataclass(frozen=True)
 class Dimension:
-    """A physical dimension.
-
-    Attributes
-    ----------
-    name : str
-        Name with article, e.g. "a length".
-    unit : str
-        Unit of a plain number, in the notation of pint: that of the SI, except for speeds, which are in rpm.
-    example : str
-        An example of a value with a unit, for error messages.
-    """
+    """A physical dimension: its name with article, the unit of a plain number in pint's notation, and an example."""
 
     name: str
-    unit: str
+    unit: str  # that of the SI, but of speeds rpm
     example: str
 
 
@@ -65,28 +51,20 @@ BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1
 SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
+PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
+DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")
 DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
-
+# powers of units of angles that a value of a dimension may have; 0 alone for the others
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1)}
-"""Powers of units of angles that a value of a dimension may have; 0 alone for the others."""
 
 
 class Measured(float):
-    """A number in SI that remembers the unit in which it was written, for messages about it.
-
-    Attributes
-    ----------
-    unit : str
-        The unit as it was written.
-    size : float
-        One such unit in SI.
-    """
+    """A number in SI with the unit in which it was written, for messages about it, and one such unit in SI."""
 
     unit: str
     size: float
 
     def __new__(cls, number: float, unit: str = "", size: float = 1.0) -> Self:
-        """The number with its unit; numbers without one are what unpickling needs."""
         new = super().__new__(cls, number)
         new.unit, new.size = unit, size
         return new
@@ -101,7 +79,6 @@ class Shown(float):
     unit, size = "", 1.0
 
     def __new__(cls, number: float, like: float | None = None) -> Self:
-        """The number, to be shown like another of its dimension."""
         new = super().__new__(cls, number)
         if isinstance(like, Measured):
             new.unit, new.size = like.unit, like.size
@@ -120,66 +97,44 @@ class Length(Shown):
 
 
 _DOT = r"[-.·⋅*]?"
-_SPELLINGS: dict[Dimension, tuple[tuple[re.Pattern[str], str], ...]] = {
-    SPEED: ((re.compile(r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM"), "rpm"),
-            (re.compile(r"(rev|r|U)/s"), "turn/s")),
-    TORQUE: (
-        (re.compile(rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)"), r"\1*\2"),
-        (re.compile(rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)"), r"lbf*\1\2"),
-        (re.compile(rf"ozf?{_DOT}in|in{_DOT}ozf?"), "ozf*in"),
-    ),
-    BEARING_FRICTION: ((re.compile(r"([kM]?N)m\*?s(/rad)?"), r"\1*m*s"),),
-    INERTIA: ((re.compile(r"(k?g)(m|mm|cm)(\^2|\*\*2|²)"), r"\1*\2**2"),),
-    LENGTH: ((re.compile(r"[\"″]|''|in\."), "in"), (re.compile(r"mils?"), "thou")),
-    STIFFNESS: ((re.compile(r"lbs?/in"), "lbf/in"),),
-    DIAMETRAL_PITCH: ((re.compile(r"(DP|P)?"), "1/in"),),
+# units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
+# patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute,
+# a pound of a torque is a pound-force.
+_SPELLINGS: dict[Dimension, dict[str, str]] = {
+    SPEED: {r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM": "rpm", r"(rev|r|U)/s": "turn/s"},
+    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2",
+             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2",
+             rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in"},
+    BEARING_FRICTION: {r"([kM]?N)m\*?s(/rad)?": r"\1*m*s"},
+    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"},
+    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"},
+    STIFFNESS: {r"lbs?/in": "lbf/in"},
+    DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"},
 }
-"""Units as they are usually written, without spaces, that pint does not know or takes for others: for each dimension
-patterns of the whole unit and what they mean in the notation of pint. A speed in 1/min is in revolutions per minute, a
-pound of a torque is a pound-force."""
-
+# the units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
+# for a gon: both are refused, since German programs mean degrees
 ANGLES = {
     **{name: name for name in ("rad", "radian", "radians", "mrad", "urad", "µrad", "μrad", "deg", "degree", "degrees",
                                "mdeg", "°", "gon", "turn", "turns", "revolution", "revolutions", "arcmin", "arcsec")},
     "º": "deg", "rev": "turn", "'": "arcmin", "′": "arcmin", '"': "arcsec", "″": "arcsec", "''": "arcsec",
 }
-"""The units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
-for a gon: both are refused, since German programs mean degrees."""
-
-RPM = 0.10471975511965977
-"""One revolution per minute in rad/s, rounded as by pint."""
-
+RPM = 0.10471975511965977  # one revolution per minute in rad/s, rounded as by pint
+# limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
+# overflow nor underflow
 LARGEST, SMALLEST = 1e40, 1e-40
-"""Limits of the magnitude of a value in SI other than 0, so that products and quotients of several values neither
-overflow nor underflow."""
-
 LEAST_TEETH, MOST_TEETH = 3, 1_000_000
 
 
 def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None) -> float:
-    """The value of a field in SI, a speed in rpm.
+    """The value of a field in SI, a speed in rpm, from a number in the unit of the dimension, a text or a quantity of
+    pint.
 
-    Parameters
-    ----------
-    field : str
-        Name of the value in error messages.
-    value : float, str or pint quantity
-        A plain number is in the unit of the dimension already; a text has a unit, e.g. "35.2 mm".
-    dimension : Dimension
-        What the value must be.
-    rule : Rule, optional
-        Rule for the number in SI; without it any sign is allowed.
-
-    Raises
-    ------
-    InputError
-        For a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose magnitude is
-        beyond the limits, or one that breaks the rule.
+    Raises `InputError` for a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose
+    magnitude is beyond the limits, or one that breaks the rule, which is for the number in SI.
     """
     number: float = value if isinstance(value, Measured) else (
         _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))
-    advice = f"It is {dimension.name}, e.g. '{dimension.example}'."
-    own = () if rule is None else (replace(rule, advice=advice),)
+    own = () if rule is None else (replace(rule, advice=_advice(dimension)),)
     for each in (FINITE, _magnitude_rule(dimension), *own):
         check_rule(field, number, each, value)
     return number
@@ -187,11 +142,12 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
 
 def _magnitude_rule(dimension: Dimension) -> Rule:
     """The rule that a number in SI of this dimension lies within the limits of magnitude."""
-    return Rule(
-        lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST,
-        f"must lie between {SMALLEST:g} and {LARGEST:g} {dimension.unit} in size, if it is not 0",
-        f"It is {dimension.name}, e.g. '{dimension.example}'.",
-    )
+    return Rule(lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
+                f"{dimension.unit} in size, if it is not 0", _advice(dimension))
+
+
+def _advice(dimension: Dimension) -> str:
+    return f"It is {dimension.name}, e.g. '{dimension.example}'."
 
 
 def _float(field: str, value: Any, dimension: Dimension) -> float:
@@ -209,7 +165,6 @@ def _float(field: str, value: Any, dimension: Dimension) -> float:
 
 
 def _has_unit(value: Any) -> bool:
-    """Whether a value is a text or a pint quantity."""
     return isinstance(value, str) or (hasattr(value, "to") and hasattr(value, "magnitude"))
 
 
@@ -222,7 +177,6 @@ def _registry() -> Any:
 
 
 def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
-    """The number in SI of a text or a pint quantity."""
     import pint
 
     if isinstance(value, str):
@@ -246,9 +200,8 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
                                "shaft_frequency or mesh_frequency. ")
     # pint treats units of angles as numbers; radians count here for angles, angular velocities and frequencies only,
     # elsewhere they are the number 1, as in "N*m/rad"
-    counted = dimension in (ANGLE, SPEED, FREQUENCY)
     angles = sum(power for name, power in measured.unit_items() if _ANGLE.search(name) and (
-        counted or name != "radian"))
+        dimension in (ANGLE, SPEED, FREQUENCY) or name != "radian"))
     if angles not in _ANGLE_POWERS.get(dimension, (0,)):
         speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
         raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
@@ -256,7 +209,6 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
 
 
 def _check_decimal_point(field: str, text: str) -> None:
-    """Raise `InputError` for a number with a comma."""
     if match := _DECIMAL_COMMA.fullmatch(text):
         whole, decimals, rest = match.groups()
         readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
@@ -285,8 +237,8 @@ def _unit(text: str, dimension: Dimension) -> str:
     compact = re.sub(r"\s", "", text)
     if dimension is ANGLE:
         return ANGLES[compact]
-    for pattern, meaning in _SPELLINGS.get(dimension, ()):
-        if match := pattern.fullmatch(compact):
+    for pattern, meaning in _SPELLINGS.get(dimension, {}).items():
+        if match := re.fullmatch(pattern, compact):
             return match.expand(meaning)
     return f"1{text}" if text.startswith("/") else text
 
@@ -297,7 +249,6 @@ def grad_advice(unit: str) -> str:
 
 
 def _not_convertible(field: str, value: object, dimension: Dimension, reason: str = "") -> InputError:
-    """The error for a value that cannot be converted to a dimension."""
     shown = value if isinstance(value, (str, bytes, bool)) or not _has_unit(value) else str(value)
     advice = f"{reason}Write e.g. '{dimension.example}', or a plain number in {dimension.unit}."
     return InputError(field, f"must be {dimension.name}", shown, advice)

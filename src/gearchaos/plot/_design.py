@@ -13,7 +13,6 @@ from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
 from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
 from gearchaos.plot._datasets import check_design, check_positive
 from gearchaos.plot.axes import (
@@ -265,7 +264,7 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     'mesh stiffness [N/µm]'
     """
     check_design(design)
-    found = comparable_stiffnesses(design)[: None if compare else 1]
+    found = design.comparable_stiffnesses[: None if compare else 1]
     ax = new_axes(ax)
     handles = []
     for stiffness, given in zip(found, cycle(_LINES), strict=False):

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from gearchaos.gears.dynamic_factor.standards import standards
+from gearchaos.gears.dynamic_factor import standards
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend, new_axes, second_axis_below
 from gearchaos.plot.theme import INK, STROBE, adapt, adapt_style

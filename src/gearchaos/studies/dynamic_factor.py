@@ -13,8 +13,7 @@ from gearchaos.datasets import variable
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor.resonance import MAIN_END, SUPERCRITICAL_START, resonance
-from gearchaos.gears.dynamic_factor.standards import standards
+from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START, resonance, standards
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM

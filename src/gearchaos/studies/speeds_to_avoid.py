@@ -13,7 +13,7 @@ from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor.standards import standards
+from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.operating import as_model
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE

@@ -14,8 +14,7 @@ from bokeh.plotting import figure
 
 from gearchaos.explorer.view import bounds
 from gearchaos.gears.operating import Gears, pair_of
-from gearchaos.gears.results import physical
-from gearchaos.gears.scales import unit_of
+from gearchaos.gears.results import physical, unit_of
 from gearchaos.plot.axes import axis_label
 from gearchaos.plot.classes import MOTION_CLASSES
 from gearchaos.quantities import (

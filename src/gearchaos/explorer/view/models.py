@@ -15,7 +15,7 @@ from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS, in_range
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.transmission_error.quality import Quality, editions
+from gearchaos.gears.transmission_error import Quality, editions
 from gearchaos.gears.units import RPM
 from gearchaos.model import COORDINATES, PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
 from gearchaos.quantities import OPERATION, Range, parse_harmonic

@@ -8,57 +8,46 @@ from contextlib import suppress
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
-from gearchaos.gears.design.gear_pair import comparable_stiffnesses
+from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
-from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.declared import check_plausible
+from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
+from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO
-from gearchaos.gears.stiffness.mesh_stiffness import methods
-from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
+from gearchaos.gears.transmission_error.harmonics import unrelieved_length
 
-USUAL_DAMPING = (0.03, 0.1)
-"""Usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`."""
-
+USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
+# pitch line velocities in m/s above which a speed is refused, and above which there is a warning
 FASTEST, FAST = 300.0, 60.0
-"""Pitch line velocities in m/s above which a speed is refused, and above which there is a warning."""
-
+# limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
+# given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size.
 LEAST_INERTIA, MOST_INERTIA, MOST_MASS = 0.02, 1000.0, 20.0
-"""Limits of a moment of inertia over that of a solid disc of the wheel's size, beyond which there is a warning. What is
-given may include all that turns with the wheel; what follows from the mass of a wheel is that of a disc of its size."""
-
+# ratio of the stiffness of a table to that by ISO 6336-1, or its inverse, from which on there is a warning
 FACTOR_TO_ISO = 10.0
-"""Ratio of the stiffness of a table to that by ISO 6336-1, or its inverse, from which on there is a warning."""
-
-CONSTANT = 1e-6
-"""Variation of a stiffness over its greatest value below which it is taken to be constant."""
-
+CONSTANT = 1e-6  # variation of a stiffness over its greatest value below which it is taken to be constant
+# load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large
 HIGH_LOAD = 3e8
-"""Load F_t/(b m_n) in Pa above which there is a warning: the bending stress at the root is several times as large."""
 
 
 def check_inputs(design: Drawing) -> None:
-    """Raise `InputError` for values that only a slip of units explains, and for a basic rack that cannot be.
-
-    What follows from the geometry is checked elsewhere: these checks come first, so that their question is asked.
-    """
+    """Raise `InputError` for slips of units and impossible racks, before what follows from the geometry is checked."""
     module, degree = design.module, math.pi / 180
-    check_plausible("module", module, 1e-5, 0.1, units.LENGTH)
-    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, units.ANGLE)
-    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, units.ANGLE)
+    check_plausible("module", module, 1e-5, 0.1)
+    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, dimension=units.ANGLE)
+    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, dimension=units.ANGLE)
     transverse = module / math.cos(design.helix_angle)
     for wheel, width in enumerate(design.face_width):
-        check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth), units.LENGTH,
+        check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth),
                         "It is between a tenth of the module and 20 reference diameters.")
     if design.centre_distance is not None:
         reference = transverse * sum(design.teeth) / 2
         nominal = units.Length(reference, design.centre_distance)
-        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference, units.LENGTH,
+        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference,
                         f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
         for wheel, length in enumerate(lengths):
-            check_plausible(f"{name}[{wheel}]", length, -module, module, units.LENGTH, "It is at most a module.")
+            check_plausible(f"{name}[{wheel}]", length, -module, module, "It is at most a module.")
     if design.tip_diameter is not None:
         if design.tip_alteration != (0.0, 0.0):
             shown = design.tip_alteration if isinstance(design.tip_alteration, str) else tuple(
@@ -68,7 +57,7 @@ def check_inputs(design: Drawing) -> None:
             diameter = design.tip_diameter[wheel]
             nominal = transverse * design.teeth[wheel] + 2 * module * (design.rack.addendum + shift)
             check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
-                            units.LENGTH, f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
+                            f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
 
 
@@ -76,24 +65,23 @@ def check_wheels(design: Drawing) -> None:
     """Raise `InputError` for bores, blanks, tip relief or speed that do not fit the wheels."""
     geometry, module = design.geometry, design.geometry.normal_module
     for wheel, bore in enumerate(design.bore or ()):
-        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - module, units.LENGTH,
+        check_plausible(f"bore[{wheel}]", bore, 0.0, geometry.root_diameter[wheel] - module,
                         "It leaves at least half a module below the root circle.")
     for wheel, blank in enumerate(design.blanks):
         if blank is not None:
             room = (geometry.root_diameter[wheel] - (0.0 if design.bore is None else design.bore[wheel])) / 2
-            check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, room, units.LENGTH,
+            check_plausible(f"blank[{wheel}].rim", blank.rim, 0.1 * module, room,
                             "It lies between the root circle and the bore.")
             width = design.face_width[wheel]
-            check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width, units.LENGTH,
+            check_plausible(f"blank[{wheel}].web", blank.web, 0.01 * width, 2 * width,
                             "It is between a hundredth and twice the face width.")
     if design.tip_relief is not None:
         for wheel, amount in enumerate(design.tip_relief.amount):
-            check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5, units.LENGTH,
+            check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            check_plausible(
-                f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
-                geometry.tip_diameter[wheel], units.LENGTH, "It lies between the start of active profile and the tip.")
+            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
+                            geometry.tip_diameter[wheel], "It lies between the start of active profile and the tip.")
     if design.speed is not None:
         check_speed_range(design, design.speed)
 
@@ -134,9 +122,7 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
 
 
 def _inertia_warnings(design: Drawing) -> list[str]:
-    """Warnings about a mass or a bore without effect, and about moments of inertia, given or from a mass, far from that
-    of a solid disc of the wheel's size.
-    """
+    """Warnings about a mass or a bore without effect, and about inertias far from those of solid discs of this size."""
     bored = [method.name for method in methods().values() if "bore" in method.needs]
     geometry, found = design.geometry, [
         f"{name} has no effect on the motion: inertia is given, and {reason}." for name, reason, holds in (
@@ -164,7 +150,7 @@ def _stiffness_warnings(design: Drawing) -> list[str]:
     try:
         if isinstance(design.stiffness, str):
             return [f"{text}." for text in methods()[design.stiffness].warnings(design)]
-        own, *others = comparable_stiffnesses(design)
+        own, *others = design.comparable_stiffnesses
     except InputError:  # reported by what needs the stiffness
         return []
     (least, greatest), mean = own.extremes, f"{own.reference / 1e6:.4g} N/µm"

@@ -1,95 +1,74 @@
-"""`Drawing`: the inputs of a gear design, how each is read, and the dimensions and masses that follow from them."""
+"""`Drawing`: the inputs of a gear design, how each is read, and what follows from them alone."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import InitVar, dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
+import numpy as np
+
 from gearchaos.errors import InputError
-from gearchaos.gears.design.values import (
-    BELOW_ONE,
-    PRESSURE_ANGLE,
-    PROFILE_A,
-    SOLID,
-    Choice,
-    ErrorTable,
-    OrdersFile,
-    Rack,
-    ReliefDimensions,
-    Supports,
-    TableFile,
-    helix,
-    read_blank,
-    read_quality,
-    read_tip_relief,
-    record,
-    tip_alterations,
-    tooth_count,
-)
+from gearchaos.gears import mechanics
+from gearchaos.gears.design import values
+from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
+from gearchaos.gears.fields import number, one, read_by, record, two
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
-from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.geometry.mating import mating_geometry
-from gearchaos.gears.inputs.declared import number, one, read_by, two, two_of
-from gearchaos.gears.mechanics import (
-    MeshLoad,
-    disc_diameter,
-    disc_inertia,
-    disc_mass,
-    equivalent_mass,
-    mesh_load,
-    read_material,
-)
+from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
+from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
-from gearchaos.gears.stiffness.mesh_stiffness import methods, other_methods
-from gearchaos.gears.transmission_error.quality import Quality
-from gearchaos.gears.transmission_error.tip_relief import TipRelief
-from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE
+from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
+from gearchaos.gears.transmission_error import Quality, tolerances
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, TipRelief, from_quality, from_tip_relief
+from gearchaos.gears.transmission_error.tables import from_orders
+from gearchaos.gears.transmission_error.tables import from_table as error_from_table
+from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
-TEETH = two_of(tooth_count, "must be a list of two numbers of teeth")
+NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
+TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
 _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm.
-
-    Each field says how its value is read, and what to write where a result needs it and it was left out.
+    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm. Each field
+    says how its value is read, and what to write where a result needs it and it was left out.
     """
 
     teeth: Any = field(metadata=read_by(TEETH))
     module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     diametral_pitch: InitVar[Any] = None
     face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
-    pressure_angle: Any = field(default=PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
-    helix_angle: Any = field(default=0.0, metadata=read_by(helix))
+    pressure_angle: Any = field(default=values.PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
+    helix_angle: Any = field(default=0.0, metadata=read_by(lambda name, value: abs(to_si(name, value, ANGLE))))
     centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     profile_shift: Any = field(default=None, metadata=read_by(
-        two_of(number(), "must be a list of two: x1 and x2, in normal modules")))
-    rack: Rack | Any = field(default=PROFILE_A, metadata=read_by(record(Rack)))
-    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(tip_alterations))
+        two(number(), "must be a list of two: x1 and x2, in normal modules")))
+    rack: Rack | Any = field(default=values.PROFILE_A, metadata=read_by(record(Rack)))
+    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(values.tip_alterations))
     tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
-    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(read_tip_relief))
-    material: Any = field(default="steel", metadata=read_by(two(read_material)))
+    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(values.read_tip_relief))
+    material: Any = field(default="steel", metadata=read_by(two(mechanics.read_material)))
     bore: Any = field(default=None, metadata=read_by(
         _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
-    blank: Any = field(default=SOLID, metadata=read_by(two(read_blank)))
+    blank: Any = field(default=values.SOLID, metadata=read_by(two(values.read_blank)))
     inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
     mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
     quality: Quality | Any = field(default=None, metadata=read_by(
-        read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+        values.read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
     backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
         backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
     damping_ratio: float | None = field(default=None, metadata=read_by(
-        number(BELOW_ONE),
+        number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
         "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(
-        Choice(tuple(methods()), {"table": TableFile})))
+    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
-        Choice(("none", "from quality"), {"orders": OrdersFile, "table": ErrorTable})))
+        values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
     supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
     application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
@@ -97,16 +76,6 @@ class Drawing:
         one(SPEED, POSITIVE), "It is the speed of wheel 1, e.g. '360 rpm'."))
     torque: Any = field(default=None, metadata=read_by(
         one(TORQUE, NOT_NEGATIVE), "It is the torque at wheel 1, e.g. '9000 N*m'."))
-
-    @cached_property
-    def geometry(self) -> Geometry:
-        """Dimensions of the pair."""
-        values = {
-            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
-            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
-            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius,
-        }
-        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
 
     def given(self, name: str) -> Any:
         """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
@@ -122,6 +91,14 @@ class Drawing:
             known = {f.name: f.metadata["advice"] for f in fields(self)}
             raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
 
+    @cached_property
+    def geometry(self) -> Geometry:
+        values = {
+            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
+            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
+            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius}
+        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
+
     @property
     def backlash_line_of_action(self) -> float:
         """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
@@ -132,9 +109,9 @@ class Drawing:
         """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
         if self.mass is not None:
             return self.mass
-        bores, diameters = self.given("bore"), disc_diameter(self.geometry)
-        discs = zip(diameters, bores, self.face_width, self.material, strict=True)
-        first, second = (disc_mass(d, bore, width, material.density) for d, bore, width, material in discs)
+        diameters, bores = mechanics.disc_diameter(self.geometry), self.given("bore")
+        first, second = (mechanics.disc_mass(d, bore, width, material.density) for d, bore, width, material in zip(
+            diameters, bores, self.face_width, self.material, strict=True))
         return first, second
 
     @property
@@ -142,26 +119,32 @@ class Drawing:
         """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
         if self.inertia is not None:
             return self.inertia
-        weights, diameters = self.masses, disc_diameter(self.geometry)
-        bores = self.bore or (0.0, 0.0)
-        first, second = (disc_inertia(*each) for each in zip(diameters, bores, weights, strict=True))
+        discs = zip(mechanics.disc_diameter(self.geometry), self.bore or (0.0, 0.0), self.masses, strict=True)
+        first, second = (mechanics.disc_inertia(*each) for each in discs)
         return first, second
 
     @property
     def equivalent_mass(self) -> float:
         """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
         base1, base2 = self.geometry.base_diameter
-        return equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
+        return mechanics.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
 
     @property
-    def load(self) -> MeshLoad:
+    def load(self) -> mechanics.MeshLoad:
         """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mesh_load(self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
+        return mechanics.mesh_load(
+            self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
+
+    @property
+    def blanks(self) -> tuple[Blank | None, Blank | None]:
+        """Rim and web of each wheel; None for a solid disc."""
+        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
+        return first, second
 
     @property
     def tooth_stiffness(self) -> ToothStiffness:
         """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-        load = None if self.torque is None else mesh_load(
+        load = None if self.torque is None else mechanics.mesh_load(
             self.geometry, 0.0, self.torque, self.application_factor).line_load  # whatever the speed
         if load == 0:
             raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", self.torque,
@@ -171,32 +154,83 @@ class Drawing:
         return tooth_stiffness(self.geometry, line_load=load, youngs_modulus=(first, second), blanks=self.blanks)
 
     @property
-    def blanks(self) -> tuple[Blank | None, Blank | None]:
-        """Rim and web of each wheel; None for a solid disc."""
-        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
-        return first, second
+    def mesh_stiffness(self) -> MeshStiffness:
+        """Mesh stiffness over the mesh period by the method of the design.
+
+        That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
+        """
+        if isinstance(self.stiffness, TableFile):
+            return _table_stiffness(self.stiffness, self.teeth[0], self.geometry.common_face_width)
+        return methods()[self.stiffness].compute(self)
+
+    @property
+    def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
+        """The mesh stiffness by the method of the design, then by all others that it can be computed by."""
+        found = [self.mesh_stiffness]
+        for method in methods().values():
+            if method.name != self.stiffness:
+                with suppress(InputError):  # without a bore, or for helical gears
+                    found.append(method.compute(self))
+        return tuple(found)
 
     @property
     def path_relief(self) -> TipRelief | None:
-        """The tip relief along the path of contact; None without one.
-
-        Raises
-        ------
-        InputError
-            If the drawing does not say where the relief of a wheel begins.
-        """
+        """The tip relief along the path of contact, None without one; raises `InputError` if it has no start."""
         if self.tip_relief is None:
             return None
         if self.tip_relief.start_diameter is None:
             raise InputError("tip_relief.start_diameter", "must be given", None,
                              "The transmission error depends on where the relief begins.")
-        first, second = (
-            self.geometry.length_to_tip(wheel, start) if amount else 0.0
-            for wheel, (start, amount) in enumerate(
-                zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True)))
+        starts = enumerate(zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True))
+        first, second = (self.geometry.length_to_tip(wheel, d) if amount else 0.0 for wheel, (d, amount) in starts)
         return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
 
     @property
     def exact(self) -> bool:
         """Whether the teeth are taken to be exact: the transmission error is left out, or said to be none."""
         return self.transmission_error in (None, "none")
+
+    @property
+    def error_harmonics(self) -> ErrorHarmonics:
+        """Harmonics of the transmission error of the unloaded gears by the method of the design.
+
+        Measured errors contain all deviations. Those from the accuracy grade and from the tip relief are added up.
+        """
+        method = self.transmission_error
+        if isinstance(method, ErrorFile):
+            radius = method.wheel and self.geometry.base_diameter[method.wheel - 1] / 2
+            return _file_error(method, self.teeth, self.module / 2, radius)
+        if self.exact:
+            return NO_ERROR
+        quality = self.given("quality")
+        found: list[ErrorHarmonics] = [from_quality(self.geometry, quality, tolerances(quality, self.geometry))]
+        if self.path_relief is None:
+            return found[0]
+        found.append(from_tip_relief(self.geometry, self.path_relief))
+        total = np.zeros(max(len(part.amplitudes) for part in found), complex)
+        for part in found:
+            total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
+        return ErrorHarmonics(amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
+                              source="; ".join(part.source for part in found),
+                              residual_rms=math.hypot(*(part.residual_rms for part in found)),
+                              residual_peak=sum(part.residual_peak for part in found),
+                              warnings=tuple(warning for part in found for warning in part.warnings),
+                              assumptions=tuple(text for part in found for text in part.assumptions))
+
+
+@lru_cache(maxsize=64)
+def _table_stiffness(file: TableFile, teeth: int, face_width: float) -> MeshStiffness:
+    """The stiffness of a table with this content, read once."""
+    file.check_unchanged("stiffness")
+    return stiffness_from_table(file.table, teeth=teeth, speed=file.speed, face_width=face_width,
+                                columns=dict(file.columns))
+
+
+@lru_cache(maxsize=64)
+def _file_error(file: ErrorFile, teeth: tuple[int, int], most: float, radius: float | None) -> ErrorHarmonics:
+    """The error in a file with this content, read once: amplitudes up to ``most``, m; a base radius for angles."""
+    file.check_unchanged("transmission_error")
+    options: dict[str, Any] = {"most": most, "radius": radius, "columns": dict(file.columns)}
+    if isinstance(file, OrdersFile):
+        return from_orders(file.path, teeth, **options)
+    return error_from_table(file.path, teeth[0], **options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
@@ -11,23 +12,20 @@ from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import TEETH, Drawing
-from gearchaos.gears.design.gear_pair import error_of, gear_pair, stiffness_of
-from gearchaos.gears.design.values import Choice, module_of
+from gearchaos.gears.design.values import Choice, TableFile, module_of
+from gearchaos.gears.fields import convert_fields
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
-from gearchaos.gears.inputs.declared import convert_fields
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.stiffness.mesh_stiffness import MeshStiffness
-from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
+from gearchaos.gears.stiffness import methods
 from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 
+# the inputs of a design that the table ``[operation]`` of a study file may hold
 OPERATION = ("speed", "torque", "application_factor")
-"""The inputs of a design that the table ``[operation]`` of a study file may hold."""
-
+# the keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second
 FREQUENCIES = ("shaft_frequency", "mesh_frequency")
-"""The keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,15 +174,6 @@ class GearDesign(Drawing, HasCard):
             out["speed"] = 60 * turns / (TEETH("teeth", design["teeth"])[0] if "mesh" in speeds[0] else 1)
         return cls(**design, **out)
 
-    @property
-    def mesh_stiffness(self) -> MeshStiffness:
-        """Mesh stiffness over the mesh period by the method of the design."""
-        return stiffness_of(self)
-
-    @property
-    def error_harmonics(self) -> ErrorHarmonics:
-        """Harmonics of the transmission error of the unloaded gears by the method of the design."""
-        return error_of(self)
 
     def at(self, *, speed: float | str | None = None, torque: float | str | None = None) -> GearDesign:
         """The same design at another speed or torque of wheel 1.
@@ -201,8 +190,34 @@ class GearDesign(Drawing, HasCard):
         return replace(self, **given)
 
     def to_pair(self) -> GearPair:
-        """The gear pair of (2.1) at this speed and torque; see `gearchaos.gears.design.gear_pair`."""
-        return gear_pair(self)
+        """The gear pair of (2.1) at this speed and torque.
+
+        The reference stiffness c0 is the time mean of the mesh stiffness. The resisting torque balances the driving
+        one; there is no bearing friction.
+
+        Raises
+        ------
+        InputError
+            If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
+        """
+        weighed = self.mass is not None or (self.inertia is not None and self.supports is None)
+        needed = [*["quality"] * (self.transmission_error == "from quality"), *["bore"] * (not weighed),
+                  *(() if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].needs),
+                  "backlash", "damping_ratio", "speed", "torque"]
+        self.require(dict.fromkeys(needed))
+        stiffness, error, radii = self.mesh_stiffness, self.error_harmonics, self.geometry.base_diameter
+        reference, supports = stiffness.reference, dict[str, Any]()
+        if self.supports is not None:
+            (c1, c2), (m1, m2), (first, second) = self.supports.stiffness, self.masses, self.supports.damping_ratio
+            supports = {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
+                        "k2": 2 * second * math.sqrt(c2 * m2)}
+        return GearPair(
+            n1=self.teeth[0], n2=self.teeth[1], I1=self.inertias[0], I2=self.inertias[1], R1=radii[0] / 2,
+            R2=radii[1] / 2, c0=reference, k=2 * self.given("damping_ratio") * math.sqrt(
+                reference * self.equivalent_mass),
+            backlash=self.backlash_line_of_action, M10=self.torque, speed=self.speed,
+            error_amplitudes=error.amplitudes, error_phases=error.phases, **stiffness.waveform.to_pair(reference),
+            **supports)
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model at this speed and torque; see `GearPair.to_model`."""
@@ -237,7 +252,7 @@ def sentences(texts: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts)
 
 
+# the inputs that may name a file, and the key of its path, which is relative to the folder of a study file
 FILES: tuple[tuple[str, str], ...] = tuple(
     (f.name, key) for f in fields(GearDesign) if isinstance(choice := f.metadata["convert"], Choice)
     for key in choice.files)
-"""The inputs that may name a file, and the key of its path, which is relative to the folder of a study file."""

@@ -20,11 +20,9 @@ from gearchaos.gears.geometry.tooth_root import involute
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
+# points of an outline along an involute, a fillet and the tip circle of a tooth
 FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
-"""Points of an outline along an involute, a fillet and the tip circle of a tooth."""
-
-_STEP = 1e-6
-"""Step of the rack's normal, in rad, for the tangents of a fillet."""
+_STEP = 1e-6  # step of the rack's normal, in rad, for the tangents of a fillet
 
 
 @dataclass(frozen=True)
@@ -33,18 +31,12 @@ class TransverseSection:
 
     The teeth are those that the basic rack generates: involute flanks and the trochoids of its rounded tip, also of
     helical gears, whose teeth in other planes are rotated. An outline is a polygon within the tooth, so that drawn
-    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash is larger than
-    that of nominal teeth, the teeth of both wheels are made thinner by equal amounts, as far as their tips allow. This
-    changes neither root nor tip circles.
+    teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash, total along the
+    line of action, m, is larger than that of nominal teeth, the teeth of both wheels are made thinner by equal amounts,
+    as far as their tips allow. This changes neither root nor tip circles.
 
-    Attributes
-    ----------
-    geometry : Geometry
-        The gear pair.
-    backlash : float
-        Total backlash along the line of action, m, at least that of nominal teeth.
-    phase : float
-        The instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0, 1).
+    The phase is the instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0,
+    1).
     """
 
     geometry: Geometry
@@ -63,7 +55,6 @@ class TransverseSection:
         return np.array([math.cos(angle), math.sin(angle)])
 
     def on_line(self, distance: float) -> np.ndarray:
-        """The point (2,) at a distance along the line of action."""
         angle, base = self.geometry.working_pressure_angle, self.geometry.base_diameter[0] / 2
         return base * np.array([-math.sin(angle), math.cos(angle)]) + distance * self.direction
 
@@ -96,17 +87,10 @@ class TransverseSection:
         return tangency - self._length(wheel, contact) / base + self._base_half_angle(wheel)
 
     def outline(self, wheel: int, teeth: range | None = None, detail: float = 1.0) -> np.ndarray:
-        """Points (points, 2) of the outline of teeth, counter-clockwise.
+        """Points (points, 2) of the outline of teeth, counter-clockwise; ``detail`` is a factor on their number.
 
-        Parameters
-        ----------
-        wheel : int
-            0 for wheel 1, 1 for wheel 2.
-        teeth : range, optional
-            Numbers of the teeth, counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default
-            all teeth, a closed outline.
-        detail : float
-            Factor on the numbers of points.
+        Teeth are counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default all, a closed
+        outline.
         """
         numbers = range(self.geometry.teeth[wheel]) if teeth is None else teeth
         radius, offset = self._half_tooth(wheel, detail)
@@ -124,9 +108,8 @@ class TransverseSection:
 
     @cached_property
     def _thinning(self) -> tuple[float, float]:
-        """Angle by which each flank of a tooth of each wheel lies nearer to its axis than a nominal one.
-
-        Both teeth lose the same thickness, unless one would then be pointed below its tip circle.
+        """Angle by which each flank of each wheel's teeth lies nearer to their axis than nominal ones. Both teeth lose
+        the same thickness, unless one would then be pointed below its tip circle.
         """
         excess = self.backlash - self.geometry.theoretical_backlash
         bases = self.geometry.base_diameter
@@ -162,8 +145,7 @@ class TransverseSection:
 
     def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
         """Radii and angles from the axis of a tooth, (points,): the fillet's first point, then where its tangents meet.
-
-        The fillet is concave: its chords would add material, by which a mating tip could seem to cut into it.
+        It is concave: its chords would add material, by which a mating tip could seem to cut into it.
         """
         slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
                              max(round(FILLET_POINTS * detail), 2))
@@ -182,15 +164,7 @@ class TransverseSection:
 
 
 def transverse_section(design: GearDesign, phase: float | None = None) -> TransverseSection:
-    """The section of a design; without a backlash its teeth have nominal thickness.
-
-    Parameters
-    ----------
-    design : GearDesign
-        The gear pair.
-    phase : float, optional
-        See `TransverseSection`; by default the middle of the time during which most tooth pairs are in contact.
-    """
+    """The section of a design, nominal without a backlash, by default amid the time of most pairs in contact."""
     geometry = design.geometry
     # nominal teeth may overlap by what the rounding of profile shifts explains
     nominal = max(geometry.theoretical_backlash, 0.0)

@@ -1,31 +1,22 @@
-"""The parts of a gear design that are tables of several values, and how such inputs are read."""
+"""The parts of a gear design that are tables of several values, and how its inputs are read."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import ChangedFileError, InputError, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
-from gearchaos.gears.geometry.mating import KEEP_CLEARANCE
-from gearchaos.gears.inputs.cells import MOST_BYTES
-from gearchaos.gears.inputs.declared import (
-    Convert,
-    convert_fields,
-    name_of,
-    number,
-    one,
-    read_by,
-    record_values,
-    two,
-)
+from gearchaos.gears.fields import Record, convert_fields, name_of, number, one, read_by, record, record_values, two
+from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.stiffness.iso6336 import Blank
-from gearchaos.gears.transmission_error.quality import Quality
+from gearchaos.gears.tables import MOST_BYTES
+from gearchaos.gears.transmission_error import Quality
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less than 1",
@@ -33,183 +24,122 @@ BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less t
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rack:
-    """Basic rack tooth profile, in normal modules; by default profile A of ISO 53:1998.
-
-    Parameters
-    ----------
-    addendum, dedendum, root_radius : float, optional
-        h_aP/m_n, h_fP/m_n and ρ_fP/m_n.
-    """
+class Rack(Record):
+    """Basic rack tooth profile h_aP, h_fP and ρ_fP, in normal modules; by default profile A of ISO 53:1998."""
 
     addendum: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
     dedendum: float = field(default=1.25, metadata=read_by(number(POSITIVE)))
     root_radius: float = field(default=0.38, metadata=read_by(number(NOT_NEGATIVE)))
 
-    def __post_init__(self) -> None:
-        convert_fields(self)
 
-
-PROFILE_A = Rack()
-"""Profile A of ISO 53:1998."""
-
-INCH = 25.4e-3
-"""One inch in m."""
-
-PRESSURE_ANGLE = math.radians(20)
-"""Normal pressure angle of ISO 53:1998, rad."""
+PROFILE_A = Rack()  # profile A of ISO 53:1998
+INCH = 25.4e-3  # one inch in m
+PRESSURE_ANGLE = math.radians(20)  # normal pressure angle of ISO 53:1998, rad
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReliefDimensions:
+class ReliefDimensions(Record):
     """Tip relief of both wheels as a drawing gives it.
 
-    Parameters
-    ----------
-    amount : length, one or two
-        C_a of each wheel, the profile deviation at the tip circle: in the transverse plane along the line of action. 0
-        for a wheel without relief.
-    start_diameter : length, one or two, optional
-        Diameters at which the relief begins. None, the default, if the drawing does not say; then only results that
-        need no more than the amount can be computed.
-    shape : {"linear", "parabolic"}, optional
-        How the relief grows from its start to the tip; by default linear.
+    The amount is C_a, the profile deviation at the tip circle: in the transverse plane along the line of action, 0 for
+    a wheel without relief. The relief begins at the start diameter; without it only results that need no more than the
+    amount can be computed. It grows in this shape to the tip.
     """
 
     amount: Any = field(metadata=read_by(two(one(units.LENGTH, NOT_NEGATIVE))))
     start_diameter: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE))))
-    shape: str = field(default="linear", metadata=read_by(name_of(("linear", "parabolic"))))
-
-    def __post_init__(self) -> None:
-        convert_fields(self)
+    shape: str = field(default="linear", metadata=read_by(name_of("linear", "parabolic")))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Supports:
-    """Elastic supports of both wheels, along the line of action in the transverse plane.
-
-    Parameters
-    ----------
-    stiffness : force/length, one or two
-        Of each wheel's shaft and bearings together.
-    damping_ratio : float, one or two
-        Of the wheel's mass on its support.
-    """
+class Supports(Record):
+    """Elastic supports of both wheels along the line of action: shaft and bearings together, with the wheel's mass."""
 
     stiffness: Any = field(metadata=read_by(two(one(units.STIFFNESS, POSITIVE, (1e4, 1e13)))))
     damping_ratio: Any = field(metadata=read_by(two(number(
         Rule(lambda v: (v >= 0) & (v < 1), "must be at least 0 and less than 1")))))
 
-    def __post_init__(self) -> None:
-        convert_fields(self)
+
+def _headers(field: str, value: Any) -> tuple[tuple[str, str], ...]:
+    """Headers in a file by the names of columns, as pairs."""
+    try:
+        chosen = dict(value)
+    except (TypeError, ValueError):
+        chosen = {"": None}
+    if not all(isinstance(text, str) and text for pair in chosen.items() for text in pair):
+        raise InputError(field, "must be a table of headers in the file", value,
+                         "E.g. { angle = 'Angle of rotation', value = 'Stiffness curve' }.")
+    return tuple(chosen.items())
+
+
+def _wheel(field: str, value: Any) -> int:
+    """The wheel whose angle an error is."""
+    if type(value) is not int or value not in (1, 2):
+        raise InputError(field, "must be 1 or 2", value, "It is the wheel whose angle the error is.")
+    return value
 
 
 @dataclass(frozen=True, kw_only=True)
 class DataFile:
-    """What all files of a design have.
+    """What all files of a design have: the checksum of the content, by default that of now, and headers of columns."""
 
-    Parameters
-    ----------
-    sha256 : str, optional
-        Checksum of its content; by default that of the file now. A file whose content has changed since is refused.
-    columns : mapping of str to str, optional
-        Headers in the file by the names of columns; kept as a tuple of pairs.
-    """
+    key: ClassVar[str] = "table"  # the field with the path
 
     sha256: str = ""
-    columns: Any = ()
+    columns: Any = field(default=(), metadata=read_by(_headers))
 
     def __post_init__(self) -> None:
-        found = self.sha256 or checksum(self.path)
+        found = self.sha256 or _checksum(self.path)
         if not found:
-            raise InputError(self._key, "must be a file that can be read", self.path,
+            raise InputError(self.key, "must be a file that can be read", self.path,
                              "It does not exist, is no file, is too large or may not be read. Write the table first, "
                              "or correct the path.")
         object.__setattr__(self, "sha256", found)
-        try:
-            chosen = dict(self.columns)
-        except (TypeError, ValueError):
-            chosen = {"": None}
-        if not all(isinstance(text, str) and text for pair in chosen.items() for text in pair):
-            raise InputError("columns", "must be a table of headers in the file", self.columns,
-                             "E.g. { angle = 'Angle of rotation', value = 'Stiffness curve' }.")
-        object.__setattr__(self, "columns", tuple(chosen.items()))
-
-    @property
-    def _key(self) -> str:
-        return "orders" if isinstance(self, OrdersFile) else "table"
+        convert_fields(self)
 
     @property
     def path(self) -> str:
-        """Path of the file."""
-        return str(getattr(self, self._key))
+        return str(getattr(self, self.key))
+
+    def check_unchanged(self, field: str) -> None:
+        """Raise `ChangedFileError` if the content is no longer that with which the design was made."""
+        if _checksum(self.path) != self.sha256:
+            raise ChangedFileError(f"{field}.{self.key}", "must be the file with which the design was made", self.path,
+                                   "It is missing or was changed since. Make the design again, or restore the file.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableFile(DataFile):
-    """A file with the stiffness over one or more mesh periods.
-
-    Parameters
-    ----------
-    table : str
-        Path of the file.
-    speed : angular velocity, optional
-        Of wheel 1, in rpm without a unit, at which the times of a table over time hold.
-    """
+    """A file with the stiffness over one or more mesh periods; the speed of wheel 1, in rpm, is that of times."""
 
     table: str
     speed: Any = field(default=None, metadata=read_by(one(units.SPEED, POSITIVE)))
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        convert_fields(self)
-
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorFile(DataFile):
-    """A file with a transmission error.
+    """A file with a transmission error: the angle of this wheel, or without one a length along the line of action."""
 
-    Parameters
-    ----------
-    wheel : {1, 2}, optional
-        The wheel whose angle the error is. None, the default, for a length along the line of action.
-    """
-
-    wheel: Any = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.wheel is not None and (type(self.wheel) is not int or self.wheel not in (1, 2)):
-            raise InputError("wheel", "must be 1 or 2", self.wheel, "It is the wheel whose angle the error is.")
+    wheel: Any = field(default=None, metadata=read_by(_wheel))
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrdersFile(ErrorFile):
-    """A file with amplitudes and phases of harmonics.
+    """A file with amplitudes and phases of harmonics."""
 
-    Parameters
-    ----------
-    orders : str
-        Path of the file.
-    """
+    key: ClassVar[str] = "orders"
 
     orders: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorTable(ErrorFile):
-    """A file with an error over one or more mesh periods.
-
-    Parameters
-    ----------
-    table : str
-        Path of the file.
-    """
+    """A file with an error over one or more mesh periods."""
 
     table: str
 
 
-def checksum(path: str) -> str:
+def _checksum(path: str) -> str:
     """SHA-256 of the content of a file; empty if it cannot be read."""
     try:
         return hashlib.sha256(read_bytes(Path(path), MOST_BYTES)).hexdigest()
@@ -217,8 +147,7 @@ def checksum(path: str) -> str:
         return ""
 
 
-SOLID = "solid"
-"""The blank of a wheel that is a solid disc."""
+SOLID = "solid"  # the blank of a wheel that is a solid disc
 
 
 def module_of(diametral_pitch: Any) -> units.Measured:
@@ -228,16 +157,10 @@ def module_of(diametral_pitch: Any) -> units.Measured:
 
 
 def tooth_count(field: str, value: Any) -> int:
-    """The number of teeth of one external wheel."""
     if isinstance(value, int) and not isinstance(value, bool) and value < 0:
         raise InputError(field, "must be greater than 0", value,
                          "Negative numbers of teeth denote internal gears, which are not computed.")
     return units.teeth(field, value)
-
-
-def helix(field: str, value: Any) -> float:
-    """The magnitude of a helix angle in rad."""
-    return abs(units.to_si(field, value, units.ANGLE))
 
 
 def tip_alterations(field: str, value: Any) -> tuple[float, float] | str:
@@ -253,20 +176,6 @@ def read_blank(field: str, value: Any) -> Blank | str:
         raise InputError(field, f"must be {SOLID!r}, or a table with rim and web", value,
                          f"Each wheel may have its own: ['{SOLID}', {{ rim = '70 mm', web = '90 mm' }}].")
     return Blank(*(one(units.LENGTH, POSITIVE)(f"{field}.{name}", value[name]) for name in ("rim", "web")))
-
-
-def record(kind: type) -> Convert:
-    """A dataclass, or a table with its values."""
-
-    def convert(field: str, value: Any) -> Any:
-        if isinstance(value, kind):
-            return value
-        if not isinstance(value, Mapping):
-            names = ", ".join(f.name for f in fields(kind))
-            raise InputError(field, f"must be a table with {names}", value)
-        return record_values(kind, field, value)
-
-    return convert
 
 
 def read_tip_relief(field: str, value: Any) -> ReliefDimensions:
@@ -286,12 +195,11 @@ def read_quality(field: str, value: Any) -> Quality:
     return Quality(value["standard"], value["grade"])
 
 
-@dataclass(frozen=True)
 class Choice:
-    """One of some names, or a table that names a file by one of the keys of ``files``."""
+    """One of some names, or a table that names a file by the key of its kind."""
 
-    names: tuple[str, ...]
-    files: Mapping[str, type[DataFile]]
+    def __init__(self, names: tuple[str, ...], *files: type[DataFile]) -> None:
+        self.names, self.files = names, {kind.key: kind for kind in files}
 
     def __call__(self, field: str, value: Any) -> Any:
         if isinstance(value, tuple(self.files.values())):

@@ -1,1 +1,143 @@
-"""The dynamic factor K_v of a gear pair by several standards, one per file, and its main resonance."""
+"""The standards for the dynamic factor K_v: the ratio of the largest tooth force, with its dynamic part, to F_t K_A.
+
+To add a standard, add a module to this folder. It has a function of a `GearDesign`, which returns `Refused` outside its
+validity, a frozen dataclass for its result, whose numbers are `described`, and a `Standard` with the name ``STANDARD``.
+Datasheet, JSON, printed tables, Datasets and pictures then have it. Main resonance, ISO 6336-1:2006, 6.4.2, is here for
+all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cache
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+from gearchaos.gears.fields import declared, described
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
+    from gearchaos.gears.geometry.dimensions import Geometry
+
+_RPM = 30 / math.pi  # one rad/s in revolutions per minute
+# resonance ratios N where main resonance ends and the supercritical range begins; ISO 6336-1:2006, 6.4.2.
+MAIN_END, SUPERCRITICAL_START = 1.15, 1.5
+_CLAUSE = "ISO 6336-1:2006, 6.4.2"
+
+
+class DynamicFactor(Protocol):
+    """What a standard says of a pair: ``value`` is K_v, or None with a ``reason``."""
+
+    @property
+    def value(self) -> float | None: ...
+    @property
+    def reason(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why a standard gives no dynamic factor, in a sentence: outside its validity, or where an input is missing."""
+
+    reason: str
+    value: ClassVar[None] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standard:
+    """A standard, or one of its methods.
+
+    ``label`` is what the legend of a picture says, ``words`` the name with edition or method, ``beside`` other fields
+    of the result for the datasheet, by their names there. The field ``value`` of the result has the `Formula` of K_v.
+    """
+
+    name: str  # of K_v on the datasheet and in a Dataset: "Kv_" and what tables print above its column
+    label: str
+    words: str
+    result: type
+    compute: Callable[[GearDesign], DynamicFactor]
+    needs: tuple[str, ...] = ("quality", "speed", "torque")  # inputs that designs may leave out, but not for this
+    beside: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def long_name(self) -> str:
+        """K_v of this standard in words."""
+        return f"dynamic factor by {self.words}"
+
+    @property
+    def heading(self) -> str:
+        """K_v of this standard above a column of a table."""
+        return f"K_v {self.name.removeprefix('Kv_').replace('_', ' ')}"
+
+    def factor(self, design: GearDesign) -> DynamicFactor:
+        """The dynamic factor of a design at its speed and torque, or `Refused`, also where an input is left out."""
+        missing = [name for name in self.needs if getattr(design, name) is None]
+        return Refused(f"The design gives no {' and no '.join(missing)}.") if missing else self.compute(design)
+
+
+@cache
+def standards() -> tuple[Standard, ...]:
+    """All standards: those of ISO first, then the others by name."""
+    found: list[Standard] = declared(__name__, "STANDARD")
+    return tuple(sorted(found, key=lambda each: (not each.name.startswith("Kv_ISO"), each.name)))
+
+
+class SpeedRange(Enum):
+    """Range of the speed relative to the main resonance."""
+
+    SUBCRITICAL = "subcritical"
+    MAIN_RESONANCE = "main resonance"
+    INTERMEDIATE = "intermediate"
+    SUPERCRITICAL = "supercritical"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """Main resonance of the mesh in terms of the speed of wheel 1; values in SI, speeds in rad/s."""
+
+    reduced_mass: float = described("m_red", "I1 I2/((I1 r_b2² + I2 r_b1²) b)", f"{_CLAUSE}, (7), (8)", "kg/mm", 1e-3)
+    resonance_speed: float = described("n_E1", "30000/(π z1) √(c_γα/m_red)", f"{_CLAUSE}, (6)", "rpm", _RPM)
+    lower_limit_ratio: float = described(
+        "N_S", "0.85, or 0.5 + 0.35 √(F_t K_A/(100 b)) below 100 N/mm", f"{_CLAUSE}, (11), (12)",
+        words="resonance ratio where main resonance begins")
+    main_start: float = described("", "N_S n_E1", _CLAUSE, "rpm", _RPM, words="start of the main resonance")
+    main_end: float = described("", "1.15 n_E1", _CLAUSE, "rpm", _RPM, words="end of the main resonance")
+    supercritical_start: float = described(
+        "", "1.5 n_E1", _CLAUSE, "rpm", _RPM, words="start of the supercritical range")
+
+    def ratio(self, speed: float) -> float:
+        """Resonance ratio N = n1/n_E1, (9), at a speed of wheel 1 in rad/s."""
+        return abs(speed) / self.resonance_speed
+
+    def range_at(self, speed: float) -> SpeedRange:
+        ratio = self.ratio(speed)
+        if ratio <= self.lower_limit_ratio:
+            return SpeedRange.SUBCRITICAL
+        if ratio <= MAIN_END:
+            return SpeedRange.MAIN_RESONANCE
+        return SpeedRange.INTERMEDIATE if ratio < SUPERCRITICAL_START else SpeedRange.SUPERCRITICAL
+
+
+def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load: float) -> Resonance:
+    """Main resonance of the mesh, ISO 6336-1:2006, 6.4.2, from c_γα, N/m², m_red, kg/m, and F_t K_A/b, N/m, for N_S.
+
+    m_red is the equivalent mass of the pair over the common face width, (7), (8). With the inertias of discs it is that
+    of 6.4.8, (30).
+    """
+    speed = math.sqrt(mesh_stiffness / reduced_mass) / teeth1
+    lower = lower_limit_ratio(line_load)
+    return Resonance(
+        reduced_mass=reduced_mass, resonance_speed=speed, lower_limit_ratio=lower, main_start=lower * speed,
+        main_end=MAIN_END * speed, supercritical_start=SUPERCRITICAL_START * speed)
+
+
+def lower_limit_ratio(line_load: float) -> float:
+    """N_S at a line load in N/m, ISO 6336-1:2006, 6.4.2, (11), (12)."""
+    return 0.5 + 0.35 * math.sqrt(min(line_load / 100e3, 1.0))
+
+
+def velocity_parameter(geometry: Geometry, velocity: float) -> float:
+    """(v z1/100) √(u²/(1 + u²)), m/s, at a pitch line velocity v, where 1 is the pinion; ISO 6336-1:2006, 6.3.2."""
+    pinion, ratio = min(geometry.teeth), max(geometry.teeth) / min(geometry.teeth)
+    return velocity * pinion / 100 * math.sqrt(ratio**2 / (1 + ratio**2))

@@ -9,21 +9,16 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.dynamic_factor import Refused, Standard
+from gearchaos.gears.fields import described
 
-FEET_PER_MINUTE = 196.85
-"""ft/min in one m/s, as 2101-D04 prints it."""
-
+FEET_PER_MINUTE = 196.85  # ft/min in one m/s, as 2101-D04 prints it
 _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"
 
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorAGMA:
-    """K_v by AGMA 2001-D04, velocities in m/s.
-
-    The velocity constant is A in the notation with Q_v, C in that with A_v; above the largest velocity there is no K_v.
-    """
+    """K_v by AGMA 2001-D04, velocities in m/s: none above the largest. With A_v the constant A is called C."""
 
     reason: ClassVar[str] = ""
 
@@ -44,25 +39,12 @@ def quality_number(accuracy_grade: int) -> int:
 
 
 def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Refused:
-    """Dynamic factor by AGMA 2001-D04, from the quality number Q_v.
+    """Dynamic factor by AGMA 2001-D04 at a pitch line velocity v, m/s, from Q_v; see `quality_number` for an ISO grade.
 
-    Parameters
-    ----------
-    velocity : float
-        Pitch line velocity v, m/s.
-    quality : int
-        Q_v; see `quality_number` for that of an ISO grade.
-
-    Returns
-    -------
-    DynamicFactorAGMA or Refused
-        Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/196.85.
-
-    Notes
-    -----
-    2001-D04 prints K_v = ((A + √v_t)/A)^B and v_t max = (A + Q_v − 3)² with v_t in ft/min; 2101-D04 prints, with v in
-    m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v − 5)^(2/3), C = 50 + 56 (1 − B), K_v = ((C + √(196.85 v))/C)^B,
-    v_max = (C + 14 − A_v)²/196.85. Textbooks round 196.85 to 200, which raises K_v − 1 by less than 1 %.
+    Refused unless 5 ≤ Q_v ≤ 11 and v ≤ (A + Q_v − 3)²/196.85. 2001-D04 prints K_v = ((A + √v_t)/A)^B and v_t max = (A +
+    Q_v − 3)² with v_t in ft/min; 2101-D04 prints, with v in m/s and A_v = 17 − Q_v from 6 to 12, B = 0.25 (A_v −
+    5)^(2/3), C = 50 + 56 (1 − B), K_v = ((C + √(196.85 v))/C)^B, v_max = (C + 14 − A_v)²/196.85. Textbooks round 196.85
+    to 200, which raises K_v − 1 by less than 1 %.
     """
     if not 5 <= quality <= 11:
         return Refused(
@@ -76,8 +58,7 @@ def dynamic_factor_agma(velocity: float, quality: int) -> DynamicFactorAGMA | Re
         return Refused(
             f"The pitch line velocity must be at most {largest:.4g} m/s for Q_v = {quality}; it is {velocity:.4g} m/s.")
     value = ((constant + math.sqrt(FEET_PER_MINUTE * velocity)) / constant) ** exponent
-    return DynamicFactorAGMA(
-        exponent=exponent, velocity_constant=constant, largest_velocity=largest, value=value)
+    return DynamicFactorAGMA(exponent=exponent, velocity_constant=constant, largest_velocity=largest, value=value)
 
 
 STANDARD = Standard(

@@ -1,7 +1,6 @@
-"""Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019).
+"""Dynamic factor K_v by ISO 6336-1:2006, method B (clause 6.4; clause 6.5 in the edition of 2019): a mass on a spring.
 
-The gear pair is a mass on a spring. K_v follows from the resonance ratio N = n1/n_E1 and from three parameters of the
-deviations, B_p, B_f and B_k, with constants C_v1 to C_v7 that depend on the total contact ratio.
+It follows from N = n1/n_E1 and from three parameters of the deviations, B_p, B_f and B_k, with C_v1 to C_v7.
 """
 
 from __future__ import annotations
@@ -11,17 +10,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor.resonance import (
+from gearchaos.gears.dynamic_factor import (
     MAIN_END,
     SUPERCRITICAL_START,
+    Refused,
     Resonance,
     SpeedRange,
+    Standard,
     resonance,
     velocity_parameter,
 )
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
-from gearchaos.gears.transmission_error.quality import tolerances
+from gearchaos.gears.fields import described
+from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
@@ -29,25 +29,18 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mechanics import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-    from gearchaos.gears.transmission_error.quality import Tolerances
+    from gearchaos.gears.transmission_error import Tolerances
 
 _CLAUSE = "ISO 6336-1:2006, 6.4"
-
-_LEAST_GRADE_WITHOUT_RELIEF = 6
-"""From this grade on, tip relief has no effect in method B: B_k = 1."""
+_LEAST_GRADE_WITHOUT_RELIEF = 6  # from this grade on, tip relief has no effect in method B: B_k = 1
 
 
 @dataclass(frozen=True)
 class FlankMaterial:
     """What running-in depends on.
 
-    Attributes
-    ----------
-    group : str
-        "through hardened" (St, V, GGG perlitic or bainitic, GTS), "cast iron" (GG, GGG ferritic) or "surface hardened"
-        (Eh, IF, NT, NV).
-    contact_limit : float
-        σ_Hlim, allowable stress number for contact stress, Pa; ISO 6336-5.
+    The group is "through hardened" (St, V, GGG perlitic or bainitic, GTS), "cast iron" (GG, GGG ferritic) or "surface
+    hardened" (Eh, IF, NT, NV); the limit σ_Hlim, the allowable stress number for contact stress, Pa; ISO 6336-5.
     """
 
     group: str
@@ -60,13 +53,13 @@ class FlankMaterial:
             raise InputError("flank.contact_limit", "must be a positive finite number", self.contact_limit)
 
 
+# share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
+# 6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm².
 _RUNNING_IN = {
     "through hardened": (160.0, (math.inf, 12800.0, 6400.0)),
     "cast iron": (0.275, (math.inf, 22.0, 11.0)),
     "surface hardened": (0.075, (3.0, 3.0, 3.0)),
 }
-"""Share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
-6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm²."""
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:
@@ -84,9 +77,7 @@ def relief_from_running_in(material: FlankMaterial) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Deviations of a pair that method B uses, m; running-in removes the allowances.
-
-    The tip relief is 0 where there is none. Where the accuracy does not let it count, B_k = 1.
+    """Deviations of a pair in method B, m, less what running-in removes; tip relief does not count from some grade on.
     """
 
     base_pitch: float = described("f_pb", "max f_pt cos α_t", f"{_CLAUSE}.3", "µm", 1e6)
@@ -98,13 +89,8 @@ class Deviations:
 
 
 def deviations(
-    geometry: Geometry,
-    limits: tuple[Tolerances, Tolerances],
-    grade: int,
-    *,
-    velocity: float = 0.0,
-    tip_relief: tuple[float, float] | None = None,
-    flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
+    geometry: Geometry, limits: tuple[Tolerances, Tolerances], grade: int, *, velocity: float = 0.0,
+    tip_relief: tuple[float, float] | None = None, flanks: tuple[FlankMaterial, FlankMaterial] | None = None,
 ) -> Deviations:
     """The deviations of a pair for method B, ISO 6336-1:2006, 6.4.3.
 
@@ -120,12 +106,10 @@ def deviations(
         pitch, profile = (
             sum(running_in_allowance(f, flank, velocity) for flank in flanks) / 2 for f in (base_pitch, form))
         allowances = (pitch, profile)
-        if tip_relief is None:
-            relief = (relief_from_running_in(flanks[0]), relief_from_running_in(flanks[1]))
+        relief = tip_relief or (relief_from_running_in(flanks[0]), relief_from_running_in(flanks[1]))
     return Deviations(
         base_pitch=base_pitch, profile_form=form, base_pitch_allowance=allowances[0], profile_allowance=allowances[1],
-        tip_relief=sum(relief) / 2, relief_counts=grade < _LEAST_GRADE_WITHOUT_RELIEF,
-    )
+        tip_relief=sum(relief) / 2, relief_counts=grade < _LEAST_GRADE_WITHOUT_RELIEF)
 
 
 class Constants(NamedTuple):
@@ -141,10 +125,7 @@ class Constants(NamedTuple):
 
 
 def constants(total_contact_ratio: float) -> Constants:
-    """C_v1 to C_v7 for a total contact ratio ε_γ > 1, ISO 6336-1:2006, Table 4.
-
-    As printed, C_v2, C_v3, C_v4 and C_v6 jump at ε_γ = 2.
-    """
+    """C_v1 to C_v7 for ε_γ > 1, ISO 6336-1:2006, Table 4. As printed, C_v2, C_v3, C_v4 and C_v6 jump at ε_γ = 2."""
     eps = total_contact_ratio
     seventh = 0.125 * math.sin(math.pi * (min(max(eps, 1.5), 2.5) - 2)) + 0.875
     if eps <= 2:
@@ -156,13 +137,7 @@ def constants(total_contact_ratio: float) -> Constants:
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorB:
-    """K_v by method B with all that it is computed from.
-
-    Attributes
-    ----------
-    warnings : tuple of str
-        What the standard says of this range and load.
-    """
+    """K_v by method B with all that it is computed from, and what the standard says of this range and load."""
 
     reason: ClassVar[str] = ""
 
@@ -172,8 +147,7 @@ class DynamicFactorB:
     resonance_ratio: float = described("N", "n1/n_E1", f"{_CLAUSE}.2, (9)")
     pitch_parameter: float = described("B_p", "c′ (f_pb − y_p)/(K_A F_t/b)", f"{_CLAUSE}.3, (15), (18)")
     profile_parameter: float = described("B_f", "c′ (f_fα − y_f)/(K_A F_t/b)", f"{_CLAUSE}.3, (16), (19)")
-    relief_parameter: float = described(
-        "B_k", "|1 − c′ C_a/(K_A F_t/b)|, or 1 from grade 6 on", f"{_CLAUSE}.3, (17)")
+    relief_parameter: float = described("B_k", "|1 − c′ C_a/(K_A F_t/b)|, or 1 from grade 6 on", f"{_CLAUSE}.3, (17)")
     value: float = described(
         "K_v", "N (C_v1 B_p + C_v2 B_f + C_v3 B_k) + 1 below the main resonance", f"{_CLAUSE}.3 to 6.4.6, (13)-(22)")
     warnings: tuple[str, ...] = ()
@@ -185,7 +159,6 @@ def dynamic_factor_b(
     """Dynamic factor by ISO 6336-1:2006, method B, at an angular velocity of wheel 1 in rad/s; m_red is in kg/m.
 
     The stiffness is c′ and c_γα at the line load. Refused without load, and for a total contact ratio of 1 or below.
-
     K_v is continuous at N = 1.15 and 1.5. At N = N_S it jumps, as the standard has it. In the supercritical range (21)
     may be below 1, as printed. All equations were compared with two public codes; the remarks on the ranges and on
     loads below 50 N/mm could be compared with one source only.
@@ -200,16 +173,14 @@ def dynamic_factor_b(
     profile = per_length * (given.profile_form - given.profile_allowance)
     relief = abs(1 - per_length * given.tip_relief) if given.relief_counts else 1.0
     c, ratio, where = constants(geometry.total_contact_ratio), found.ratio(speed), found.range_at(speed)
-    deviation = c.C_v1 * pitch + c.C_v2 * profile
+    deviation, above = c.C_v1 * pitch + c.C_v2 * profile, c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
     main = deviation + c.C_v4 * relief + 1
-    above = c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
     value = {
         SpeedRange.SUBCRITICAL: ratio * (deviation + c.C_v3 * relief) + 1,  # (13), (14)
         SpeedRange.MAIN_RESONANCE: main,  # (20)
         SpeedRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
             SUPERCRITICAL_START - MAIN_END),  # (22)
-        SpeedRange.SUPERCRITICAL: above,  # (21)
-    }[where]
+        SpeedRange.SUPERCRITICAL: above}[where]  # (21)
     remarks = {
         "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
@@ -218,12 +189,10 @@ def dynamic_factor_b(
         "In the intermediate range the standard recommends a refined analysis, method A":
             where is SpeedRange.INTERMEDIATE,
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
-            velocity_parameter(geometry, load.velocity) < 3,
-    }
-    return DynamicFactorB(
-        resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
-        profile_parameter=profile, relief_parameter=relief, value=value,
-        warnings=tuple(text for text, holds in remarks.items() if holds))
+            velocity_parameter(geometry, load.velocity) < 3}
+    return DynamicFactorB(resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,
+                          profile_parameter=profile, relief_parameter=relief, value=value,
+                          warnings=tuple(text for text, holds in remarks.items() if holds))
 
 
 def of_design(

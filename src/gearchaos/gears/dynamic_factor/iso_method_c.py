@@ -6,51 +6,39 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from gearchaos.gears.dynamic_factor.resonance import velocity_parameter
-from gearchaos.gears.dynamic_factor.standards import Refused, Standard
-from gearchaos.gears.formulas import described
+from gearchaos.gears.dynamic_factor import Refused, Standard, velocity_parameter
+from gearchaos.gears.fields import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mechanics import MeshLoad
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
-
+# K1 by accuracy grade, as in IACS UR M56, Table 1.1
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},
     "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8},
 }
-"""K1 by accuracy grade, as in IACS UR M56, Table 1.1."""
 
 _K2 = {"spur": 0.0193, "helical": 0.0087}
-
-_K3_VANISHES = 2.071 / 0.357
-"""(v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0."""
-
-_LEAST_LINE_LOAD = 100.0
-"""Least F_t K_A/b of method C, N/mm; smaller ones count as this one."""
+_K3_VANISHES = 2.071 / 0.357  # (v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0
+_LEAST_LINE_LOAD = 100.0  # least F_t K_A/b of method C, N/mm; smaller ones count as this one
 
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicFactorC:
-    """K_v by method C, velocities in m/s; in the formulae 1 is the pinion and u ≥ 1.
-
-    ``spur`` is that of a spur pair, ``helical`` that of a helical pair with ε_β ≥ 1.
-    """
+    """K_v by method C, velocities in m/s, where 1 is the pinion, u ≥ 1: of spur pairs, of helical ones with ε_β ≥ 1."""
 
     reason: ClassVar[str] = ""
 
-    velocity_parameter: float = described(
-        "v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", _CLAUSE, "m/s")
+    velocity_parameter: float = described("v z1/100 √(u²/(1+u²))", "v z1/100 √(u²/(1 + u²))", _CLAUSE, "m/s")
     speed_factor: float = described("K3", "2 up to 0.2 m/s, else 2.071 − 0.357 v z1/100 √(u²/(1+u²))", _CLAUSE)
     spur: float = described("K_vα", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
     helical: float = described("K_vβ", "1 + (K1/(K_A F_t/b) + K2) K3 v z1/100 √(u²/(1+u²))", _CLAUSE)
     value: float = described("K_v", "K_vα − ε_β (K_vα − K_vβ), K_vβ from ε_β = 1 on", _CLAUSE)
 
 
-def dynamic_factor_c(
-    geometry: Geometry, load: MeshLoad, grade: int, *, solid_wheels: bool,
-) -> DynamicFactorC | Refused:
+def dynamic_factor_c(geometry: Geometry, load: MeshLoad, grade: int, *, solid_wheels: bool) -> DynamicFactorC | Refused:
     """Dynamic factor by ISO 6336-1:2006, method C, in the form and with the table of IACS UR M56, 1.6.3.
 
     A line load below 100 N/mm counts as 100 N/mm. The grade is that of the less accurate wheel. ISO 6336-1:2006 refers
@@ -93,8 +81,8 @@ def _refusal(geometry: Geometry, parameter: float, grade: int, solid_wheels: boo
     return "" if solid_wheels else f"{above} the wheels must be solid discs or have heavy steel rims."
 
 
+# the wheels of a design count as solid discs unless it has a blank, also where their inertias are given
 STANDARD = Standard(
     name="Kv_ISO_C", label="ISO method C", words="ISO 6336-1, method C", result=DynamicFactorC,
     compute=lambda design: dynamic_factor_c(
         design.geometry, design.load, design.quality.coarsest, solid_wheels=not any(design.blanks)))
-"""The wheels of a design count as solid discs unless it has a blank, also where their inertias are given."""

@@ -13,14 +13,13 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
+from gearchaos.gears.fields import Record, check_plausible, name_of, one, read_by, record, two
 from gearchaos.gears.geometry.checks import SHIFT_TOLERANCE
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
-from gearchaos.gears.inputs.declared import check_plausible, convert_fields, name_of, one, read_by, record_values, two
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _ANGLES = ("angle of wheel 1", "angle of wheel 2")
 _KINDS = ("line of action", "circumferential", "reference circle", "normal", "radial", *_ANGLES)
-
 OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 """What a backlash can be of: a direction, and whether the value is all of it or half of it.
 
@@ -34,25 +33,15 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
 """
 
+# other words for a direction, whose letters are nearer to those of another one
 _OTHER_WORDS = {"tangential": "circumferential", "working pitch circle": "circumferential",
                 "pitch circle": "circumferential", "pitch diameter": "circumferential"}
-"""Other words for a direction, whose letters are nearer to those of another one."""
-
 _NOT_POSITIVE = Rule(lambda v: v <= 0, "must not be greater than 0")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash:
-    """A backlash given by its value.
-
-    Parameters
-    ----------
-    value : length or angle
-        Greater than 0; an angle for ``"angle of wheel 1"`` and ``"angle of wheel 2"``.
-    of : str
-        What the value is of, one of `OF`, e.g. ``"line of action, total"``; a direction alone, ``"line of action"``,
-        means the total and is kept with it.
-    """
+    """A backlash by its value, a length or an angle, and what it is of, one of `OF`; a direction means the total."""
 
     value: Any
     of: str
@@ -76,7 +65,6 @@ class Backlash:
 
     @property
     def dimension(self) -> units.Dimension:
-        """Whether the value is a length or an angle."""
         return units.ANGLE if self.of.startswith(_ANGLES) else units.LENGTH
 
     def along_line_of_action(self, geometry: Geometry) -> float:
@@ -95,7 +83,6 @@ class Backlash:
 
 
 def _thickness_allowances(name: str, value: Any) -> tuple[Pair, Pair]:
-    """Upper and lower allowance of the tooth thickness of both wheels in m."""
     items = list(value) if isinstance(value, (list, tuple)) else []
     if len(items) != 2:
         raise InputError(name, "must be a list of upper and lower allowance, or of two such lists", value,
@@ -125,29 +112,17 @@ def _distance_allowance(name: str, value: Any) -> Pair:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThicknessAllowances:
+class ThicknessAllowances(Record):
     """Backlash given by the allowances of tooth thickness and centre distance, as in DIN 3967:1978 and DIN 3964:1980.
 
-    Parameters
-    ----------
-    tooth_thickness_allowances : ((length, length), (length, length))
-        Upper and lower allowance of the tooth thickness of each wheel, E_sns and E_sni: not greater than 0. A single
-        pair of upper and lower holds for both wheels.
-    plane : {"normal", "transverse"}, optional
-        The section in which the tooth thickness is meant; by default normal, as in DIN 3967.
-    centre_distance_allowance : (length, length), optional
-        Upper and lower allowance of the centre distance; by default 0, or one length for ± that length.
-    at : {"mean", "minimum", "maximum"}, optional
-        Which backlash is taken: the mean of the least and the greatest, which is the default, or one of these.
+    E_sns and E_sni of each wheel are not greater than 0; a single pair holds for both. The thickness is meant in this
+    plane, by default the normal one, as in DIN 3967. One length for the centre distance is ± that length.
     """
 
     tooth_thickness_allowances: Any = field(metadata=read_by(_thickness_allowances))
-    plane: str = field(default="normal", metadata=read_by(name_of(("normal", "transverse"))))
+    plane: str = field(default="normal", metadata=read_by(name_of("normal", "transverse")))
     centre_distance_allowance: Any = field(default=(0.0, 0.0), metadata=read_by(_distance_allowance))
-    at: str = field(default="mean", metadata=read_by(name_of(("mean", "minimum", "maximum"))))
-
-    def __post_init__(self) -> None:
-        convert_fields(self)
+    at: str = field(default="mean", metadata=read_by(name_of("mean", "minimum", "maximum")))
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m, at the limit ``at``."""
@@ -155,10 +130,8 @@ class ThicknessAllowances:
         return {"minimum": least, "maximum": greatest, "mean": (least + greatest) / 2}[self.at]
 
     def _limit(self, geometry: Geometry, thickness: int, distance: int) -> float:
-        """j_bt for the upper (0) or lower (1) allowance of the tooth thickness, and of the centre distance.
-
-        The theoretical backlash at the centre distance, plus what both teeth are thinner than nominal by: −E_sn/cos β
-        along the reference circle, times cos α_t along the line of action.
+        """j_bt for the upper (0) or lower (1) allowance of thickness and of centre distance: the theoretical backlash
+        there, plus what teeth are thinner than nominal by, −E_sn/cos β on the reference circle, times cos α_t.
         """
         moved = replace(geometry, centre_distance=geometry.centre_distance + self.centre_distance_allowance[distance])
         thinner = -sum(allowance[thickness] for allowance in self.tooth_thickness_allowances)
@@ -172,15 +145,10 @@ AnyBacklash = Backlash | ThicknessAllowances
 
 def backlash_of(field: str, value: Any) -> AnyBacklash:
     """A backlash from a table with ``value`` and ``of``, or with ``tooth_thickness_allowances``."""
-    if isinstance(value, Backlash | ThicknessAllowances):
-        return value
-    if not isinstance(value, Mapping):
-        raise InputError(
-            field, "must say what it is of", value,
-            "Write { value = '0.12 mm', of = 'line of action, total' }, or give tooth_thickness_allowances.")
-    if "tooth_thickness_allowances" in value:
-        return record_values(ThicknessAllowances, field, value)
-    return record_values(Backlash, field, value)
+    if isinstance(value, ThicknessAllowances) or (isinstance(value, Mapping) and "tooth_thickness_allowances" in value):
+        return record(ThicknessAllowances)(field, value)
+    return record(Backlash, "must say what it is of", "Write { value = '0.12 mm', of = 'line of action, total' }, or "
+                  "give tooth_thickness_allowances.")(field, value)
 
 
 def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
@@ -191,8 +159,8 @@ def check_backlash(given: AnyBacklash, geometry: Geometry) -> float:
                          "The allowances leave no backlash at this centre distance.")
     if isinstance(given, Backlash):
         most = geometry.normal_module / 2 * given.value / total
-        check_plausible("backlash.value", given.value, 0.0, most, given.dimension, "It is at most half a module.")
-    check_plausible("backlash", total, 0.0, geometry.normal_module / 2, units.LENGTH, "It is at most half a module.")
+        check_plausible("backlash.value", given.value, 0.0, most, "It is at most half a module.", given.dimension)
+    check_plausible("backlash", total, 0.0, geometry.normal_module / 2, "It is at most half a module.")
     return total
 
 

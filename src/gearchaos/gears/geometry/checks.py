@@ -8,34 +8,21 @@ from functools import partial
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.dimensions import Geometry
-from gearchaos.gears.geometry.mating import shift_sum
+from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
 from gearchaos.gears.units import Length
 
-LEAST_TIP_THICKNESS = 0.2
-"""Tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9."""
-
+LEAST_TIP_THICKNESS = 0.2  # tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9
+# tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25
 LEAST_TIP_CLEARANCE = 0.1
-"""Tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25."""
-
-LARGE_BACKLASH = 0.1
-"""Theoretical backlash, in normal modules, above which there is a warning."""
-
+LARGE_BACKLASH = 0.1  # theoretical backlash, in normal modules, above which there is a warning
+# theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains
 SHIFT_TOLERANCE = 0.01
-"""Theoretical backlash, in normal modules, that the rounding of profile shifts to two decimals explains."""
-
-_FILLET_POINTS = 32
-"""Points of a fillet that are compared with the path of the mating tip."""
-
-_ROUNDING = 1e-9
-"""Depth, in normal modules, that rounding errors explain."""
+_FILLET_POINTS = 32  # points of a fillet that are compared with the path of the mating tip
+_ROUNDING = 1e-9  # depth, in normal modules, that rounding errors explain
 
 
 def check_rack(rack: Any, pressure_angle: float) -> None:
-    """Raise `InputError` unless a basic rack, in normal modules, has a straight flank and room for its fillet.
-
-    DIN 867:1986, ISO 53:1998.
-    """
+    """Raise `InputError` unless a rack has a straight flank and room for its fillet, DIN 867:1986, ISO 53:1998."""
     sine, tangent = math.sin(pressure_angle), math.tan(pressure_angle)
     deepest = math.pi / 4 / tangent
     if rack.dedendum >= deepest:
@@ -49,10 +36,7 @@ def check_rack(rack: Any, pressure_angle: float) -> None:
 
 
 def check_geometry(geometry: Geometry) -> None:
-    """Raise `InputError` if the pair cannot run.
-
-    The field of the error is an input, or the property of `Geometry` that is out of bounds.
-    """
+    """Raise `InputError` if the pair cannot run; its field is an input, or a property of `Geometry` out of bounds."""
     if geometry.theoretical_backlash < -SHIFT_TOLERANCE * geometry.normal_module:
         raise InputError(
             "profile_shift", f"must have a sum of at most {shift_sum(geometry):.6g} at this centre distance",
@@ -97,11 +81,9 @@ def check_geometry(geometry: Geometry) -> None:
                 f"by {depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a "
                 "smaller root_radius or a larger dedendum.")
     if geometry.contact_ratio < 1:
-        raise InputError(
-            "contact_ratio", "must be at least 1", geometry.contact_ratio,
-            "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller centre_distance "
-            "or a smaller sum of profile_shift.",
-        )
+        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
+                         "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller "
+                         "centre_distance or a smaller sum of profile_shift.")
 
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
@@ -131,48 +113,29 @@ def interference_depth(geometry: Geometry, wheel: int) -> float:
     path.
 
     In the transverse plane, and whatever the backlash: thinner teeth have their fillets nearer to their axes by the
-    same angle as their flanks.
-
-    In polar coordinates fixed to the wheel the corner of the mate's tip is at ψ − t z_mate/z, where t is its angle from
-    the line of centres about the mate's axis, and ψ about the axis of the wheel. It is on the flank, at the start of
-    active profile, at the first contact, and nearest to the fillet between there and the line of centres.
+    same angle as their flanks. In polar coordinates of the wheel, from the middle of its tooth space towards the flank,
+    the corner is at ψ − t z_mate/z, where t is its angle from the line of centres about the mate's axis, and ψ about
+    the axis of the wheel. It is on the flank, at the start of active profile, at the first contact, and nearest to the
+    fillet between there and the line of centres.
     """
-    tooth, path = geometry.generated_tooth(wheel), _CornerPath(geometry, wheel)
-    first, last = tooth.form_slope, math.pi / 2
-    depths = [-math.inf]
+    mate, tooth = 1 - wheel, geometry.generated_tooth(wheel)
+    distance, tip = geometry.centre_distance, geometry.tip_diameter[mate] / 2
+    start_radius, ratio = geometry.start_of_active_profile[wheel] / 2, geometry.teeth[mate] / geometry.teeth[wheel]
+
+    def turned(angle: float) -> float:
+        """ψ − t z_mate/z for the angle t of the corner from the line of centres."""
+        return math.atan2(tip * math.sin(angle), distance - tip * math.cos(angle)) - ratio * angle
+
+    start = math.atan2(geometry.tip_tangents[mate], geometry.base_diameter[mate] / 2) - geometry.working_pressure_angle
+    offset = tooth.flank_position(start_radius) - turned(start)
+    first, last, depth = tooth.form_slope, math.pi / 2, -math.inf
     for i in range(_FILLET_POINTS + 1):
         radius, position = tooth.fillet(first + (last - first) * i / _FILLET_POINTS)
-        if path.least_radius < radius <= path.start_radius:
-            depths.append((path.position(radius) - position) * radius)
-    return max(depths)
-
-
-class _CornerPath:
-    """Path of the tip corner of the mate in polar coordinates of a wheel, from the first contact to the centre line.
-
-    The polar angle is measured from the middle of the tooth space towards the flank.
-    """
-
-    def __init__(self, geometry: Geometry, wheel: int) -> None:
-        mate = 1 - wheel
-        self._distance, self._tip = geometry.centre_distance, geometry.tip_diameter[mate] / 2
-        self._ratio = geometry.teeth[mate] / geometry.teeth[wheel]
-        self.least_radius = self._distance - self._tip
-        self.start_radius = geometry.start_of_active_profile[wheel] / 2
-        tip_angle = math.atan2(geometry.tip_tangents[mate], geometry.base_diameter[mate] / 2)
-        start = tip_angle - geometry.working_pressure_angle
-        self._side = math.copysign(1.0, start)
-        self._offset = geometry.generated_tooth(wheel).flank_position(self.start_radius) - self._turned(start)
-
-    def _turned(self, angle: float) -> float:
-        """ψ − t z_mate/z for the angle t of the corner from the line of centres."""
-        along = self._distance - self._tip * math.cos(angle)
-        return math.atan2(self._tip * math.sin(angle), along) - self._ratio * angle
-
-    def position(self, radius: float) -> float:
-        """Polar angle of the corner where it is at this radius from the axis of the wheel, rad."""
-        cosine = (self._distance**2 + self._tip**2 - radius**2) / (2 * self._distance * self._tip)
-        return self._offset + self._turned(self._side * math.acos(min(cosine, 1.0)))
+        if distance - tip < radius <= start_radius:
+            cosine = (distance**2 + tip**2 - radius**2) / (2 * distance * tip)
+            angle = math.copysign(1.0, start) * math.acos(min(cosine, 1.0))
+            depth = max(depth, (offset + turned(angle) - position) * radius)
+    return depth
 
 
 def enters_fillet(geometry: Geometry, wheel: int) -> bool:
@@ -182,12 +145,10 @@ def enters_fillet(geometry: Geometry, wheel: int) -> bool:
 
 def largest_tip_diameter(geometry: Geometry, wheel: int) -> float:
     """The largest tip diameter of the mate that does not enter the fillet of one wheel, m, by bisection."""
-    mate, alterations = 1 - wheel, list(geometry.tip_alteration)
-    least, most = alterations[mate] - geometry.normal_module, alterations[mate]
+    mate, own = 1 - wheel, geometry.tip_alteration
+    least, most = own[mate] - geometry.normal_module, own[mate]
     for _ in range(40):
-        alterations[mate] = (least + most) / 2
-        if enters_fillet(replace(geometry, tip_alteration=(alterations[0], alterations[1])), wheel):
-            most = alterations[mate]
-        else:
-            least = alterations[mate]
-    return geometry.tip_diameter[mate] + 2 * (least - geometry.tip_alteration[mate])
+        middle = (least + most) / 2
+        shortened = replace(geometry, tip_alteration=(own[0], middle) if mate else (middle, own[1]))
+        least, most = (least, middle) if enters_fillet(shortened, wheel) else (middle, most)
+    return geometry.tip_diameter[mate] + 2 * (least - own[mate])

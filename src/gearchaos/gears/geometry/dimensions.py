@@ -1,4 +1,4 @@
-"""`Geometry`: the dimensions of an external cylindrical gear pair by ISO 21771:2007.
+"""`Geometry`: the dimensions of an external cylindrical gear pair by ISO 21771:2007, also from those of a drawing.
 
 Lengths are in m, angles in rad, and values of both wheels are tuples of two; wheel 1 drives. Contact quantities are
 those of the transverse plane along the line of action. Dimensions are nominal: the reduction of the tooth thickness
@@ -9,102 +9,72 @@ that makes backlash changes neither root nor form diameters. Symbols, units, for
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-from gearchaos.gears.formulas import Formula
-from gearchaos.gears.geometry.tooth_root import GeneratedTooth, involute
+from gearchaos.errors import InputError
+from gearchaos.gears.fields import Formula
+from gearchaos.gears.geometry.tooth_root import GeneratedTooth, inverse_involute, involute
+from gearchaos.gears.units import Length
 
-Pair = tuple[float, float]
-"""The values of wheel 1 and wheel 2."""
+Pair = tuple[float, float]  # the values of wheel 1 and wheel 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Geometry:
-    """Dimensions of an external spur or helical gear pair, ISO 21771:2007.
-
-    The fields determine all other values, which are properties. They are not checked here:
-    `gearchaos.GearDesign` refuses pairs that cannot run.
-
-    Parameters
-    ----------
-    teeth : tuple of int
-        z1, z2.
-    normal_module : float
-        m_n, m.
-    pressure_angle, helix_angle : float
-        α_n and the magnitude of β at the reference cylinder, rad.
-    profile_shift : tuple of float
-        Profile shift coefficients x1, x2, in normal modules.
-    centre_distance : float
-        Working centre distance a, m.
-    face_width : tuple of float
-        b1, b2, m.
-    addendum, dedendum, root_radius : float, optional
-        h_aP, h_fP and ρ_fP of the basic rack over m_n; by default those of profile A of ISO 53:1998.
-    tip_alteration : tuple of float, optional
-        k m_n of each wheel, m; negative for a tooth that is shortened at the tip. By default 0.
-    """
+    """Dimensions of an external gear pair, ISO 21771:2007, from the fields, which `gearchaos.GearDesign` checks."""
 
     teeth: tuple[int, int]
     normal_module: float
-    pressure_angle: float
-    helix_angle: float
-    profile_shift: Pair
-    centre_distance: float
+    pressure_angle: float  # α_n
+    helix_angle: float  # |β| at the reference cylinder
+    profile_shift: Pair  # x1, x2 in normal modules
+    centre_distance: float  # the working one
     face_width: Pair
-    addendum: float = 1.0
+    addendum: float = 1.0  # h_aP, h_fP and ρ_fP of the basic rack over m_n: profile A of ISO 53:1998
     dedendum: float = 1.25
     root_radius: float = 0.38
-    tip_alteration: Pair = (0.0, 0.0)
+    tip_alteration: Pair = (0.0, 0.0)  # k m_n, negative for a tooth that is shortened at the tip
 
     @property
     def gear_ratio(self) -> float:
-        """Gear ratio; below 1 where the driven wheel is the smaller one."""
         return self.teeth[1] / self.teeth[0]
 
     @property
     def transverse_module(self) -> float:
-        """Transverse module, m."""
         return self.normal_module / math.cos(self.helix_angle)
 
     @property
     def transverse_pressure_angle(self) -> float:
-        """Transverse pressure angle, rad."""
         return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix_angle))
 
     @property
     def base_helix_angle(self) -> float:
-        """Helix angle at the base cylinder, rad."""
         return math.asin(math.sin(self.helix_angle) * math.cos(self.pressure_angle))
 
     @property
     def reference_diameter(self) -> Pair:
-        """Reference diameters, m."""
         return self.teeth[0] * self.transverse_module, self.teeth[1] * self.transverse_module
 
     @cached_property
     def base_diameter(self) -> Pair:
-        """Base diameters, m."""
         factor = self.transverse_module * math.cos(self.transverse_pressure_angle)
         return self.teeth[0] * factor, self.teeth[1] * factor
 
     @cached_property
     def tip_diameter(self) -> Pair:
-        """Tip diameters, m."""
         shifts, alterations, diameters = self.profile_shift, self.tip_alteration, self.reference_diameter
         heights = [(x + self.addendum) * self.normal_module + k for x, k in zip(shifts, alterations, strict=True)]
         return diameters[0] + 2 * heights[0], diameters[1] + 2 * heights[1]
 
     @property
     def root_diameter(self) -> Pair:
-        """Root diameters, m."""
         depths = [(self.dedendum - x) * self.normal_module for x in self.profile_shift]
         return self.reference_diameter[0] - 2 * depths[0], self.reference_diameter[1] - 2 * depths[1]
 
     @property
     def working_pressure_angle(self) -> float:
-        """Working pressure angle, rad."""
         return math.atan2(self.tangent_length, sum(self.base_diameter) / 2)
 
     @property
@@ -131,40 +101,33 @@ class Geometry:
 
     @cached_property
     def tip_tangents(self) -> Pair:
-        """√(r_a² − r_b²), m: the distance from the base circle's point of tangency to the tip along the line of action.
-        """
-        return _tangent(self.tip_diameter[0], self.base_diameter[0]), _tangent(
-            self.tip_diameter[1], self.base_diameter[1])
+        """√(r_a² − r_b²): from the base circle's point of tangency to the tip along the line of action."""
+        (tip1, tip2), (base1, base2) = self.tip_diameter, self.base_diameter
+        return _tangent(tip1, base1), _tangent(tip2, base2)
 
     def length_to_tip(self, wheel: int, diameter: float) -> float:
-        """Length along the line of action, m, between a circle and the tip circle of one wheel; wheel 1 is 0."""
+        """Length along the line of action between a circle and the tip circle of one wheel; wheel 1 is 0."""
         return self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel])
 
     @property
     def path_of_contact(self) -> float:
-        """Length of the path of contact, m."""
         return sum(self.tip_tangents) - self.tangent_length
 
     @property
     def contact_ratio(self) -> float:
-        """Transverse contact ratio."""
         return self.path_of_contact / self.base_pitch
 
     @property
     def overlap_ratio(self) -> float:
-        """Overlap ratio."""
         return self.common_face_width * math.sin(self.helix_angle) / (math.pi * self.normal_module)
 
     @property
     def total_contact_ratio(self) -> float:
-        """Total contact ratio."""
         return self.contact_ratio + self.overlap_ratio
 
     @property
     def start_of_active_profile(self) -> Pair:
-        """Diameters where the contact begins on each wheel's root side, m.
-
-        NaN for a wheel whose mate reaches below its base circle, where there is no involute.
+        """Where contact begins on each root side; NaN where the mate reaches below the base circle, without involute.
         """
         rho = [self.tangent_length - tip for tip in self.tip_tangents[::-1]]
         first, second = (2 * math.hypot(d / 2, r) if r >= 0 else math.nan
@@ -178,7 +141,6 @@ class Geometry:
 
     @property
     def undercut_shift(self) -> Pair:
-        """Least profile shift coefficients without undercut."""
         return self.generated_tooth(0).undercut_shift, self.generated_tooth(1).undercut_shift
 
     def generated_tooth(self, wheel: int) -> GeneratedTooth:
@@ -197,28 +159,25 @@ class Geometry:
     @property
     def tip_thickness(self) -> Pair:
         """Tooth thickness at the tip circle in the normal section, m; negative if pointed."""
-        return self._tip_thickness(0), self._tip_thickness(1)
-
-    def _tip_thickness(self, wheel: int) -> float:
-        """That of one wheel; wheel 1 is 0."""
-        tip, base, reference = self.tip_diameter[wheel], self.base_diameter[wheel], self.reference_diameter[wheel]
-        angle = math.pi / 2 + 2 * self.profile_shift[wheel] * math.tan(self.pressure_angle)  # s_t/m_t, Eq. (39)
-        at_tip = involute(math.atan2(2 * self.tip_tangents[wheel], base))
-        thickness = tip * (angle / self.teeth[wheel] + involute(self.transverse_pressure_angle) - at_tip)
-        return thickness * math.cos(math.atan(tip / reference * math.tan(self.helix_angle)))
+        found = []
+        for wheel, (tip, base) in enumerate(zip(self.tip_diameter, self.base_diameter, strict=True)):
+            angle = math.pi / 2 + 2 * self.profile_shift[wheel] * math.tan(self.pressure_angle)  # s_t/m_t, Eq. (39)
+            at_tip = involute(math.atan2(2 * self.tip_tangents[wheel], base))
+            thickness = tip * (angle / self.teeth[wheel] + involute(self.transverse_pressure_angle) - at_tip)
+            ratio = tip / self.reference_diameter[wheel]
+            found.append(thickness * math.cos(math.atan(ratio * math.tan(self.helix_angle))))
+        return found[0], found[1]
 
     @property
     def virtual_teeth(self) -> Pair:
-        """Numbers of teeth of the virtual spur gears."""
         factor = math.cos(self.base_helix_angle) ** 2 * math.cos(self.helix_angle)
         return self.teeth[0] / factor, self.teeth[1] / factor
 
     @property
     def theoretical_backlash(self) -> float:
-        """Backlash of teeth of nominal thickness, m: total, in the transverse plane along the line of action.
-
-        It is what the working circles' pitch leaves beside both tooth thicknesses, times cos α_wt. Negative where
-        nominal teeth overlap, 0 where the profile shifts fit the centre distance.
+        """Backlash of teeth of nominal thickness, total, in the transverse plane along the line of action: what the
+        pitch of the working circles leaves beside both thicknesses, times cos α_wt. Negative where nominal teeth
+        overlap.
         """
         opening = involute(self.working_pressure_angle) - involute(self.transverse_pressure_angle)
         filling = 2 * sum(self.profile_shift) * math.tan(self.pressure_angle)
@@ -230,54 +189,104 @@ def _tangent(diameter: float, base_diameter: float) -> float:
     return math.sqrt(max(diameter - base_diameter, 0.0) * (diameter + base_diameter)) / 2
 
 
+# the tip alteration that shortens the teeth until the tip clearance is that of the basic rack
+KEEP_CLEARANCE = "keep clearance"
+_NEGLIGIBLE_SHIFT = 1e-3  # largest sum of profile shift coefficients that the rounding of a centre distance explains
+
+
+def mating_geometry(
+    values: dict[str, Any], centre_distance: float | None, profile_shift: Pair | None, tip_alteration: Pair | str,
+    tip_diameter: Pair | None = None,
+) -> Geometry:
+    """The geometry of a pair, with what is left out computed; ``values`` are the other fields of `Geometry`.
+
+    A centre distance that is left out is that without backlash, ISO 21771:2007 Eqs. (54) and (55). Profile shifts that
+    are left out are 0. A tip diameter determines the tip alteration instead. Raises `InputError` if the shifts are left
+    out and the centre distance needs some: how to split their sum is the designer's choice. Also if no centre distance
+    fits the shifts, or the base circles overlap.
+    """
+    shifts = (0.0, 0.0) if profile_shift is None else profile_shift
+    distance = math.inf if centre_distance is None else centre_distance
+    given = Geometry(**values, profile_shift=shifts, centre_distance=distance)
+    reference = sum(given.reference_diameter) / 2  # a_d = (d1 + d2)/2
+    if centre_distance is None:
+        given = replace(given, centre_distance=_zero_backlash_distance(given) if sum(shifts) else reference)
+    least, distance = sum(given.base_diameter) / 2, given.centre_distance
+    if distance <= least:  # there would be no line of action
+        raise InputError(
+            "centre_distance", f"must be greater than {Length(least, distance)}, the sum of the base radii",
+            Length(distance, distance), f"Without profile shift it is {Length(reference, distance)}.")
+    if profile_shift is None and abs(needed := shift_sum(given)) > _NEGLIGIBLE_SHIFT:
+        raise InputError(
+            "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
+            "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
+            f"Or leave out centre_distance; without profile shift it is {Length(reference, centre_distance)}.")
+    if tip_diameter is not None:
+        first, second = ((own - nominal) / 2 for own, nominal in zip(tip_diameter, given.tip_diameter, strict=True))
+        return replace(given, tip_alteration=(first, second))
+    if not isinstance(tip_alteration, str):
+        return replace(given, tip_alteration=tip_alteration)
+    shortening = min(given.centre_distance - reference - sum(shifts) * given.normal_module, 0.0)
+    return replace(given, tip_alteration=(shortening, shortening))
+
+
+def shift_sum(geometry: Geometry) -> float:
+    """x1 + x2 = (z1 + z2)(inv α_wt − inv α_t)/(2 tan α_n): the sum without backlash, ISO 21771:2007 Eq. (62)."""
+    opening = involute(geometry.working_pressure_angle) - involute(geometry.transverse_pressure_angle)
+    return sum(geometry.teeth) * opening / (2 * math.tan(geometry.pressure_angle))
+
+
+def _zero_backlash_distance(geometry: Geometry) -> float:
+    """Centre distance without backlash, m: a = (d_b1 + d_b2)/(2 cos α_wt), ISO 21771:2007 Eqs. (54) and (55)."""
+    opening = 2 * sum(geometry.profile_shift) * math.tan(geometry.pressure_angle) / sum(geometry.teeth)
+    value = involute(geometry.transverse_pressure_angle) + opening
+    if value <= 0:
+        # at this sum, which is negative, the working pressure angle without backlash is 0
+        least = -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (
+            2 * math.tan(geometry.pressure_angle))
+        raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", geometry.profile_shift,
+                         "With less the teeth are so thin that no centre distance closes the backlash.")
+    return sum(geometry.base_diameter) / (2 * math.cos(inverse_involute(value)))
+
+
 _ISO = "ISO 21771:2007"
-_DEGREES = 180 / math.pi
+_UNITS = {"mm": 1e3, "deg": 180 / math.pi, "": 1.0}
 
 
-def _length(symbol: str, text: str, source: str) -> Formula:
-    """The formula of a length, shown in mm."""
-    return Formula(symbol, "mm", 1e3, text, source)
+def _formula(symbol: str, unit: str, text: str, source: str) -> Formula:
+    return Formula(symbol, unit, _UNITS[unit], text, source)
 
 
-def _angle(symbol: str, text: str, source: str) -> Formula:
-    """The formula of an angle, shown in degrees."""
-    return Formula(symbol, "deg", _DEGREES, text, source)
-
-
-def _ratio(symbol: str, text: str, source: str) -> Formula:
-    """The formula of a pure number."""
-    return Formula(symbol, "", 1.0, text, source)
-
-
+# of the values of a `Geometry`, by name. A value of each wheel is a tuple of two; the formula is that of one wheel.
 GEOMETRY_FORMULAS: dict[str, Formula] = {
-    "gear_ratio": _ratio("u", "z2/z1", f"{_ISO} (52)"),
-    "centre_distance": _length("a", "(d_b1 + d_b2)/(2 cos α_wt)", f"{_ISO} (54)"),
-    "transverse_module": _length("m_t", "m_n/cos β", f"{_ISO} (2)"),
-    "transverse_pressure_angle": _angle("α_t", "arctan(tan α_n/cos β)", f"{_ISO} (14)"),
-    "working_pressure_angle": _angle("α_wt", "arccos((d_b1 + d_b2)/(2 a))", f"{_ISO} (54)"),
-    "base_helix_angle": _angle("β_b", "arcsin(sin β cos α_n)", f"{_ISO} (6)"),
-    "reference_diameter": _length("d", "z m_t", f"{_ISO} (1)"),
-    "base_diameter": _length("d_b", "d cos α_t", f"{_ISO} (19)"),
-    "tip_diameter": _length("d_a", "d + 2 (x m_n + h_aP + k m_n)", f"{_ISO} (33)"),
-    "root_diameter": _length("d_f", "d − 2 (h_fP − x m_n)", f"{_ISO} (34)"),
-    "working_diameter": _length("d_w", "2 a z/(z1 + z2)", f"{_ISO} (56), (57)"),
-    "start_of_active_profile": _length("d_Nf", "√(d_b² + (2 a sin α_wt − √(d_a² − d_b²))²), √(d_a² − d_b²) of the mate",
-                                       f"{_ISO} (64), (65)"),
-    "root_form_diameter": _length("d_Ff", "√(d_b² + (d sin α_t − 2 (h_FfP − x m_n)/sin α_t)²)", f"{_ISO} (128)"),
-    "tip_clearance": _length("c", "a − d_a/2 − d_f/2 of the mate", f"{_ISO} (60)"),
-    "tip_thickness": _length("s_an", "d_a (s_t/d + inv α_t − inv α_at) cos β_a", f"{_ISO} 7.9"),
-    "base_pitch": _length("p_bt", "π m_t cos α_t", f"{_ISO} (28)"),
-    "path_of_contact": _length("g_α", "(√(d_a1² − d_b1²) + √(d_a2² − d_b2²))/2 − a sin α_wt", f"{_ISO} (77)"),
-    "contact_ratio": _ratio("ε_α", "g_α/p_bt", f"{_ISO} (90)"),
-    "overlap_ratio": _ratio("ε_β", "b sin β/(π m_n)", f"{_ISO} (93)"),
-    "total_contact_ratio": _ratio("ε_γ", "ε_α + ε_β", f"{_ISO} (97)"),
-    "virtual_teeth": _ratio("z_n", "z/(cos² β_b cos β)", "ISO 6336-1:2006"),
-    "undercut_shift": _ratio("x_min", "h_FfP/m_n − z sin² α_t/(2 cos β)", f"{_ISO} 7.7"),
-    "theoretical_backlash": _length(
-        "j_bt", "m_t cos α_t ((z1 + z2)(inv α_wt − inv α_t) − 2 (x1 + x2) tan α_n)", f"{_ISO} (39), (55)"),
+    "gear_ratio": _formula("u", "", "z2/z1", f"{_ISO} (52)"),
+    "centre_distance": _formula("a", "mm", "(d_b1 + d_b2)/(2 cos α_wt)", f"{_ISO} (54)"),
+    "transverse_module": _formula("m_t", "mm", "m_n/cos β", f"{_ISO} (2)"),
+    "transverse_pressure_angle": _formula("α_t", "deg", "arctan(tan α_n/cos β)", f"{_ISO} (14)"),
+    "working_pressure_angle": _formula("α_wt", "deg", "arccos((d_b1 + d_b2)/(2 a))", f"{_ISO} (54)"),
+    "base_helix_angle": _formula("β_b", "deg", "arcsin(sin β cos α_n)", f"{_ISO} (6)"),
+    "reference_diameter": _formula("d", "mm", "z m_t", f"{_ISO} (1)"),
+    "base_diameter": _formula("d_b", "mm", "d cos α_t", f"{_ISO} (19)"),
+    "tip_diameter": _formula("d_a", "mm", "d + 2 (x m_n + h_aP + k m_n)", f"{_ISO} (33)"),
+    "root_diameter": _formula("d_f", "mm", "d − 2 (h_fP − x m_n)", f"{_ISO} (34)"),
+    "working_diameter": _formula("d_w", "mm", "2 a z/(z1 + z2)", f"{_ISO} (56), (57)"),
+    "start_of_active_profile": _formula(
+        "d_Nf", "mm", "√(d_b² + (2 a sin α_wt − √(d_a² − d_b²))²), √(d_a² − d_b²) of the mate", f"{_ISO} (64), (65)"),
+    "root_form_diameter": _formula("d_Ff", "mm", "√(d_b² + (d sin α_t − 2 (h_FfP − x m_n)/sin α_t)²)", f"{_ISO} (128)"),
+    "tip_clearance": _formula("c", "mm", "a − d_a/2 − d_f/2 of the mate", f"{_ISO} (60)"),
+    "tip_thickness": _formula("s_an", "mm", "d_a (s_t/d + inv α_t − inv α_at) cos β_a", f"{_ISO} 7.9"),
+    "base_pitch": _formula("p_bt", "mm", "π m_t cos α_t", f"{_ISO} (28)"),
+    "path_of_contact": _formula("g_α", "mm", "(√(d_a1² − d_b1²) + √(d_a2² − d_b2²))/2 − a sin α_wt", f"{_ISO} (77)"),
+    "contact_ratio": _formula("ε_α", "", "g_α/p_bt", f"{_ISO} (90)"),
+    "overlap_ratio": _formula("ε_β", "", "b sin β/(π m_n)", f"{_ISO} (93)"),
+    "total_contact_ratio": _formula("ε_γ", "", "ε_α + ε_β", f"{_ISO} (97)"),
+    "virtual_teeth": _formula("z_n", "", "z/(cos² β_b cos β)", "ISO 6336-1:2006"),
+    "undercut_shift": _formula("x_min", "", "h_FfP/m_n − z sin² α_t/(2 cos β)", f"{_ISO} 7.7"),
+    "theoretical_backlash": _formula(
+        "j_bt", "mm", "m_t cos α_t ((z1 + z2)(inv α_wt − inv α_t) − 2 (x1 + x2) tan α_n)", f"{_ISO} (39), (55)"),
 }
-"""Of the values of a `Geometry`, by name. A value of each wheel is a tuple of two; the formula is that of one wheel."""
 
+# of the properties of `GearDesign`
 DESIGN_FORMULAS: dict[str, Formula] = {
     "backlash_line_of_action": Formula(
         "j_bt", "mm", 1e3, "j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = 2 j_r sin α_wt; total", _ISO,
@@ -286,4 +295,3 @@ DESIGN_FORMULAS: dict[str, Formula] = {
     "inertias": Formula("I", "kg*m^2", 1.0, "m (d_m² + d_i²)/8, if not given", "disc"),
     "equivalent_mass": Formula("m", "kg", 1.0, "I1 I2/(I1 r_b2² + I2 r_b1²)", "Łuczko 2008, (2.9)"),
 }
-"""Of the properties of `GearDesign`."""

@@ -31,25 +31,13 @@ def inverse_involute(value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class GeneratedTooth:
-    """A tooth of an external wheel as its basic rack generates it; lengths in m, angles in rad.
-
-    Parameters
-    ----------
-    teeth : int
-        z.
-    normal_module : float
-        m_n.
-    pressure_angle, helix_angle : float
-        α_n and |β|.
-    profile_shift, dedendum, root_radius : float
-        x, h_fP and ρ_fP, in normal modules.
-    """
+    """A tooth of an external wheel as its basic rack generates it; lengths in m, angles in rad."""
 
     teeth: int
     normal_module: float
-    pressure_angle: float
-    helix_angle: float
-    profile_shift: float
+    pressure_angle: float  # α_n
+    helix_angle: float  # |β|
+    profile_shift: float  # x, h_fP and ρ_fP in normal modules
     dedendum: float
     root_radius: float
 
@@ -73,10 +61,8 @@ class GeneratedTooth:
         involute is ρ = r sin α_t − (h_FfP − x m_n)/sin α_t ≥ 0. With undercut, ρ < 0, the involute begins where the
         fillet intersects it.
         """
-        rho = self._least_curvature
-        if rho >= 0:
-            return math.hypot(self._base_radius, rho)
-        return max(self.fillet(self.form_slope)[0], self._base_radius)
+        rho, base = self._least_curvature, self._base_radius
+        return math.hypot(base, rho) if rho >= 0 else max(self.fillet(self.form_slope)[0], base)
 
     @property
     def _least_curvature(self) -> float:
@@ -87,17 +73,14 @@ class GeneratedTooth:
 
     @property
     def _transverse_pressure_angle(self) -> float:
-        """α_t, rad."""
         return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix_angle))
 
     @property
     def _reference_radius(self) -> float:
-        """r, m."""
         return self.teeth * self.normal_module / math.cos(self.helix_angle) / 2
 
     @property
     def _base_radius(self) -> float:
-        """r_b, m."""
         return self._reference_radius * math.cos(self._transverse_pressure_angle)
 
     @property
@@ -112,10 +95,8 @@ class GeneratedTooth:
         base, inside, outside = self._base_radius, math.pi / 2, self.pressure_angle
         while (middle := (inside + outside) / 2) not in (inside, outside):
             radius, position = self.fillet(middle)
-            if radius < base or position > self.flank_position(radius):
-                inside = middle
-            else:
-                outside = middle
+            within = radius < base or position > self.flank_position(radius)
+            inside, outside = (middle, outside) if within else (inside, middle)
         return outside
 
     def fillet(self, slope: float) -> tuple[float, float]:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.formulas import described
-from gearchaos.gears.stiffness.mesh_stiffness import (
+from gearchaos.gears.fields import described
+from gearchaos.gears.stiffness import (
     TOLERANCE,
     MeshStiffness,
     StiffnessMethod,
@@ -33,43 +33,23 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
 
 ISO = "ISO 6336-1"
-
-N_PER_MM_UM = 1e9
-"""One N/(mm µm) in N/m²."""
-
-STEEL_MODULUS = 206e9
-"""E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88)."""
-
+N_PER_MM_UM = 1e9  # one N/(mm µm) in N/m²
+STEEL_MODULUS = 206e9  # E_st, Young's modulus of the steel to which the stiffness refers, Pa; ISO 6336-1:2006, (88).
+# specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)
 LOW_LINE_LOAD = 100e3
-"""Specific load F_t K_A/b below which the stiffness falls with the load, N/m; ISO 6336-1:2006, (90)."""
-
+# specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets the
+# stiffness vanish with the load
 DOUBTFUL_LINE_LOAD = 25e3
-"""Specific load F_t K_A/b, N/m, below which there is a warning: the rule for low loads has no lower limit, and lets
-the stiffness vanish with the load."""
-
+# limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)
 _WEBS, _LEAST_RIM = (0.2, 1.2), 1.0
-"""Limits of b_s/b, and least s_R/m_n, beyond which they count as these limits; ISO 6336-1:2006, (84), (85)."""
-
-_CORRECTION = 0.8
-"""C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83)."""
-
+_CORRECTION = 0.8  # C_M, the ratio of measured to theoretical stiffness for solid disc gears; ISO 6336-1:2006, (83).
 _CLAUSE = "ISO 6336-1:2006, 9.3"
-
-_SAME_POSITION = 1e-12
-"""Positions that are closer to each other than this, in mesh periods, are one."""
+_SAME_POSITION = 1e-12  # positions that are closer to each other than this, in mesh periods, are one
 
 
 @dataclass(frozen=True)
 class Blank:
-    """The rim and web of a wheel that is no solid disc.
-
-    Attributes
-    ----------
-    rim : float
-        s_R, thickness of the rim from the root circle inwards, m.
-    web : float
-        b_s, thickness of the web, m.
-    """
+    """The rim and web of a wheel that is no solid disc: s_R, from the root circle inwards, and b_s, m."""
 
     rim: float
     web: float
@@ -77,28 +57,19 @@ class Blank:
 
 @dataclass(frozen=True, kw_only=True)
 class ToothStiffness:
-    """Single and mesh stiffness per unit face width with all that they are computed from, in SI.
-
-    Attributes
-    ----------
-    warnings : tuple of str
-        In what the pair lies outside the range for which the standard validated its formulae.
-    """
+    """Stiffness per unit face width, in SI, and in what the pair lies outside the range of the formulae."""
 
     flexibility: float = described(
         "q′", "C1 + C2/z_n1 + C3/z_n2 + C4 x1 + C5 x1/z_n1 + C6 x2 + C7 x2/z_n2 + C8 x1² + C9 x2²",
         f"{_CLAUSE}.1, (82)", "mm µm/N", N_PER_MM_UM)
-    single_stiffness_theoretical: float = described(
-        "c′th", "1/q′", f"{_CLAUSE}.1, (81)", "N/(mm µm)", 1 / N_PER_MM_UM)
+    single_stiffness_theoretical: float = described("c′th", "1/q′", f"{_CLAUSE}.1, (81)", "N/(mm µm)", 1 / N_PER_MM_UM)
     correction_factor: float = described("C_M", "0.8", f"{_CLAUSE}.1, (83)")
-    blank_factor: float = described(
-        "C_R", "1, or 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n)))", f"{_CLAUSE}.1, (84), (85)")
+    blank_factor: float = described("C_R", "1, or 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n)))", f"{_CLAUSE}.1, (84), (85)")
     rack_factor: float = described(
         "C_B", "(1 + 0.5 (1.2 − h_fP/m_n)) (1 − 0.02 (20° − α_Pn))", f"{_CLAUSE}.1, (86), (87)")
     helix_factor: float = described("cos β", "cos β", f"{_CLAUSE}.1, (80)")
     material_factor: float = described("E/E_st", "2 E1 E2/((E1 + E2) E_st)", f"{_CLAUSE}.1, (88), (89)")
-    load_factor: float = described(
-        "", "1, or (F_t K_A/(100 b))^0.25 below 100 N/mm", f"{_CLAUSE}.1, (90)")
+    load_factor: float = described("", "1, or (F_t K_A/(100 b))^0.25 below 100 N/mm", f"{_CLAUSE}.1, (90)")
     single_stiffness: float = described(
         "c′", "c′th C_M C_R C_B cos β E/E_st (load factor)", f"{_CLAUSE}.1, (80), (88), (90)",
         "N/(mm µm)", 1 / N_PER_MM_UM)
@@ -108,9 +79,7 @@ class ToothStiffness:
 
 
 def tooth_stiffness(
-    geometry: Geometry,
-    *,
-    line_load: float | None = None,
+    geometry: Geometry, *, line_load: float | None = None,
     youngs_modulus: tuple[float, float] = (STEEL_MODULUS, STEEL_MODULUS),
     blanks: tuple[Blank | None, Blank | None] = (None, None),
 ) -> ToothStiffness:
@@ -118,16 +87,13 @@ def tooth_stiffness(
 
     Without a line load F_t K_A/b, N/m, the stiffness is that at 100 N/mm and above, where the standard takes it to be
     independent of the load. The standard allows for one C_R of a pair: the smaller one, of the more flexible wheel, is
-    used; None is a solid disc.
+    used; None is a solid disc. Raises `InputError` if the transverse contact ratio is below 1, (82) gives no positive
+    q′, or a value that must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is
+    the pinion, there is a warning.
 
-    Raises `InputError` if the transverse contact ratio is below 1, if (82) gives no positive q′, or if a value that
-    must be positive is not. Outside the range of (82), x1 ≥ x2 and −0.5 ≤ x1 + x2 ≤ 2, where 1 is the pinion, there is
-    a warning.
-
-    (80)-(91) are the equations of the edition of 2006. (81)-(86), (88)-(91) were compared with two public codes, and
-    with KISSsoft's reports on the stages of the NREL 5 MW gearbox, also outside the range of (82). This range, its
-    deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one C_R for a pair of unlike wheels could be compared with
-    one source only.
+    (81)-(86), (88)-(91) were compared with two public codes, and with KISSsoft's reports on the stages of the NREL 5 MW
+    gearbox, also outside the range of (82). This range, its deviations for 100 ≤ F_bt/b ≤ 1600 N/mm, and the use of one
+    C_R for a pair of unlike wheels could be compared with one source only.
     """
     given = {f"youngs_modulus[{i}]": value for i, value in enumerate(youngs_modulus)}
     given |= {} if line_load is None else {"line_load": line_load}
@@ -145,8 +111,7 @@ def tooth_stiffness(
     x1, x2 = (geometry.profile_shift[i] for i in pinion_first)
     flexibility = (
         0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
-        + 0.00529 * x1**2 + 0.00182 * x2**2
-    ) / N_PER_MM_UM  # (82)
+        + 0.00529 * x1**2 + 0.00182 * x2**2) / N_PER_MM_UM  # (82)
     if flexibility <= 0:
         raise InputError(
             "profile_shift", "must give a positive flexibility q′ by ISO 6336-1:2006, (82)", geometry.profile_shift,
@@ -154,13 +119,11 @@ def tooth_stiffness(
     first, second = youngs_modulus
     (blank1, notes1), (blank2, notes2) = (_blank_effect(geometry, i, blanks[i]) for i in (0, 1))
     factors = {
-        "correction_factor": _CORRECTION,
-        "blank_factor": min(blank1, blank2),
+        "correction_factor": _CORRECTION, "blank_factor": min(blank1, blank2),
         "rack_factor": rack_factor(geometry.dedendum, geometry.pressure_angle),
         "helix_factor": math.cos(geometry.helix_angle),
         "material_factor": 2 * first * second / (first + second) / STEEL_MODULUS,  # (88), (89)
-        "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25),
-    }
+        "load_factor": 1.0 if line_load is None else min(1.0, (line_load / LOW_LINE_LOAD) ** 0.25)}
     single = math.prod(factors.values()) / flexibility
     mean = single * (0.75 * geometry.contact_ratio + 0.25)
     return ToothStiffness(
@@ -170,10 +133,7 @@ def tooth_stiffness(
 
 
 def rack_factor(dedendum: float | tuple[float, float], pressure_angle: float) -> float:
-    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad.
-
-    The mean over both wheels is taken where their racks differ, (87).
-    """
+    """Basic rack factor C_B, ISO 6336-1:2006, (86), from h_fP/m_n and α_Pn, rad; of the mean of two racks, (87)."""
     pair = dedendum if isinstance(dedendum, tuple) else (dedendum, dedendum)
     return (1 + 0.5 * (1.2 - sum(pair) / 2)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
 
@@ -216,8 +176,7 @@ def _warnings(
         f"{load_factor:.3g} of that at 100 N/mm: {mean / N_PER_MM_UM:.3g} instead of "
         f"{mean / load_factor / N_PER_MM_UM:.3g} N/(mm µm). Below {DOUBTFUL_LINE_LOAD / 1e3:g} N/mm this is doubtful: "
         f"the rule lets the stiffness vanish with the load. {other_methods(ISO, geometry).rstrip('.')}":
-            load < DOUBTFUL_LINE_LOAD,
-    }
+            load < DOUBTFUL_LINE_LOAD}
     return tuple(text for text, holds in found.items() if holds)
 
 
@@ -276,13 +235,11 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
 
     The standard gives the mean alone, c_γα = c′ (0.75 ε_α + 0.25). The waveform is an assumption: the same law at each
     instant, c′ b (0.75 n + 0.25), where n is the number of tooth pairs in contact, of helical gears the total length of
-    the contact lines over that of one pair across the whole face width (`relative_length`). The
-    mean of n is ε_α, so that of the stiffness is c_γα b. Spur gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b,
-    helical gears a Fourier series, unless ε_β is so small that steps are more exact. The waveform of helical gears
-    tends to that of spur gears as β tends to 0.
+    the contact lines over that of one pair across the whole face width (`relative_length`). The mean of n is ε_α. Spur
+    gears have two levels, for ε_α < 2 c′ b and 1.75 c′ b, helical gears a Fourier series, unless ε_β is so small that
+    steps are more exact; their waveform tends to that of spur gears as β tends to 0.
 
-    Raises `InputError` if no teeth are in contact during a part of the mesh period, or a value is not a positive
-    number.
+    Raises `InputError` if no teeth are in contact during a part of the period, or a value is not a positive number.
     """
     check_positive("mesh_stiffness", mesh_stiffness)
     check_positive("tolerance", tolerance)
@@ -294,11 +251,10 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     if overlap == 0 and ratio < 2:
         single = 1 / (0.75 * ratio + 0.25)
         return MeshStiffness(reference, TwoLevelStiffness(1.75 * single - 1, 1 - single, ratio), 0.0, ISO)
-    if overlap == 0:
-        waveform, error = approximate(curve, tolerance)
-        return MeshStiffness(reference, waveform, error, ISO)
-    amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
-    series = truncated_series(curve, share * amplitudes, phases, tolerance)
+    series = None
+    if overlap:
+        amplitudes, phases = fourier_coefficients(ratio, overlap, MAX_HARMONICS)
+        series = truncated_series(curve, share * amplitudes, phases, tolerance)
     waveform, error = series if series and series[1] <= tolerance else approximate(curve, tolerance)
     return MeshStiffness(reference, waveform, error, ISO, truncation_note(error, tolerance))
 

@@ -13,38 +13,27 @@ from gearchaos.errors import InputError
 from gearchaos.model import MAX_LEVELS, HarmonicStiffness, SteppedStiffness
 from gearchaos.validation import MAX_HARMONICS
 
-_CONSTANT_SHARE = 0.05
-"""Share of the steps that is distributed evenly over the period."""
-
+_CONSTANT_SHARE = 0.05  # share of the steps that is distributed evenly over the period
+# steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
+# least one step.
 _STEPS_PER_HARMONIC = 14
-"""Steps of the flow per period for each order of the highest harmonic, 2π/0.45 (``docs/method.md``). A level takes at
-least one step."""
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCurve:
-    """A function of period 1 that is linear between knots; where two linear pieces do not meet, it jumps.
-
-    Attributes
-    ----------
-    knots : array (pieces + 1,)
-        Positions that increase from 0 to 1.
-    first, last : array (pieces,)
-        Values at the beginning and at the end of each piece.
+    """A function of period 1, linear between knots (pieces + 1,) from 0 to 1; where two pieces do not meet, it jumps.
     """
 
     knots: np.ndarray
-    first: np.ndarray
+    first: np.ndarray  # (pieces,): the values at the beginning of each piece, and at its end
     last: np.ndarray
 
     @property
     def widths(self) -> np.ndarray:
-        """Widths of the pieces, (pieces,)."""
         return np.diff(self.knots)
 
     @property
     def mean(self) -> float:
-        """Mean over the period."""
         return float(self.widths @ (self.first + self.last)) / 2
 
     @property
@@ -54,7 +43,6 @@ class PeriodicCurve:
 
     @property
     def stepped(self) -> bool:
-        """Whether every piece is constant."""
         return bool(np.all(self.first == self.last))
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
@@ -64,18 +52,13 @@ class PeriodicCurve:
         return self.first[i] + (t - self.knots[i]) / self.widths[i] * (self.last[i] - self.first[i])
 
     def scaled(self, factor: float) -> PeriodicCurve:
-        """The curve times a factor."""
         return PeriodicCurve(self.knots, self.first * factor, self.last * factor)
 
     def mean_square(self) -> float:
-        """Mean of the square over the period."""
         return float(self.widths @ (self.first**2 + self.first * self.last + self.last**2)) / 3
 
     def interval_means(self, starts: np.ndarray) -> np.ndarray:
-        """Means over the intervals from each start to the next one; the last ends one period after the first start.
-
-        The starts, (intervals,), increase in [0, 1).
-        """
+        """Means from each start (intervals,), increasing in [0, 1), to the next; the last ends at the first plus 1."""
         ends = np.append(starts[1:], 1 + starts[0])
         in_period = self._integral(np.minimum(ends, 1)) - self._integral(starts)
         return (in_period + self._integral(np.maximum(ends - 1, 0))) / (ends - starts)
@@ -105,10 +88,11 @@ def periodic_curve(positions: np.ndarray, values: np.ndarray) -> PeriodicCurve:
 
 
 def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[PeriodicCurve, float] | None:
-    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it.
+    """The mean over the equal parts of a curve, as a curve of period 1, and how far the parts differ from it, rms at
+    knots.
 
-    The difference is the root mean square at the knots. None for a curve with jumps whose pieces are not the same in
-    all cycles. ``tolerance`` is the largest difference of knots, in cycles, that the rounding of positions explains.
+    None for a curve with jumps whose pieces are not the same in all cycles. ``tolerance`` is the largest difference of
+    knots, in cycles, that the rounding of positions explains.
     """
     edges, count = curve.knots * cycles, np.arange(cycles)[:, None]
     shape = (cycles, -1) if len(curve.first) % cycles == 0 else (1, -1)
@@ -128,25 +112,13 @@ def folded(curve: PeriodicCurve, cycles: int, tolerance: float) -> tuple[Periodi
 
 
 def approximate(curve: PeriodicCurve, tolerance: float) -> tuple[SteppedStiffness | HarmonicStiffness, float]:
-    """The waveform of a model that approximates a curve over its mean, and the error of the approximation.
+    """The waveform, of mean 1, that approximates a positive curve over its mean, and the root mean square of the
+    difference.
 
     A curve of at most `MAX_LEVELS` constant pieces is taken over exactly. Any other is approximated twice: by steps of
     the mean of the curve over intervals, and by its Fourier series. Each has as few levels or harmonics as an error of
-    at most ``tolerance`` needs. The one that the flow advances with fewer steps is chosen, or the more exact one if
-    neither is that exact.
-
-    Parameters
-    ----------
-    curve : PeriodicCurve
-        Positive everywhere.
-    tolerance : float
-        Bound of the root mean square of waveform less curve over the period, relative to the mean of the curve.
-
-    Returns
-    -------
-    (SteppedStiffness or HarmonicStiffness, float)
-        The waveform, of mean 1, and that root mean square. The error is larger than ``tolerance`` if `MAX_LEVELS`
-        levels and `MAX_HARMONICS` harmonics are too few.
+    at most ``tolerance`` needs; the error is larger if `MAX_LEVELS` levels and `MAX_HARMONICS` harmonics are too few.
+    The one that the flow advances with fewer steps is chosen, or the more exact one if neither is that exact.
     """
     curve = curve.scaled(1 / curve.mean)
     if curve.stepped and max(len(curve.jumps), 1) <= MAX_LEVELS:
@@ -191,11 +163,9 @@ def _step_edges(curve: PeriodicCurve, starts: np.ndarray, count: int) -> np.ndar
     counts = np.ones(len(starts), dtype=int)
     for _ in range(count - len(starts)):  # one more step for the part whose steps have the largest share
         counts[np.argmax(shares / counts)] += 1
-    edges = [
+    return np.unique(np.concatenate([
         np.interp(np.linspace(weight[a], weight[b], n, endpoint=False), weight[a : b + 1], curve.knots[a : b + 1])
-        for a, b, n in zip(starts, ends, counts, strict=True)
-    ]
-    return np.unique(np.concatenate(edges))
+        for a, b, n in zip(starts, ends, counts, strict=True)]))
 
 
 def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:
@@ -211,9 +181,8 @@ def _step_error(curve: PeriodicCurve, edges: np.ndarray) -> float:
 def truncated_series(
     curve: PeriodicCurve, amplitudes: np.ndarray, phases: np.ndarray, tolerance: float,
 ) -> tuple[HarmonicStiffness, float] | None:
-    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest.
-
-    None if these harmonics are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
+    """The first harmonics of a curve of mean 1, as many as a tolerance needs or all given, and the rms of the rest;
+    None if they are not positive everywhere. ``amplitudes`` and ``phases`` are arrays from harmonic 1 on.
     """
     variance = PeriodicCurve(curve.knots, curve.first - 1, curve.last - 1).mean_square()
     errors = np.sqrt(np.maximum(variance - np.cumsum(amplitudes**2) / 2, 0.0))

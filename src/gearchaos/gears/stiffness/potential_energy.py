@@ -24,45 +24,155 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.tooth_profile import Stations, ToothProfile, tooth_profile
-from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, StiffnessMethod, from_curve
+from gearchaos.gears.stiffness import MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
-from gearchaos.gears.units import Length
+from gearchaos.gears.units import Length, Shown
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
     from gearchaos.gears.mechanics import Material
 
 _NAME = "potential energy"
+SHEAR_FACTOR = 1.2  # shear energy of a rectangular section over that of a uniform shear stress
 
-SHEAR_FACTOR = 1.2
-"""Shear energy of a rectangular section over that of a uniform shear stress."""
-
+# coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1
 _SAINSOT = np.array([
     [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
     [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
     [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
     [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
 ])
-"""Coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1."""
 
-BODY_RATIOS = (1.4, 7.0)
-"""Range of h = r_f/r_bore for which Sainsot et al. (2004) fitted the coefficients."""
-
-ROOT_ANGLES = (0.01, 0.12)
-"""Range of θ_f, rad, for which Sainsot et al. (2004) fitted the coefficients."""
+BODY_RATIOS = (1.4, 7.0)  # range of h = r_f/r_bore for which Sainsot et al. (2004) fitted the coefficients
+ROOT_ANGLES = (0.01, 0.12)  # range of θ_f, rad, for which Sainsot et al. (2004) fitted the coefficients
+# Gauss nodes along the fillet and the flank, with which integrals converge to about 1e-12
+_FILLET_NODES, _FLANK_NODES = 48, 24
 
 
-class Load(NamedTuple):
-    """Point and direction of the load on a tooth; arrays of equal shape.
-
-    ``height`` and ``half_thickness`` of the tooth at the point, m, and ``slope``, the angle between the force and the
-    perpendicular to the axis of the tooth, rad.
-    """
+class Stations(NamedTuple):
+    """Nodes of a quadrature over the height of a tooth, (..., nodes), m: the integral of f over it is Σ weight f."""
 
     height: np.ndarray
     half_thickness: np.ndarray
-    slope: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True)
+class ToothProfile:
+    """Half of a tooth that is symmetric about its axis; radii in m, angles in rad."""
+
+    base_radius: float
+    root_radius: float
+    base_half_angle: float  # θ_b: half the angle between the flanks at the base circle, π/(2z) + 2 x tan α/z + inv α
+    root_half_angle: float  # θ_f: half the angle of the tooth at the root circle, where the fillet begins
+    form_angle: float  # pressure angle of the involute where it begins
+    rack: Rack
+
+    def slope(self, pressure_angle: np.ndarray) -> np.ndarray:
+        """Angle between the normal of the flank and the x axis at points of given pressure angle, tan α_K − θ_b."""
+        return np.tan(pressure_angle) - self.base_half_angle
+
+    def flank(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Half thickness and height of points of the involute, by their slope."""
+        roll, sine, cosine = slope + self.base_half_angle, np.sin(slope), np.cos(slope)
+        return self.base_radius * (roll * cosine - sine), self.base_radius * (roll * sine + cosine)
+
+    def flank_stations(self, pressure_angle: np.ndarray) -> Stations:
+        """Stations from the beginning of the involute to points of given pressure angle, (..., nodes)."""
+        start, end = self.slope(np.array(self.form_angle)), self.slope(pressure_angle)[..., None]
+        slope, weight = _gauss(start, end, _FLANK_NODES)
+        x, y = self.flank(slope)
+        return Stations(y, x, weight * self.base_radius * (slope + self.base_half_angle) * np.cos(slope))
+
+    def fillet_stations(self) -> Stations:
+        """Stations from the root circle to the beginning of the involute, (nodes,)."""
+        normal, weight = _gauss(np.array(math.pi / 2), np.array(self.rack.flank_normal(self)), _FILLET_NODES)
+        x, y = self.rack.fillet(normal)
+        return Stations(y, x, weight * self.rack.height_rate(normal))
+
+
+@dataclass(frozen=True)
+class Rack:
+    """The tip of the generating rack, which rolls with its pitch line on the pitch circle of the wheel; lengths in m.
+    """
+
+    pitch_radius: float  # m z/2
+    pressure_angle: float
+    radius: float  # of the rounding
+    depth: float  # of the centre of the rounding below the pitch line
+    offset: float  # of that centre from the axis of the tooth when this is perpendicular to the pitch line
+
+    def fillet(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Half thickness and height of points of the fillet, each by that of the rounding with this normal.
+
+        It makes an angle from α at the flank to π/2 at the tip with the pitch line, when it passes the pitch point.
+        """
+        turn, reach, _ = self._position(normal)
+        x = self.pitch_radius * np.sin(turn) - reach * np.cos(normal - turn)
+        y = self.pitch_radius * np.cos(turn) - reach * np.sin(normal - turn)
+        return x, y
+
+    def height_rate(self, normal: np.ndarray) -> np.ndarray:
+        """Derivative of the height of points of the fillet with respect to the normal, m/rad."""
+        turn, reach, advance = self._position(normal)
+        falling = reach * np.cos(normal - turn) * (1 + advance / self.pitch_radius)
+        return advance * (np.sin(turn) + np.cos(normal) * np.sin(normal - turn)) - falling
+
+    def flank_normal(self, profile: ToothProfile) -> float:
+        """The normal where the fillet meets the involute: α, or more if the fillet undercuts the involute."""
+        radius = profile.base_radius / math.cos(profile.form_angle)
+        low, high = self.pressure_angle, math.pi / 2
+        if math.hypot(*self.fillet(np.array(low))) <= radius * (1 + 1e-9):
+            return low
+        while (middle := (low + high) / 2) not in (low, high):
+            low, high = (low, middle) if math.hypot(*self.fillet(np.array(middle))) < radius else (middle, high)
+        return low
+
+    def _position(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rotation of the wheel, distance of the generated point from the pitch point, and −r d(rotation)/d(normal)."""
+        turn = (self.depth / np.tan(normal) + self.offset) / self.pitch_radius
+        return turn, self.depth / np.sin(normal) + self.radius, self.depth / np.sin(normal) ** 2
+
+
+def _gauss(start: np.ndarray, end: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of the Gauss quadrature from ``start`` to ``end``, (..., count)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    half = (end - start) / 2
+    return start + half * (nodes + 1), half * weights
+
+
+def tooth_profile(geometry: Geometry, wheel: int) -> ToothProfile:
+    """The tooth of a spur wheel, generated by the basic rack, of nominal thickness, with no allowance for backlash."""
+    if geometry.helix_angle != 0:
+        raise InputError("helix_angle", "must be 0 for the potential-energy method",
+                         Shown(geometry.helix_angle, geometry.helix_angle),
+                         "It is implemented for spur gears only: use ISO 6336-1 or a table for helical gears.")
+    # distance of the centre of the rack's rounding from the middle of the rack's space, in modules
+    offset = (math.pi / 4 + (geometry.dedendum - geometry.root_radius) * math.tan(geometry.pressure_angle)
+              + geometry.root_radius / math.cos(geometry.pressure_angle))
+    if offset > math.pi / 2 * (1 + 1e-12):
+        raise InputError("root_radius", "must leave the basic rack a tip that is not pointed", geometry.root_radius,
+                         "Reduce the root radius or the dedendum.")
+    if geometry.tip_thickness[wheel] <= 0:
+        raise InputError(f"tip_thickness[{wheel}]", "must be greater than 0", Length(geometry.tip_thickness[wheel]),
+                         "The tooth is pointed: reduce its profile shift or its tip diameter.")
+    module, alpha, z = geometry.normal_module, geometry.pressure_angle, geometry.teeth[wheel]
+    shift, rounding = geometry.profile_shift[wheel], geometry.root_radius
+    centre = geometry.dedendum - rounding  # depth of the centre of the rounding below the datum line, in modules
+    base_radius = geometry.base_diameter[wheel] / 2
+    return ToothProfile(base_radius=base_radius, root_radius=geometry.root_diameter[wheel] / 2,
+                        base_half_angle=(math.pi / 2 + 2 * shift * math.tan(alpha)) / z + math.tan(alpha) - alpha,
+                        root_half_angle=2 * offset / z,
+                        form_angle=math.acos(min(2 * base_radius / geometry.root_form_diameter[wheel], 1.0)),
+                        rack=Rack(module * z / 2, alpha, rounding * module, (centre - shift) * module, offset * module))
+
+
+class Load(NamedTuple):
+    """Point of the load on a tooth, m, and its direction, rad; arrays of equal shape."""
+
+    height: np.ndarray
+    half_thickness: np.ndarray
+    slope: np.ndarray  # between the force and the perpendicular to the axis of the tooth
 
 
 class Compliance(NamedTuple):
@@ -75,7 +185,6 @@ class Compliance(NamedTuple):
 
     @property
     def total(self) -> np.ndarray:
-        """Their sum."""
         return self.bending + self.shear + self.axial + self.foundation
 
 
@@ -107,17 +216,13 @@ def foundation_compliance(
     h, theta = 2 * root_radius / bore, root_half_angle
     deep, linear, constant, tangent = _SAINSOT @ np.array([1 / theta**2, h**2, h / theta, 1 / theta, h, 1.0])
     ratio = lever / (2 * root_radius * theta)
-    return np.cos(slope) ** 2 * (
-        deep * ratio**2 + linear * ratio + constant * (1 + tangent * np.tan(slope) ** 2))
+    return np.cos(slope) ** 2 * (deep * ratio**2 + linear * ratio + constant * (1 + tangent * np.tan(slope) ** 2))
 
 
 def tooth_compliance(
     profile: ToothProfile, bore: float, material: Material, width: float, pressure_angle: np.ndarray,
 ) -> Compliance:
-    """Compliance of a tooth, (...) in m/N, loaded at points of its flank.
-
-    The pressure angles (...), in rad, are those of the involute at the points. The width is that of the contact.
-    """
+    """Compliance (...) of a tooth, m/N, loaded at points of its flank with pressure angles (...), rad."""
     slope = profile.slope(pressure_angle)
     half_thickness, height = profile.flank(slope)
     load = Load(height, half_thickness, slope)
@@ -130,20 +235,13 @@ def tooth_compliance(
 
 
 def hertz_stiffness(materials: tuple[Material, Material], width: float) -> float:
-    """Stiffness of the line contact, N/m: π b/(2 ((1 − ν1²)/E1 + (1 − ν2²)/E2)).
-
-    It is π E b/(4 (1 − ν²)) for equal materials (Yang and Sun, 1985), whatever the load and the curvatures.
-    """
+    """π b/(2 ((1 − ν1²)/E1 + (1 − ν2²)/E2)), N/m, whatever the load and curvatures (Yang and Sun, 1985)."""
     return math.pi * width / (2 * sum((1 - m.poisson**2) / m.E for m in materials))
 
 
 @dataclass(frozen=True)
 class ToothPairs:
-    """The tooth pairs of a spur gear pair: their stiffness and their positions on the path of contact; lengths in m.
-
-    Raises `InputError` for helical gears, contact below the involute or with gaps, or a body outside the range of the
-    method.
-    """
+    """The tooth pairs of a spur gear pair: their stiffness and their positions on the path of contact; lengths in m."""
 
     geometry: Geometry
     materials: tuple[Material, Material]
@@ -179,31 +277,21 @@ class ToothPairs:
     @property
     def notes(self) -> tuple[str, ...]:
         """Where the pair is beyond the range to which the coefficients of the foundation were fitted."""
-        found = []
-        for wheel in (0, 1):
-            angle = tooth_profile(self.geometry, wheel).root_half_angle
-            if angle > ROOT_ANGLES[1]:
-                found.append(f"wheel {wheel + 1}: half the angle of the tooth at the root circle is {angle:.3g} rad; "
-                             f"Sainsot's compliance of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only")
-        return tuple(found)
+        angles = (tooth_profile(self.geometry, wheel).root_half_angle for wheel in (0, 1))
+        return tuple(f"wheel {n}: half the angle of the tooth at the root circle is {angle:.3g} rad; Sainsot's "
+                     f"compliance of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only"
+                     for n, angle in enumerate(angles, 1) if angle > ROOT_ANGLES[1])
 
     def stiffness(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Stiffness of one tooth pair, N/m, by the pressure angles of the points of contact on both flanks, rad."""
         width = self.geometry.common_face_width
         one, two = (
             tooth_compliance(tooth_profile(self.geometry, wheel), self.bore[wheel], self.materials[wheel], width, angle)
-            for wheel, angle in enumerate((first, second))
-        )
+            for wheel, angle in enumerate((first, second)))
         return 1 / (1 / hertz_stiffness(self.materials, width) + one.total + two.total)
 
     def pressure_angles(self, progress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure angles of the point of contact on both flanks, rad.
-
-        Parameters
-        ----------
-        progress : array
-            Mesh periods since the pair entered contact, from 0 to the contact ratio.
-        """
+        """Pressure angles of the point of contact on both flanks, rad, at mesh periods since the contact began."""
         geometry = self.geometry
         entry = geometry.tangent_length - geometry.tip_tangents[1]
         distance = entry + progress * geometry.base_pitch
@@ -211,17 +299,12 @@ class ToothPairs:
         return np.arctan(distance / first), np.arctan((geometry.tangent_length - distance) / second)
 
     def curve(self, points: int = 512) -> PeriodicCurve:
-        """Mesh stiffness over the mesh period, N/m: the sum over the tooth pairs in contact.
-
-        Parameters
-        ----------
-        points : int
-            Number of points of the curve per period, about. It jumps where a pair enters, at 0, and where one leaves.
+        """Mesh stiffness, N/m, of all pairs in contact, at about ``points`` points. It jumps where one enters or
+        leaves.
         """
         full, rest = divmod(self.geometry.contact_ratio, 1.0)
-        parts = [(0.0, rest, int(full) + 1), (rest, 1.0, int(full))]
         positions, values = [], []
-        for start, end, pairs in parts:
+        for start, end, pairs in ((0.0, rest, int(full) + 1), (rest, 1.0, int(full))):
             if end > start:
                 t = np.linspace(start, end, max(round(points * (end - start)), 2) + 1)
                 progress = np.minimum(t + np.arange(pairs)[:, None], self.geometry.contact_ratio)
@@ -230,22 +313,15 @@ class ToothPairs:
         return periodic_curve(np.concatenate(positions), np.concatenate(values))
 
 
-def from_energy(
-    geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float], *,
-    tolerance: float = TOLERANCE,
-) -> MeshStiffness:
-    """Mesh stiffness of spur gears by the potential-energy method, with wheel bodies fixed at bores of these diameters,
-    m.
-
-    Raises `InputError` for helical gears, contact with gaps or below the involute, or a body outside the range of the
-    method.
+@lru_cache(maxsize=64)
+def from_energy(geometry: Geometry, materials: tuple[Material, Material], bore: tuple[float, float]) -> MeshStiffness:
+    """Mesh stiffness of spur gears with wheel bodies fixed at bores of these diameters, m; errors are those of
+    `ToothPairs`.
     """
     pairs = ToothPairs(geometry, materials, bore)
-    return from_curve(pairs.curve(), _NAME, pairs.notes, tolerance=tolerance)
+    return from_curve(pairs.curve(), _NAME, pairs.notes)
 
-
-_once_for_each_pair = lru_cache(maxsize=64)(from_energy)
 
 METHOD = StiffnessMethod(
     name=_NAME, needs=("bore",), spur_only=True,
-    compute=lambda design: _once_for_each_pair(design.geometry, design.material, design.given("bore")))
+    compute=lambda design: from_energy(design.geometry, design.material, design.given("bore")))

@@ -10,14 +10,14 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.inputs.csvtable import Column, Table, read_table
-from gearchaos.gears.stiffness.mesh_stiffness import TOLERANCE, MeshStiffness, from_curve
+from gearchaos.gears.stiffness import MeshStiffness, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
+from gearchaos.gears.tables import Column, Table, read_table
 
 TIME = units.Dimension("a time", "s", "2 ms")
 STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "14 N/(mm*um)")
-
 _OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|abtrieb|getrieben"
+# the roll angle of wheel 1
 ROLL_ANGLE = Column(
     "roll angle", {units.ANGLE: 1.0},
     ("angle", "rotation", "pinion rotation", "drehwinkel"),
@@ -25,7 +25,6 @@ ROLL_ANGLE = Column(
     other=rf"press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}",
     advice="The roll angle is that of wheel 1.",
 )
-"""The roll angle of wheel 1."""
 
 _ABSCISSAE = (
     Column("fraction", aliases=("fraction of mesh period", "mesh period", "tau/T", "t/T")), ROLL_ANGLE,
@@ -34,29 +33,24 @@ _ABSCISSAE = (
 
 _OTHER_STIFFNESS = ("single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
                     "average")
-
+# least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
+# about 1e7 and 1e11, plastic ones a hundredth
 _PLAUSIBLE = (1e3, 1e14)
-"""Least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have
-about 1e7 and 1e11, plastic ones a hundredth."""
-
+# largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
+# rounding in the file
 _PERIOD_TOLERANCE = 1e-3
-"""Largest difference between the last abscissa of a table and a whole number of mesh periods, in mesh periods, for
-rounding in the file."""
-
+# largest relative difference between the values at the beginning and the end of the period, likewise
 _CLOSING_TOLERANCE = 1e-4
-"""Largest relative difference between the values at the beginning and the end of the period, likewise."""
-
+# largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
+# the period, and how many equal steps are no chance
 _STEP_TOLERANCE, _LARGEST_STEP, _MANY_STEPS = 0.1, 0.2, 8
-"""Largest relative difference of equal steps, largest such step in mesh periods of a table without the row that closes
-the period, and how many equal steps are no chance."""
-
+# largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness
 _REST_TOLERANCE = 0.1
-"""Largest root mean square of what does not repeat with the mesh, over that of the variation of the stiffness."""
 
 
 def from_table(
     path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None, tolerance: float = TOLERANCE, field: str = "stiffness.table",
+    columns: Mapping[str, str] | None = None,
 ) -> MeshStiffness:
     """Mesh stiffness from a table over whole mesh periods, for example computed by finite elements.
 
@@ -66,34 +60,28 @@ def from_table(
 
     - either ``stiffness``: points of a curve that is linear between them. Two rows with the same abscissa are a jump.
       The last row is the end of the period; its value must equal the first one. If the curve jumps there, as that of
-      spur gears does, the last two rows have the same abscissa, with the values before and after the jump. Rows in
-      equal steps may lack the one that closes the period.
+      spur gears does, the last two rows have the same abscissa. Rows in equal steps may lack the closing one.
     - or ``level``: steps, each of which begins at its abscissa. The first begins at 0, the last one ends with the
       period. Up to 64 steps are taken over exactly.
 
-    A stiffness in N/(mm µm) is multiplied by ``face_width``, m. A table over several mesh periods, such as a turn of
-    wheel 1, becomes the mean of them. The notes of the result say so, and which columns were taken, unless they have
-    the names above. ``columns`` are headers in the file by names.
-
-    Raises `InputError` with the number of the line, for a table that is not as described or has a value that is not
-    positive. The last abscissa may differ from whole periods by 0.1 % of one, the last value from the first one by 0.01
-    %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the stiffness.
+    A stiffness in N/(mm µm) is multiplied by ``face_width``, m. A table over several mesh periods becomes the mean of
+    them. The notes say so, and which columns were taken, unless they have the names above. Raises `InputError` with the
+    number of the line. The last abscissa may differ from whole periods by 0.1 % of one, the last value from the first
+    one by 0.01 %, for rounding in the file. What does not repeat with the mesh may be a tenth of the variation of the
+    stiffness.
     """
-    curve, notes = read_curve(path, field=field, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
-    return from_curve(curve, f"table {Path(path).name}", notes, tolerance=tolerance)
+    curve, notes = read_curve(path, teeth=teeth, speed=speed, face_width=face_width, columns=columns)
+    return from_curve(curve, f"table {Path(path).name}", notes)
 
 
 def read_curve(
-    path: str | Path, *, field: str, teeth: int, speed: float | None = None, face_width: float | None = None,
-    columns: Mapping[str, str] | None = None,
+    path: str | Path, *, teeth: int, speed: float | None = None, face_width: float | None = None,
+    columns: Mapping[str, str] | None = None, field: str = "stiffness.table",
 ) -> tuple[PeriodicCurve, tuple[str, ...]]:
     """The curve of a table in N/m, and notes on how it was read; see `from_table`."""
     scales = {units.STIFFNESS: 1.0, **({} if face_width is None else {STIFFNESS_PER_WIDTH: face_width})}
-    values = (
-        Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
-               _OTHER_STIFFNESS),
-        Column("level", scales, ("stiffness level",)),
-    )
+    values = (Column("stiffness", scales, ("mesh stiffness", "k", "c", "value", "eingriffssteifigkeit"), "stiff|steif",
+                     _OTHER_STIFFNESS), Column("level", scales, ("stiffness level",)))
     table = read_table(path, (_ABSCISSAE, values), field=field, chosen=columns, increasing=True, jumps=True)
     (abscissa, x), (kind, k) = table.columns.items()
     least, most = _PLAUSIBLE
@@ -118,8 +106,8 @@ def read_curve(
     return curve, (*table.notes, *notes, *of_cycles)
 
 
+# the curve over the whole table, how many mesh periods that are, and notes
 _Whole = tuple[PeriodicCurve, int, tuple[str, ...]]
-"""The curve over the whole table, how many mesh periods that are, and notes."""
 
 
 def _steps(table: Table, x: np.ndarray, values: np.ndarray, period: float) -> _Whole:

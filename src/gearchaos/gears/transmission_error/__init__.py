@@ -1,1 +1,162 @@
-"""The static transmission error of unloaded gears: from accuracy grade, tip relief, or measured values."""
+"""Accuracy grades of cylindrical gears, and the flank tolerances of both wheels that follow from them.
+
+The editions of ISO 1328-1 have different formulae, and the number of a grade does not mean the same in both. National
+standards that are the text of an edition are read as it. Grades of others are refused, with the nearest grade of an
+edition, since their tolerances are not the same.
+
+To add an edition, add a module to this folder with its `Tolerances`, and an `Edition` with the name ``EDITION``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.fields import declared
+
+if TYPE_CHECKING:
+    from gearchaos.gears.geometry.dimensions import Geometry
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """Flank tolerances of one wheel, m."""
+
+    single_pitch: float  # f_pt
+    cumulative_pitch: float  # F_p, total
+    profile: float  # F_α, total
+    profile_form: float  # f_fα
+    profile_slope: float  # f_Hα
+    helix: float  # F_β, total
+    runout: float  # F_r
+
+
+class Size(NamedTuple):
+    """What the tolerances of a wheel depend on, mm."""
+
+    d: float
+    m: float
+    b: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edition:
+    """A standard for the tolerances of a grade, within a scope in mm and degrees."""
+
+    name: str
+    grades: tuple[int, int]
+    scope: Mapping[str, tuple[float, float]]
+    result: type[Tolerances]
+    at_grade_5: Callable[[Size], tuple[float, ...]]  # in µm before rounding, in the order of the fields of Tolerances
+    adopted: Mapping[str, str]  # national standards with its text, and the letter before their grades
+    # others: a pattern of the name, the grade that is nearest to one of theirs, and why it is not the same
+    near: tuple[tuple[str, Callable[[int], int], str], ...]
+
+
+@cache
+def editions() -> dict[str, Edition]:
+    """All editions by name, in the order of their modules."""
+    return {each.name: each for each in declared(__name__, "EDITION")}
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Accuracy grade of the teeth, of both wheels or of each; the deviations grow with the number, by √2 from grade to
+    grade.
+
+    A national standard that is the text of an edition is kept as it; its grades may have their letter, e.g. "N8".
+    Raises `InputError` for an unknown standard, with the nearest grade of an edition, or a grade outside the edition's
+    range.
+    """
+
+    standard: str
+    grade: int | tuple[int, int]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.grade, list):
+            object.__setattr__(self, "grade", tuple(self.grade))
+        if isinstance(self.grade, tuple) and len(self.grade) != 2:
+            raise InputError("quality.grade", "must be one grade or a list of two", self.grade)
+        for edition in editions().values():
+            if (letter := edition.adopted.get(self.standard)) is not None:
+                grades = tuple(_number(grade, letter) for grade in self.grades)
+                object.__setattr__(self, "grade", grades if isinstance(self.grade, tuple) else grades[0])
+                object.__setattr__(self, "standard", edition.name)
+        if self.standard not in editions():
+            raise self._unknown_standard()
+        low, high = editions()[self.standard].grades
+        for grade in self.grades:
+            if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
+                rule = f"must be a whole number from {low} to {high} in {self.standard}"
+                raise InputError("quality.grade", rule, self.grade, "The deviations grow with the number.")
+
+    def _unknown_standard(self) -> InputError:
+        """The error for another standard, with the grade of an edition that is nearest if that is known."""
+        adopted = [name for edition in editions().values() for name in edition.adopted]
+        error = unknown_name("quality.standard", str(self.standard), (*editions(), *adopted))
+        for edition, (pattern, nearest, why) in ((e, near) for e in editions().values() for near in e.near):
+            if re.search(pattern, str(self.standard)):
+                grades = [_number(grade, "[A-Z]?") for grade in self.grades]
+                low, high = edition.grades
+                found = [nearest(n) if isinstance(n, int) else None for n in dict.fromkeys(grades)]
+                if not all(n is None or low <= n <= high for n in found):
+                    return InputError(error.field, error.rule, self.standard,
+                                      f"{edition.name} has no grade near it, only {low} to {high}: {why}.")
+                near = ", ".join("…" if n is None else str(n) for n in found)
+                shown = f"[{near}]" if "," in near else near
+                return InputError(error.field, error.rule, self.standard, f"The nearest is {{ standard = "
+                                  f"'{edition.name}', grade = {shown} }}, not the same: {why}.")
+        return error
+
+    @property
+    def grades(self) -> tuple[int, int]:
+        return self.grade if isinstance(self.grade, tuple) else (self.grade, self.grade)
+
+    @property
+    def coarsest(self) -> int:
+        """The grade of the less accurate wheel."""
+        return max(self.grades)
+
+
+def _number(grade: Any, letter: str) -> Any:
+    """The number of a grade that is a text such as "N8"; anything else as it is."""
+    match = re.fullmatch(rf"(?:{letter})?(\d+)", grade) if isinstance(grade, str) else None
+    return int(match[1]) if match else grade
+
+
+def tolerances(quality: Quality, geometry: Geometry) -> tuple[Tolerances, Tolerances]:
+    """The flank tolerances of both wheels; raises `InputError` if a size is outside the scope of the standard.
+
+    They are rounded as the standard says: to 1 µm from 10 µm on, to 0.5 µm from 5 µm on, and to 0.1 µm below. The
+    standard forbids extrapolation beyond its scope. F_α, F_β and F_r of the edition of 2013 are computed from values
+    before rounding. All formulae were compared with a public code, the scope of 2013 with the published abstract, but
+    those of the runout (ISO 1328-2:1997, annex B, and ISO 1328-1:2013, annex E), which could be compared with one
+    source only.
+    """
+    edition, found = editions()[quality.standard], []
+    for wheel, grade in enumerate(quality.grades):
+        size = Size(*(1e3 * v for v in (
+            geometry.reference_diameter[wheel], geometry.normal_module, geometry.face_width[wheel])))
+        checked = {"reference_diameter": size.d, "module": size.m, "face_width": size.b, "teeth": geometry.teeth[wheel],
+                   "helix_angle": math.degrees(geometry.helix_angle)}
+        for name, (low, high) in edition.scope.items():
+            unit = {"teeth": "", "helix_angle": " deg"}.get(name, " mm")
+            if not low <= round(checked[name], 9) <= high:
+                field = name if name in ("module", "helix_angle") else f"{name}[{wheel}]"
+                raise InputError(field, f"must lie in [{low:g}, {high:g}]{unit} for tolerances by {edition.name}",
+                                 f"{checked[name]:.6g}{unit}",
+                                 "The standard does not allow extrapolation; give measured deviations.")
+        step, values = 2 ** ((grade - 5) / 2), zip(fields(Tolerances), edition.at_grade_5(size), strict=True)
+        found.append(edition.result(**{f.name: rounded(step * value) / 1e6 for f, value in values}))
+    return found[0], found[1]
+
+
+def rounded(micrometres: float) -> float:
+    """A tolerance in µm, rounded by ISO 1328-1:1995, 5.3, or ISO 1328-1:2013, 5.2.3, which are equal."""
+    step = 1.0 if micrometres >= 10 else 0.5 if micrometres >= 5 else 0.1
+    return round(math.floor(micrometres / step + 0.5) * step, 1)

@@ -25,35 +25,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.errors import whole_number
-from gearchaos.gears.formulas import described
+from gearchaos.errors import InputError, unknown_name, whole_number
+from gearchaos.gears.fields import described
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
+from gearchaos.gears.units import Length
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.transmission_error.quality import Quality, Tolerances
+    from gearchaos.gears.transmission_error import Quality, Tolerances
+
+_EXPONENTS = {"linear": 1, "parabolic": 2}
+_SAMPLES = 8192  # samples of a mesh period from which the harmonics of a tip relief are computed
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorHarmonics:
-    """Harmonics of a transmission error.
+    """Harmonics of a transmission error: e_j, m, peak, from order 1 on, and θ_j, rad; 0 for an order without amplitude.
 
-    Attributes
-    ----------
-    amplitudes : tuple of float
-        e_j, m, peak, from order 1 on; 0 for an order without amplitude.
-    phases : tuple of float
-        θ_j, rad.
-    source : str
-        What they were computed from.
-    residual_rms, residual_peak : float
-        Root mean square and largest magnitude of what a table or curve has beside these harmonics and its mean, m; 0
-        where harmonics were given.
-    warnings : tuple of str
-        What the harmonics leave out, and what was probably not meant.
-    assumptions : tuple of str
-        What they assume.
+    The residuals are the root mean square and the largest magnitude of what a table or curve has beside them and its
+    mean, m; 0 where harmonics were given. Warnings say what the harmonics leave out, and what was probably not meant.
     """
 
     amplitudes: tuple[float, ...]
@@ -71,8 +62,7 @@ class ErrorHarmonics:
 
 def evaluate(amplitudes: tuple[float, ...], phases: tuple[float, ...], tau: Any) -> np.ndarray:
     """Σ e_j cos(2πj τ − θ_j) at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
-    time = np.asarray(tau, dtype=float)
-    total = np.zeros(time.shape)
+    time, total = np.asarray(tau, dtype=float), np.zeros(np.shape(tau))
     for j, (amplitude, phase) in enumerate(zip(amplitudes, phases, strict=True), 1):
         total = total + amplitude * np.cos(2 * np.pi * j * time - phase)
     return total
@@ -85,15 +75,7 @@ def check_orders(count: Any) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class QualityError(ErrorHarmonics):
-    """Harmonics from an accuracy grade.
-
-    Attributes
-    ----------
-    tooth_to_tooth : tuple of float
-        f_i′ of each wheel against a perfect master wheel, m.
-    peak_to_peak : float
-        That of the error of the pair over a mesh period, m.
-    """
+    """Harmonics from an accuracy grade: f_i′ of each wheel against a perfect master wheel, and that of the pair, m."""
 
     tooth_to_tooth: tuple[float, float] = described(
         "f_i′", "K (4.3 2^((Q−5)/2) + f_pt + F_α), K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4", "ISO 1328-1:1995, annex A",
@@ -122,10 +104,8 @@ def from_quality(
     """
     ratio = geometry.total_contact_ratio
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
-    deviation = tuple(
-        factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
-        for grade, t in zip(quality.grades, tolerances, strict=True)
-    )
+    deviation = tuple(factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
+                      for grade, t in zip(quality.grades, tolerances, strict=True))
     total = math.hypot(*deviation)
     numbers = range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
@@ -140,10 +120,76 @@ def from_quality(
                    f"{quality.standard}")
         assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
                        "which has no such formula.")
-    return QualityError(
-        amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
-        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers),
-        source=source,
-        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total,
-        assumptions=(assumption,),
-    )
+    return QualityError(amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
+                        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers), source=source,
+                        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total, assumptions=(assumption,))
+
+
+@dataclass(frozen=True)
+class TipRelief:
+    """Tip relief of both wheels along the line of action in the transverse plane, m: C_a1, C_a2, its beginnings."""
+
+    amount: tuple[float, float]
+    length: tuple[float, float]  # of the relieved profile
+    shape: str = "linear"  # how the removed depth grows to the tip; or "parabolic"
+
+    def __post_init__(self) -> None:
+        if self.shape not in _EXPONENTS:
+            raise unknown_name("tip_relief.shape", str(self.shape), _EXPONENTS)
+        for name in ("amount", "length"):
+            for i, value in enumerate(getattr(self, name)):
+                if not 0 <= value < math.inf:
+                    raise InputError(f"tip_relief.{name}[{i}]", "must be a finite length of at least 0", value)
+
+
+def relief_error(geometry: Geometry, relief: TipRelief, tau: np.ndarray) -> np.ndarray:
+    """Error of rigid, unloaded gears with tip relief, m, exact, at times ``tau`` in mesh periods.
+
+    At each instant the flanks touch where the least material is missing among all points of the contact lines: e ≥ 0 is
+    the minimum of the removed depth over all tooth pairs on the path of contact and, of helical gears, over the face
+    width. It is 0 throughout where `unrelieved_length` is at least one base pitch. A tooth pair enters contact at τ =
+    0.
+    """
+    pitch, path = geometry.base_pitch, geometry.contact_ratio * geometry.base_pitch
+    unrelieved_length(geometry, relief)
+    begin, end = relief.length[1], path - relief.length[0]
+    overlap = geometry.overlap_ratio
+    pairs = np.arange(math.ceil(geometry.contact_ratio + overlap) + 1)
+    front = (np.mod(tau, 1.0)[..., None] + pairs) * pitch
+    low, high = np.maximum(front - overlap * pitch, 0.0), np.minimum(front, path)
+    nearest = np.minimum(np.maximum((begin + end) / 2, low), high)
+    power = _EXPONENTS[relief.shape]  # tip 2 is relieved at the start of the path, tip 1 at its end
+    first = np.clip((begin - nearest) / begin, 0.0, 1.0) if begin else np.zeros_like(nearest)
+    last = np.clip((nearest - end) / (path - end), 0.0, 1.0) if path > end else np.zeros_like(nearest)
+    depth = relief.amount[1] * first**power + relief.amount[0] * last**power
+    return np.where(low <= high, depth, np.inf).min(axis=-1)
+
+
+def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
+    """The part of the path of contact without relief, m, prolonged by the overlap ε_β p_et; raises `InputError` if the
+    relieved lengths overlap, or contact could be lost between two pairs.
+    """
+    path = geometry.contact_ratio * geometry.base_pitch
+    if sum(relief.length) > path:
+        raise InputError("tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
+                         tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.")
+    if geometry.contact_ratio < 1:
+        raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio)
+    return path - sum(relief.length) + geometry.overlap_ratio * geometry.base_pitch
+
+
+def from_tip_relief(geometry: Geometry, relief: TipRelief, orders: int = 8) -> ErrorHarmonics:
+    """Mesh harmonics of the error of rigid, unloaded gears with tip relief; see `relief_error`.
+
+    Relief that leaves one base pitch of the profile untouched, as "short" relief does, makes no error without load;
+    what it does under load is part of the mesh stiffness, which this function does not change. The residual is what the
+    series leaves out of the curve.
+    """
+    count, tau = check_orders(orders), np.arange(_SAMPLES) / _SAMPLES
+    curve = relief_error(geometry, relief, tau)
+    spectrum = 2 * np.fft.rfft(curve)[1 : count + 1] / _SAMPLES
+    amplitudes, phases = tuple(np.abs(spectrum).tolist()), tuple((-np.angle(spectrum)).tolist())
+    rest = curve - curve.mean() - evaluate(amplitudes, phases, tau)
+    return ErrorHarmonics(
+        amplitudes=amplitudes, phases=phases, source=f"tip relief, {relief.shape}, rigid gears without load",
+        residual_rms=float(np.sqrt(np.mean(rest**2))), residual_peak=float(np.abs(rest).max()))

@@ -10,8 +10,8 @@ import math
 from bisect import bisect_left
 from dataclasses import dataclass
 
-from gearchaos.gears.formulas import described
-from gearchaos.gears.transmission_error.quality import Edition, Size, Tolerances
+from gearchaos.gears.fields import described
+from gearchaos.gears.transmission_error import Edition, Size, Tolerances
 
 ISO_1995 = "ISO 1328-1:1995"
 
@@ -31,8 +31,8 @@ class Tolerances1995(Tolerances):
 
 _DIAMETERS = (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000)
 _MODULES = (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70)
+# limits of the ranges of ISO 1328-1:1995, mm; each range includes its upper limit, the first one also its lower
 _FACE_WIDTHS = (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000)
-"""Limits of the ranges of ISO 1328-1:1995, mm; each range includes its upper limit, the first one also its lower."""
 
 
 def _at_grade_5(size: Size) -> tuple[float, ...]:
@@ -41,15 +41,9 @@ def _at_grade_5(size: Size) -> tuple[float, ...]:
               for value, edges in zip(size, (_DIAMETERS, _MODULES, _FACE_WIDTHS), strict=True))
     d, m, b = (math.sqrt(edges[upper - 1] * edges[upper]) for edges, upper in ranges)
     root_d, root_m = math.sqrt(d), math.sqrt(m)
-    return (
-        0.3 * (m + 0.4 * root_d) + 4,
-        0.3 * m + 1.25 * root_d + 7,
-        3.2 * root_m + 0.22 * root_d + 0.7,
-        2.5 * root_m + 0.17 * root_d + 0.5,
-        2.0 * root_m + 0.14 * root_d + 0.5,
-        0.1 * root_d + 0.63 * math.sqrt(b) + 4.2,
-        0.24 * m + root_d + 5.6,
-    )
+    return (0.3 * (m + 0.4 * root_d) + 4, 0.3 * m + 1.25 * root_d + 7, 3.2 * root_m + 0.22 * root_d + 0.7,
+            2.5 * root_m + 0.17 * root_d + 0.5, 2.0 * root_m + 0.14 * root_d + 0.5,
+            0.1 * root_d + 0.63 * math.sqrt(b) + 4.2, 0.24 * m + root_d + 5.6)
 
 
 EDITION = Edition(
@@ -63,5 +57,4 @@ EDITION = Edition(
         (r"AGMA 2015", lambda n: n, "its grades have the same numbers and nearly the same tolerances, which are based "
          "on ISO 1328 (E. Lawson, Gear Technology, March 2004) but not identical"),
         (r"JIS B ?1702(?!-)", lambda n: n + 4, "a grade is about the old one plus 4 (Kyouiku Gear, catalogue of stock "
-         "gears, 5.7), which has other ranges of sizes"),
-    ))
+         "gears, 5.7), which has other ranges of sizes")))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearchaos.gears.formulas import described
-from gearchaos.gears.transmission_error.quality import Edition, Size, Tolerances
+from gearchaos.gears.fields import described
+from gearchaos.gears.transmission_error import Edition, Size, Tolerances
 
 ISO_2013 = "ISO 1328-1:2013"
 

@@ -15,49 +15,32 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.inputs.csvtable import Column, Table, read_table
 from gearchaos.gears.stiffness.table import ROLL_ANGLE
+from gearchaos.gears.tables import Column, Table, read_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 
-_FIELD = "transmission_error"
-
-_PEAK, _PEAK_TO_PEAK = "peak", "peak to peak"
-
+_FIELD, _PEAK, _PEAK_TO_PEAK = "transmission_error", "peak", "peak to peak"
 _AMPLITUDE_ADVICE = ("The amplitude e_j of a harmonic is its peak value: half of its peak-to-peak value, or its rms "
                      "value multiplied by 1.41421. ")
-
 _RMS = r"\brms\b|effektiv|effective"
-
 _OTHER_ERROR = (r"(?<!un)loaded|under load|(?<!un)belastet|unter last|pitch|teil|prof|lead|helix|flank|run ?out|"
                 r"rundlauf|single|einzel|peak|rms")
-
+# difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains
 _PERIOD_TOLERANCE = 1e-3
-"""Difference from a mesh period, in mesh periods, that the rounding of roll angles in a file explains."""
-
-_ROUNDING = 1e-9
-"""Amplitudes over the largest error that may be due to rounding alone."""
-
+_ROUNDING = 1e-9  # amplitudes over the largest error that may be due to rounding alone
+# largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
+# measurement
 _CLOSING_TOLERANCE = 0.01
-"""Largest difference between the errors at both ends of a mesh period over the peak-to-peak value, for the noise of a
-measurement."""
-
+# largest slope between the last row and the beginning of the next mesh period over the largest one in the table
 _CLOSING_SLOPE = 3.0
-"""Largest slope between the last row and the beginning of the next mesh period over the largest one in the table."""
-
-
 _UNIT_ADVICE = "Check the unit in the header: errors of gears are some µm. At most half a module is accepted."
-
-
 _SHAFT_ADVICE = ("Order 1 is the mesh frequency: divide the orders of a shaft by the number of teeth of its wheel, and "
                  "leave out those that are then no whole number.")
 
 
 def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
-    """The unit of an error, and what to do about another one: ``wheel`` beside the file says which of two it has.
-
-    It is a length along the line of action, or the angle of a wheel of a base radius, m.
-    """
+    """The unit of an error, a length or the angle of a wheel of a base radius, m, and what to do about another one."""
     if radius is None:
         advice = "For an angle write wheel = 1 or wheel = 2 beside the file: the wheel whose angle it is."
         return {units.LENGTH: 1.0}, advice
@@ -65,7 +48,6 @@ def _meant(radius: float | None) -> tuple[dict[units.Dimension, float], str]:
 
 
 def _notes(table: Table, radius: float | None) -> tuple[str, ...]:
-    """How a table was read."""
     if radius is None:
         return table.notes
     return (*table.notes, f"the errors are angles of a wheel, multiplied by its base radius, {radius * 1e3:.6g} mm")
@@ -80,18 +62,14 @@ def from_orders(
     The columns are ``order``, ``phase`` and either ``peak`` or ``peak to peak``: the amplitude e_j or twice it. The
     error of order j is e_j cos(j θ − phase), where θ = 0 is the instant at which a tooth pair enters contact. Multiples
     of one of ``teeth`` may be orders of its shaft: they have a warning. ``most`` is the largest plausible amplitude, m.
-    With ``radius``, a base radius in m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by
-    names.
-
-    Raises `InputError` with the number of the line, for an order that is no whole number from 1 to 64 or is repeated,
-    and for a negative or implausible amplitude; also for a file that `read_table` refuses.
+    With a base radius, m, the amplitudes are angles of that wheel. ``columns`` are headers in the file by names. Raises
+    `InputError` with the number of the line.
     """
     scales, advice = _meant(radius)
     kinds = tuple(
         Column(name, scales, other=_RMS, advice=_AMPLITUDE_ADVICE + advice) for name in (_PEAK, _PEAK_TO_PEAK))
     phase = Column("phase", {units.ANGLE: 1.0}, ("phase angle", "phasenwinkel"), words="phase")
-    table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD,
-                       chosen=columns)
+    table = read_table(path, ((Column("order", aliases=("ordnung",)),), kinds, (phase,)), field=_FIELD, chosen=columns)
     kind = next(name for name in (_PEAK, _PEAK_TO_PEAK) if name in table.columns)
     orders: list[int] = []
     for row, order in enumerate(table.columns["order"].tolist()):
@@ -118,8 +96,7 @@ def from_orders(
     return ErrorHarmonics(
         amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
         source=f"orders of {Path(table.path).name}, {kind}", warnings=_shaft_warnings(table, orders, teeth),
-        assumptions=_notes(table, radius),
-    )
+        assumptions=_notes(table, radius))
 
 
 def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> tuple[str, ...]:
@@ -150,11 +127,7 @@ def from_table(
     The columns are ``roll angle`` and ``error``. Roll angle 0 is the instant at which a tooth pair enters contact; the
     angles increase. A table of one mesh period must return to its first error: the error of the gears without load is
     continuous. One of several periods need not, since it may contain orders of the shafts. ``most`` is the largest
-    plausible difference of an error from the mean, m. With ``radius``, a base radius in m, the errors are angles of
-    that wheel. ``columns`` are headers in the file by names.
-
-    Raises `InputError` with the number of the line, for an error that does not return to its first value, or is
-    implausible; also for a file that `read_table` or samples that `fit_harmonics` refuses.
+    plausible difference of an error from the mean, m; the rest as in `from_orders`.
     """
     scales, advice = _meant(radius)
     error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
@@ -221,23 +194,20 @@ def _check_closed(table: Table, periods: np.ndarray) -> None:
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
-    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares.
+    """Harmonics of an error sampled at times ``tau`` in mesh periods, by least squares with a mean, which is left out.
 
-    The times need not be equidistant: each sample has the weight of its share of the time. The mean is fitted and left
-    out. The residual has all that is no harmonic up to ``orders``: higher ones, and what repeats with the shafts where
-    the samples cover several mesh periods. A warning says if its root mean square exceeds a tenth of that of the error.
-
-    Raises `InputError` if the samples, folded into one period, leave a gap of half the shortest wavelength or more, so
-    that the highest harmonic is not determined.
+    Each sample has the weight of its share of the time, so that they need not be equidistant. The residual has all
+    else: higher harmonics, and what repeats with the shafts where the samples cover several mesh periods. A warning
+    says if its root mean square exceeds a tenth of that of the error. Raises `InputError` if the samples, folded into
+    one period, leave a gap of half the shortest wavelength or more: the highest harmonic is then not determined.
     """
     count, times = check_orders(orders), np.asarray(tau, dtype=float)
     in_period = np.sort(np.mod(times, 1.0))
     gap = float(np.diff(np.append(in_period, in_period[0] + 1)).max())
     if gap * 2 * count >= 1 - 1e-9:
         most = max(math.ceil(0.5 / gap - 1e-9) - 1, 0)
-        raise InputError(
-            "orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
-            "Give the error over at least one whole mesh period, in smaller steps.")
+        raise InputError("orders", f"must be at most {most} for samples with gaps of {gap:.4g} mesh periods", count,
+                         "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
     weights = _weights(times)
@@ -253,16 +223,14 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                    0.1 * whole, _ROUNDING * float(np.abs(error).max())) else "")
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
-        warnings=(missing,) if missing else (),
-    )
+        warnings=(missing,) if missing else ())
 
 
 def _weights(tau: np.ndarray) -> np.ndarray:
     """Shares of the samples in the time of the record over their median, (samples,), by the trapezoidal rule.
 
     The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
-    step: its first and last sample then share this rest, and each has half a step if both ends are sampled. Samples of
-    the same time share its weight.
+    step: its first and last sample then share this rest. Samples of the same time share its weight.
     """
     times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
     steps, span = np.diff(times), float(times[-1] - times[0])

@@ -1,14 +1,18 @@
-"""Inputs as the fields of a frozen dataclass declare them: units, rules, one value or two, and tables of values.
+"""What the fields of dataclasses declare: how an input is read, and how a computed quantity is shown.
 
-A field says how its value is read: ``module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))``. The class
-calls `convert_fields` in its ``__post_init__``, and checks what a field alone cannot say.
+An input: ``module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))``. The class is a `Record`, or calls
+`convert_fields` in its ``__post_init__``, and checks what a field alone cannot say. A result: ``value: float =
+described("K_v", …)``, with symbol, formula, source and unit. A standard or a method of computation is a module of its
+own, and no list names it: `declared` finds it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, field, fields
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, unknown_name
@@ -18,20 +22,17 @@ from gearchaos.validation import check_rule, to_float
 
 T = TypeVar("T")
 
-PRESSURE = units.Dimension("a modulus of elasticity", "Pa", "206 GPa")
-DENSITY = units.Dimension("a density", "kg/m^3", "7830 kg/m^3")
-
+# units in which a number may have been meant, and their values in SI
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
     units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
     units.ANGLE: (("deg", math.pi / 180),),
     units.STIFFNESS: (("N/um", 1e6),),
-    PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
-    DENSITY: (("g/cm^3", 1e3),),
+    units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
+    units.DENSITY: (("g/cm^3", 1e3),),
 }
-"""Units in which a number may have been meant, and their values in SI."""
 
+# takes the name of an input and the value given, and returns the value as it is kept
 Convert = Callable[[str, Any], Any]
-"""Takes the name of an input and the value given, and returns the value as it is kept."""
 
 
 def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:
@@ -40,59 +41,58 @@ def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:
 
 
 def convert_fields(record: Any) -> None:
-    """Read all declared fields of a frozen dataclass that is being created.
-
-    None stays None in a field whose default it is.
-    """
+    """Read all declared fields of a frozen dataclass that is being created; None stays None where it is the default."""
     for f in fields(record):
         value = getattr(record, f.name)
         if "convert" in f.metadata and (value is not None or f.default is not None):
             object.__setattr__(record, f.name, f.metadata["convert"](f.name, value))
 
 
+class Record:
+    """The base of frozen dataclasses that are nothing but inputs."""
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+
+
 def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[float, float] | None = None) -> Convert:
     """A value with a unit, in SI; between two bounds beyond which only a slip of units explains it."""
-
     def convert(field: str, value: Any) -> float:
         number = units.to_si(field, value, dimension, rule)
         if between is not None:
-            check_plausible(field, number, *between, dimension)
+            check_plausible(field, number, *between, dimension=dimension)
         return number
-
     return convert
 
 
 def number(rule: Rule | None = None) -> Convert:
-    """A pure number."""
-
     def convert(field: str, value: Any) -> float:
         found = to_float(field, value)
         if rule is not None:
             check_rule(field, found, rule)
         return found
-
     return convert
 
 
 def each(dimension: units.Dimension) -> Convert:
     """A list of values with a unit, one per harmonic or level, in SI."""
-
     def convert(field: str, values: Any) -> tuple[float, ...]:
         if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
             advice = f"Write e.g. ['{dimension.example}']."
             raise InputError(field, "must be a list, one value per harmonic", values, advice)
         return tuple(units.to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
-
     return convert
 
 
-def two(convert: Convert) -> Convert:
+def two(convert: Convert, rule: str = "") -> Convert:
     """The values of both wheels, from a list of two or from one that holds for both.
 
-    An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages.
+    An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages. With a rule, with which a message
+    begins, it must be a list.
     """
-
     def convert_both(field: str, value: Any) -> tuple[Any, Any]:
+        if rule and (isinstance(value, (str, bytes)) or not hasattr(value, "__len__")):
+            raise InputError(field, rule, value)
         try:
             items = None if isinstance(value, (str, bytes, Mapping)) else list(value)
         except TypeError:  # one number, or a quantity of one value
@@ -103,40 +103,31 @@ def two(convert: Convert) -> Convert:
         if len(items) != 2:
             raise InputError(field, "must be one value, or a list of two: for wheel 1 and for wheel 2", value)
         return convert(f"{field}[0]", items[0]), convert(f"{field}[1]", items[1])
-
     return convert_both
 
 
-def two_of(convert: Convert, rule: str) -> Convert:
-    """The values of both wheels, from a list of two only; a message begins with the rule."""
-
-    def convert_both(field: str, value: Any) -> tuple[Any, Any]:
-        if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
-            raise InputError(field, rule, value)
-        return two(convert)(field, value)
-
-    return convert_both
-
-
-def name_of(known: tuple[str, ...]) -> Convert:
-    """One of some names."""
-
+def name_of(*known: str) -> Convert:
     def convert(field: str, value: Any) -> str:
         if value not in known:
             raise unknown_name(field, str(value), known)
         return value
+    return convert
 
+
+def record(kind: type, rule: str = "", advice: str = "") -> Convert:
+    """A dataclass, or a table with its values; the rule is that of anything else."""
+    def convert(field: str, value: Any) -> Any:
+        if isinstance(value, kind):
+            return value
+        if not isinstance(value, Mapping):
+            names = ", ".join(f.name for f in fields(kind))
+            raise InputError(field, rule or f"must be a table with {names}", value, advice)
+        return record_values(kind, field, value)
     return convert
 
 
 def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) -> T:
-    """A dataclass from a table of its fields; the field of an error is that of the value within the table.
-
-    Raises
-    ------
-    InputError
-        For an unknown key, a missing one, or a value that breaks a rule.
-    """
+    """A dataclass from a table of its fields; the field of an error is that of the value within the table."""
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in value:
         if key not in known:
@@ -151,13 +142,9 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
         raise InputError(f"{field}.{error.field}", error.rule, error.value, error.advice) from None
 
 
-def check_plausible(
-    field: str, number: float, least: float, most: float, dimension: units.Dimension, reason: str = ""
-) -> None:
-    """Raise `InputError`, with the question what was meant, unless a number lies within plausible bounds, in SI.
-
-    ``reason`` says where the bounds come from, as a sentence.
-    """
+def check_plausible(field: str, number: float, least: float, most: float, reason: str = "",
+                    dimension: units.Dimension = units.LENGTH) -> None:
+    """Raise `InputError`, asking what was meant, unless a number lies within bounds in SI; the reason explains them."""
     if least <= number <= most:
         return
     shown = units.Length(number, number) if dimension is units.LENGTH else units.Shown(number, number)
@@ -167,3 +154,31 @@ def check_plausible(
     question = f"Did you mean '{number:g} {meant[0]}'? A plain number is in {dimension.unit}. " if meant else ""
     raise InputError(field, f"must lie between {least / shown.size:.4g} and {most / shown.size:.4g} {unit}", shown,
                      f"{question}{reason}".rstrip())
+
+
+@dataclass(frozen=True)
+class Formula:
+    """How a quantity is shown, and where it comes from: its symbol in plain Unicode, and its formula in this unit."""
+
+    symbol: str
+    unit: str  # empty for a pure number
+    factor: float  # on the value in SI
+    text: str
+    source: str  # standard with edition, and the clause or equation
+    words: str = ""  # empty if its name reads as words
+
+
+def described(symbol: str, text: str, source: str, unit: str = "", factor: float = 1.0, *, words: str = "") -> Any:
+    return field(metadata={"formula": Formula(symbol, unit, factor, text, source, words)})
+
+
+def formulas(result: Any) -> dict[str, Formula]:
+    """The formulas of the fields of a result, a dataclass or an instance of one, by name; not every field has one."""
+    return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
+
+
+def declared(package: str, name: str) -> list[Any]:
+    """What the modules of a package call ``name``, in the order of the modules; not every module must have it."""
+    folder = import_module(package).__path__
+    modules = [import_module(f"{package}.{found.name}") for found in iter_modules(folder)]
+    return [getattr(module, name) for module in modules if hasattr(module, name)]

@@ -1,0 +1,436 @@
+"""Tables from files as programs export them: the columns that are asked for, in SI, from a header with names and units.
+
+Read are text in UTF-8, UTF-16 with a byte order mark or Windows-1252, whatever the separator and the frame, and
+workbooks. What could be read in two ways is refused with the number of its line. What was taken by its meaning is said
+in a note.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError, missing_package, unknown_name
+from gearchaos.files import read_bytes
+from gearchaos.gears import units
+
+MOST_BYTES = 4_000_000  # largest size of a file
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
+# a number that may have a decimal comma or a comma between thousands, such as "1,250"
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces", "": "columns of a workbook"}
+_COMMENT = re.compile(r"^\s*#.*|\s#(?:\s.*|$)")
+# how headers are told apart where spaces separate: by two spaces, by words with their units, or by units
+_WAYS = (re.compile(r"\S+(?:\s\S+)*"), re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?"),
+         re.compile(r"[^\s\[][^\[]*\[[^]]*\]"))
+_WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")  # how files of spreadsheets begin: .xlsx and .ods, .xls
+# forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)
+_FORMS = tuple(map(re.compile, (
+    r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
+# stiffness over face width as it is usually written, which pint reads otherwise or not at all
+_PER_WIDTH = re.compile(r"(k?N)\s*/\s*\(?\s*mm\s*[*·.⋅/]?\s*([uµμ]m)\s*\)?")
+_MOST_NAMED = 5  # most columns that a note names as not used
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that a table may have; upper and lower case are equal in names, and so are spaces, underscores, hyphens.
+
+    ``scales`` are the dimensions that its unit in the header may have, and by what its values in SI are then
+    multiplied; empty for pure numbers. ``words`` are a regular expression, in lower case, found in other names by which
+    it may be taken if their unit fits, too. Then a unit alone may be its header as well; empty for a column that must
+    have its name. ``other`` is found in names of something else, whatever their unit; ``advice`` says what to do if its
+    unit does not fit.
+    """
+
+    name: str
+    scales: Mapping[units.Dimension, float] = field(default_factory=dict)
+    aliases: tuple[str, ...] = ()
+    words: str = ""
+    other: str = ""
+    advice: str = ""
+
+    @property
+    def example(self) -> str:
+        return f"{self.name} [{next(iter(self.scales)).example.split(maxsplit=1)[1]}]" if self.scales else self.name
+
+    @property
+    def names(self) -> set[str]:
+        """The names in the header, in the form in which they are compared."""
+        return {_plain(name) for name in (self.name, *self.aliases)}
+
+    def factor(self, unit: str) -> float | None:
+        """What a number in a unit is multiplied by; None for a unit that does not fit."""
+        if not self.scales:
+            return 1.0 if unit in ("", "1", "-") else None
+        for dimension, scale in self.scales.items():
+            if unit and (dimension is units.ANGLE or unit not in ('"', "'")):  # an inch, or a second of arc
+                with suppress(InputError):
+                    return units.to_si("unit", "1 " + _PER_WIDTH.sub(r"\1/mm/\2", unit), dimension) * scale
+        return None
+
+    def fits(self, unit: str) -> bool:
+        """Whether a unit is one of this column, which is no pure number."""
+        return bool(self.scales) and self.factor(unit) is not None
+
+    def may_be(self, name: str, unit: str) -> bool:
+        """Whether a header has a unit of this column, and no name of something else."""
+        return self.fits(unit) and not (self.other and re.search(self.other, _plain(name)))
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The numbers of a table: columns (rows,) in SI by their names, in the order of the groups.
+
+    ``lines`` are the numbers of the lines in the file, from 1 on; ``units`` the unit of each column in the header, and
+    what it multiplies the numbers by. The notes say what was taken by its meaning or left out.
+    """
+
+    path: str
+    columns: dict[str, np.ndarray]
+    lines: tuple[int, ...]
+    units: dict[str, tuple[str, float]]
+    notes: tuple[str, ...]
+
+    def error(self, row: int, rule: str, value: object, advice: str = "") -> InputError:
+        """The error for a row that breaks a rule, with the number of its line."""
+        return _line_error(self.path, self.lines[row], rule, value, advice)
+
+    def shown(self, name: str, value: float) -> str:
+        """A number in SI as the file would have it, with the unit of its column."""
+        unit, factor = self.units[name]
+        return f"{value / factor:.9g} {unit}".rstrip()
+
+
+def read_table(
+    path: str | Path, groups: Sequence[Sequence[Column]], *, field: str = "table",
+    chosen: Mapping[str, str] | None = None, increasing: bool = False, jumps: bool = False,
+) -> Table:
+    """Read a table from a regular file of at most `MOST_BYTES`.
+
+    The header is the row above the first row with two numbers or more, and whatever is above it is left out. It may be
+    a comment, which begins with ``#``, and may have its units in a row of their own. The cells are separated by what
+    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``.
+
+    A header is a name, followed by its unit: ``roll angle [deg]``, ``stiffness (N/um)``, ``φ / °``, ``order``. Of each
+    group the one column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
+    unit, or unit alone, it can be meant: that is said in a note. Other columns are left out. Decimal commas are read
+    unless all of them could be commas between thousands ("1,250").
+
+    ``chosen`` are headers in the file by the names of columns. They may be without their unit, or with another one,
+    which then holds. With ``increasing`` the numbers of the first group must increase; with ``jumps`` two of its rows,
+    but not more, may be equal: the values before and after a jump.
+
+    Raises `InputError` for a file that cannot be read, and with the number of the line for a row that has not as many
+    cells as the header, and for anything that is missing, ambiguous or not a finite number.
+    """
+    columns = [column for group in groups for column in group]
+    cells = _cells(path, field, columns)
+    if any(map(_is_number, cells.header)):
+        raise cells.error("must be a header with names and units", cells.header,
+                          f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
+    choices = _choices(cells, columns, chosen or {})
+    found = [_column(cells, group, choices) for group in groups]
+    for _, i, _ in found:
+        if len(same := [column.name for column, other, _ in found if i == other]) > 1:
+            raise cells.error(f"must say whether this is {' or '.join(same)}", cells.header[i],
+                              _choose(found[0][0], cells.header[i]))
+    if not cells.rows:
+        raise cells.error("must have rows of numbers below the header", cells.header)
+    numbers = _numbers(cells, [i for _, i, _ in found])
+    factors = [_checked_factor(cells, column, unit) for column, _, unit in found]
+    table = Table(
+        cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
+        tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)},
+        _notes(cells, found))
+    if increasing:
+        _check_increasing(table, found[0][0].name, jumps)
+    return table
+
+
+_Rows = list[tuple[int, list[str]]]  # the cells of rows, each with its line
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The texts of a table: the cells of its header, also as names and units, its line, and rows with as many cells."""
+
+    path: str
+    line: int
+    header: list[str]
+    named: list[tuple[str, str]]
+    rows: _Rows
+
+    def error(self, rule: str, value: object, advice: str = "") -> InputError:
+        return _line_error(self.path, self.line, rule, value, advice)
+
+
+def _cells(path: Any, field: str, columns: Sequence[Column]) -> _Cells:
+    if not isinstance(path, (str, Path)):
+        raise InputError(field, "must be the path of a file", path)
+    try:
+        content = read_bytes(Path(path), MOST_BYTES)
+    except (OSError, ValueError) as error:  # ValueError for a path with a null character
+        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
+        raise InputError(field, "must be a file that can be read", str(path), why) from None
+    grids = _grids(str(path), content, field)
+    if not any(grids.values()):
+        raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
+    starts = ((separator, _above_numbers(rows)) for separator, rows in grids.items())
+    separator, first = next((start for start in starts if start[1] >= 0), (None, 0))
+    if separator is None:  # no row of numbers fits: the first row says what is wrong
+        separator = next(s for s, rows in grids.items() if rows and (len(rows[0][1]) > 1 or s in (" ", "")))
+    rows = grids[separator]
+    line, header = rows[first][0], _trimmed(rows[first][1])
+    known = [cell for cell in header if any(column.fits(cell.strip("[]()")) for column in columns)]
+    like = [cell for cell in header if cell in known or re.fullmatch(r"\[.*\]|\(.*\)|-?", cell)]
+    if first and known and 2 * len(like) >= len(header) and len(_trimmed(rows[first - 1][1])) == len(header):
+        header = [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(rows[first - 1][1], header, strict=False)]
+    for n, cells in rows[first + 1:]:
+        if not len(_trimmed(cells)) <= len(header) <= len(cells):
+            advice = f"The header has {len(header)} cells, separated by {_SEPARATORS[separator]}."
+            if separator == ",":
+                advice += " For decimal commas separate the cells, also those of the header, by semicolons."
+            raise _line_error(str(path), n, f"must have {len(header)} cells, as the header has", cells, advice)
+    return _Cells(str(path), line, header, [_name_and_unit(cell, columns) for cell in header],
+                  [(n, cells[: len(header)]) for n, cells in rows[first + 1:]])
+
+
+def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
+    """For each separator the rows that are not empty, with their lines; for a workbook those of its only sheet."""
+    if content.startswith(_WORKBOOKS):
+        return {"": _workbook(path, content, field)}
+    lines = re.split(r"\r\n|\r|\n", _text(path, content, field))
+    said = re.fullmatch(r"sep=(.)", lines[0].strip(" ;,"), re.IGNORECASE)
+    separators = (said[1],) if said and said[1] in _SEPARATORS else (";", "\t", ",", " ")
+    given = ["" if said else lines[0], *lines[1:]]
+    lines = [_COMMENT.sub("", line) for line in given]
+    first = next((i for i, line in enumerate(lines) if line.strip()), 0)
+    comments = [i for i in range(first) if given[i].strip("# \t")]
+    if comments and re.match(r'\s*"?[-+]?[.,]?\d', lines[first]):  # the comment is the header, as NumPy writes it
+        lines[comments[-1]] = given[comments[-1]].lstrip("# \t")
+    return {s: _by_spaces(lines) if s == " " else _separated(path, lines, s) for s in separators}
+
+
+def _text(path: str, content: bytes, field: str) -> str:
+    utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    text = ""
+    for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
+        try:
+            text = content.decode(encoding)
+            break
+        except UnicodeDecodeError as error:
+            wrong = error
+    else:
+        line = len(re.findall(rb"\r\n|\r|\n", content[: wrong.start])) + 1
+        raise _line_error(path, line, "must be text in UTF-8, UTF-16 or Windows-1252", content[wrong.start: wrong.end],
+                          "Write the units without signs such as µ and °: um, deg.")
+    if "\0" in text:
+        raise InputError(field, "must be a text file", path, "It has null characters: export it as CSV.")
+    return text
+
+
+def _workbook(path: str, content: bytes, field: str) -> _Rows:
+    """The rows of the only sheet of a workbook that has any."""
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError:
+        raise missing_package(f"{path}, a workbook,", "python-calamine", "tables") from None
+    try:
+        book = CalamineWorkbook.from_filelike(io.BytesIO(content))
+        sheets = {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
+    except Exception as error:  # the package raises many, also for zipped files of any other kind
+        raise InputError(field, "must be a workbook that can be read, or a text file", path,
+                         f"{error}. Save the sheet as CSV.") from None
+    grids = {name: [(n, row) for n, cells in enumerate(rows, 1) if any(row := [str(c).strip() for c in cells])]
+             for name, rows in sheets.items()}
+    filled = [name for name, rows in grids.items() if rows]
+    if len(filled) > 1:
+        raise InputError(field, "must be a workbook with one sheet that is not empty", filled,
+                         f"Save the sheet of the table as CSV, or delete the others of {path}.")
+    return grids[filled[0]] if filled else []
+
+
+def _separated(path: str, lines: list[str], separator: str) -> _Rows:
+    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
+    try:
+        rows = [(reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
+    except csv.Error as error:
+        raise _line_error(path, reader.line_num, "must have cells that end", str(error),
+                          "A quotation mark opens a cell that is never closed.") from None
+    return [(n, cells) for n, cells in rows if any(cells)]
+
+
+def _by_spaces(lines: list[str]) -> _Rows:
+    """The rows of lines whose cells spaces separate: a header has as many as the line below it has words."""
+    texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
+    counts = [len(line.split()) for _, line in texts]
+    return [
+        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
+         if not _is_number(line.split()[0]) else line.split())
+        for (n, line), count in zip(texts, [*counts[1:], 0], strict=False)]
+
+
+def _above_numbers(rows: _Rows) -> int:
+    """The index of the row without numbers above the first one with two or more; -1 if there is none."""
+    for i, (_, cells) in enumerate(rows[1:]):
+        header = _trimmed(rows[i][1])
+        if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header) and not any(map(_is_number, header)):
+            return i
+    return -1
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    """The cells without empty ones at the end."""
+    return cells[: next((i for i in range(len(cells), 0, -1) if cells[i - 1]), 0)]
+
+
+def _line_error(path: str, line: int, rule: str, value: object, advice: str = "") -> InputError:
+    return InputError(f"{path}, line {line},", rule, value, advice)
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell is a number, with a decimal point or a decimal comma."""
+    return bool(_NUMBER.fullmatch(cell) or _DECIMAL_COMMA.fullmatch(cell))
+
+
+def _plain(name: str) -> str:
+    """A name in the form in which names are compared."""
+    return " ".join(re.split(r"[\s_-]+", name.strip().casefold()))
+
+
+_Found = tuple[Column, int, str]  # a column, where it is in the header, and its unit
+
+
+def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:
+    """Name and unit of a header; a unit of a column alone has no name."""
+    found = [(match[1].strip(), match[2].strip()) for form in _FORMS if (match := form.fullmatch(cell))]
+    if found:
+        return next((each for each in found if any(column.fits(each[1]) for column in columns)), found[0])
+    named = any(_plain(cell) in column.names for column in columns)
+    return ("", cell) if not named and any(column.fits(cell) for column in columns) else (cell, "")
+
+
+def _choose(column: Column, header: str) -> str:
+    return f"To choose, write columns = {{ {_plain(column.name).replace(' ', '_')} = {header!r} }} beside the file."
+
+
+def _choices(cells: _Cells, columns: list[Column], chosen: Mapping[str, str]) -> list[_Found]:
+    out = []
+    for key, text in chosen.items():
+        column = next((c for c in columns if _plain(key) in c.names), None)
+        if column is None:
+            raise unknown_name("columns", key, (c.name.replace(" ", "_") for c in columns))
+        name, unit = _name_and_unit(text, columns)
+        same = [i for i, cell in enumerate(cells.header) if _plain(cell) == _plain(text)]
+        same = same or [i for i, (own, _) in enumerate(cells.named) if _plain(own) == _plain(name)]
+        if len(same) != 1:
+            raise cells.error(f"must have the column that is chosen as {key} once", text,
+                              f"It has {', '.join(map(repr, cells.header))}.")
+        out.append((column, same[0], unit or cells.named[same[0]][1]))
+    return out
+
+
+def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _Found:
+    """The one column of a group: that which was chosen, else the one by its name, else by its words and unit."""
+    picked = [choice for choice in choices if choice[0] in group]
+    if len(picked) > 1:
+        raise cells.error(f"must have one column among {', '.join(column.name for column in group)}",
+                          [column.name for column, _, _ in picked])
+    if picked:
+        return picked[0]
+    pairs = [(c, i, *each) for c in group for i, each in enumerate(cells.named)]
+    named = [(c, i, unit) for c, i, name, unit in pairs if name and _plain(name) in c.names]
+    fitting = [each for each in named if each[0].factor(each[2]) is not None]
+    meant = [(c, i, unit) for c, i, name, unit in pairs
+             if c.words and c.may_be(name, unit) and (not name or re.search(c.words, _plain(name)))]
+    options = fitting or named or meant
+    if len(options) == 1:
+        return options[0]
+    if options:
+        names = [cells.header[i] for _, i, _ in options]
+        several = " or ".join(dict.fromkeys(column.name for column, _, _ in options))
+        raise cells.error(f"must have exactly one column for {several}", names, _choose(options[0][0], names[0]))
+    near = next(((c, cells.header[i]) for c, i, name, unit in pairs if c.may_be(name, unit)), None)
+    advice = _choose(*near) if near else " ".join(
+        ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
+    raise cells.error(f"must have the column {' or '.join(column.example for column in group)}", cells.header, advice)
+
+
+def _checked_factor(cells: _Cells, column: Column, unit: str) -> float:
+    """What the numbers of a column are multiplied by; raises `InputError` for a unit that does not fit."""
+    factor = column.factor(unit)
+    if factor is not None:
+        return factor
+    if not column.scales:
+        rule = f"must have no unit for {column.name}, a pure number"
+    elif not unit:
+        rule = f"must say the unit of {column.name}"
+    else:
+        rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
+    raise cells.error(rule, unit,
+                      f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. {column.example}.".lstrip())
+
+
+def _notes(cells: _Cells, found: list[_Found]) -> tuple[str, ...]:
+    """What was taken, unless all columns have their names and no other is there."""
+    taken = [i for _, i, _ in found]
+    rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]
+    own = [cells.named[i] for i in taken]
+    if not rest and all(_plain(name) in {*column.names, ""} and unit == said
+                        for (column, _, unit), (name, said) in zip(found, own, strict=True)):
+        return ()
+    unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
+    read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != cells.named[i][1])}"
+                     for column, i, unit in found)
+    return (f"columns of {Path(cells.path).name}: {read}{unused}",)
+
+
+def _numbers(cells: _Cells, taken: list[int]) -> np.ndarray:
+    """The numbers of the columns that are taken, (rows, columns)."""
+    texts = [(n, cell) for n, row in cells.rows for cell in row]
+    commas = [(n, cell) for n, cell in texts if _DECIMAL_COMMA.fullmatch(cell)]
+    if commas:
+        line, first = commas[0]
+        cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
+        if any(_NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
+            raise _line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
+                              cure)
+        if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
+            raise _line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate "
+                              "thousands", first, cure)
+    out = np.empty((len(cells.rows), len(taken)))
+    for row, (n, own) in enumerate(cells.rows):
+        for k, i in enumerate(taken):
+            text = own[i].replace(",", ".") if commas else own[i]
+            out[row, k] = float(text) if _NUMBER.fullmatch(text) else math.nan
+            if not math.isfinite(out[row, k]):
+                advice = "Write e.g. 1234.5: no unit, nothing between thousands." if text else "The cell is empty."
+                raise _line_error(cells.path, n, "must have finite numbers", own[i], advice)
+    return out
+
+
+def _check_increasing(table: Table, column: str, jumps: bool) -> None:
+    """Raise `InputError` unless the numbers of a column increase, up to two equal ones where there are jumps."""
+    values = table.columns[column].tolist()
+    rows = list(zip(*(numbers.tolist() for numbers in table.columns.values()), strict=True))
+    for i in range(1, len(values)):
+        line, shown = table.lines[i - 1], table.shown(column, values[i])
+        if values[i] < values[i - 1]:
+            rule = f"must have a greater {column} than line {line}, which has {table.shown(column, values[i - 1])}"
+            raise table.error(i, rule, shown, f"Sort the rows by {column}.")
+        third = i > 1 and values[i - 2] == values[i]
+        if values[i] == values[i - 1] and (not jumps or third or rows[i] == rows[i - 1]):
+            raise table.error(i, f"must not repeat the {column} of line {line}", shown,
+                              "Two rows with the same one are a jump: the values before and after it." if jumps else
+                              "Remove the row.")
