@@ -22,7 +22,7 @@ from gearchaos.plot._data import keeps_data
 from gearchaos.plot._legends import side_legend
 from gearchaos.plot._theme import BACKGROUND, EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.speed_and_torque import operating_axis
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")
 """The kinds of events that have curves, in the order of the legend."""

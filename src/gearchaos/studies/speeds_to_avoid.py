@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
@@ -19,7 +19,6 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.dynamic_factor import by_standards, loaded, quasi_static_ratio
 from gearchaos.studies.followed_motions import (
     MOST_SPEEDS,
     RESOLUTION,
@@ -31,9 +30,8 @@ from gearchaos.studies.followed_motions import (
     first_step,
     runs,
     speeds_between,
-    worst,
 )
-from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -68,16 +66,10 @@ class Peak:
 
 @dataclass(frozen=True)
 class Reached:
-    """A motion that is to be avoided in a range of speeds.
+    """A motion that is to be avoided in a range of speeds, by one of the words of `MOTIONS`.
 
-    Attributes
-    ----------
-    motion : str
-        One of the words of `MOTIONS`.
-    share : float
-        Share of the range, between 0 and 1, in which this motion is to be avoided.
-    dynamic_factor : float
-        Its largest dynamic factor there; NaN if it diverges at a speed.
+    ``share`` is that of the range, between 0 and 1, in which it is; ``dynamic_factor`` is the largest one there, NaN if
+    the motion diverges at a speed.
     """
 
     motion: str
@@ -87,16 +79,10 @@ class Reached:
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Consecutive computed speeds.
+    """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
 
-    Attributes
-    ----------
-    start, stop : float
-        First and last of the speeds, rpm of wheel 1.
-    dynamic_factor : float
-        Largest peak of the mesh force over the static one in any motion; NaN if all motions of the range diverge.
-    speed_of_largest : float
-        Speed with that dynamic factor, rpm; NaN likewise.
+    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion, at the speed
+    ``speed_of_largest``; both are NaN if all motions of the range diverge.
     """
 
     start: float
@@ -107,23 +93,12 @@ class SpeedRange:
 
 @dataclass(frozen=True)
 class Window(SpeedRange):
-    """Consecutive computed speeds that are to be avoided for the same reason.
+    """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
 
-    Attributes
-    ----------
-    start_resolution, stop_resolution : float
-        How far outside ``start`` and ``stop`` the true edges lie at most, rpm.
-    reached : tuple of Reached
-        In which motions.
-    criterion : str
-        Why: `CRITERION` or `FORCE_CRITERION`.
-    contact : str
-        The worst contact state in the range, one of `CONTACT_WORDS`.
-    from_scan_start, to_scan_end : bool
-        Whether the range begins with the first computed speed, or ends with the last one: it may then go on beyond.
-    peaks : tuple of Peak
-        The local peaks of the dynamic factor in the range, at most the `MOST_PEAKS` largest, in rising order of speed.
-        The first and last computed speeds are no local peaks.
+    The true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. ``contact`` is the worst
+    contact state, one of `CONTACT_WORDS`. The range may go on beyond the first or last computed speed if it begins or
+    ends there (``from_scan_start``, ``to_scan_end``), which are no local peaks. ``peaks`` are at most the `MOST_PEAKS`
+    largest, in rising order of speed.
     """
 
     start_resolution: float
@@ -303,18 +278,12 @@ def speeds_to_avoid(
         high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
         return _CRITERIA.index(FORCE_CRITERION if high else "")
 
-    motions, first = FollowedMotions(model, options, progress=progress, threads=threads), axis.values.tolist()
-    motions.add_from_rest(first)
-    motions.add_from_random_states(first, starts, seed)
-    motions.follow()
-    more = dense_speeds(motions, severity, model)
-    motions.add_from_rest(more)
-    motions.add_from_random_states(more, starts, seed + 1)
-    motions.follow()
+    motions = FollowedMotions(model, options, progress=progress, threads=threads)
+    motions.add(axis.values.tolist(), starts, seed)
+    motions.add(dense_speeds(motions, severity, model), starts, seed + 1)
     tried_at = len(motions.speeds)
     while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
-        motions.add_from_rest(new[:room])
-        motions.follow()
+        motions.add(new[:room])
     tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds"
     if starts:
         tried += f", {starts} random states at {tried_at}"
@@ -342,12 +311,11 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
     """The motions over the motion and the speed."""
     rows = motions.named().values()
-    missing = {"label": 0, "period": 0, "contact": -1, "dynamic_factor": np.nan}
-    data = {name: variable(name, ("motion", "speed"), np.array(
-        [[none if m is None else getattr(m, name) for m in row] for row in rows],
-        dtype=float if name == "dynamic_factor" else np.int32)) for name, none in missing.items()}
-    return new_dataset(data, {"speed": variable("speed", ("speed",), np.array(motions.speeds)),
-                              "motion": list(MOTIONS)})
+    data = {name: np.array([[none if m is None else getattr(m, name) for m in row] for row in rows], dtype=dtype)
+            for name, none, dtype in (("label", 0, np.int32), ("period", 0, np.int32), ("contact", -1, np.int32),
+                                      ("dynamic_factor", np.nan, float))}
+    return new_dataset(variables(("motion", "speed"), data), {
+        "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)})
 
 
 def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
@@ -355,7 +323,7 @@ def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) 
     speeds, known = dataset["speed"].values, _largest_factors(dataset)
     steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
     severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    found, windows = [worst(severity, motions.at[s]) for s in motions.speeds], []
+    found, windows = [max(map(severity, motions.at[s])) for s in motions.speeds], []
     for own, first, last in ((found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]]):
         part = dataset.isel(speed=slice(first, last + 1))
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)
