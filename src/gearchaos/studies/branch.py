@@ -32,14 +32,10 @@ from gearchaos.studies.options import RANGE, axis_option, option
 if TYPE_CHECKING:
     import xarray as xr
 
-_BATCH = 512
-"""Number of orbits whose response measures are computed together."""
-
+_BATCH = 512  # number of orbits whose response measures are computed together
 _CONTACT_STATES = {1: "front", 0: "free", -1: "back"}
 
-_BEYOND = 1e-4
-"""Distance beyond a fold at which motions are followed, relative to the range of the parameter."""
-
+_BEYOND = 1e-4  # distance beyond a fold at which motions are followed, relative to the range of the parameter
 _SAME_ORBIT = 0.05
 """Largest distance of the motion reached from an orbit interpolated between two points of a branch, relative to the
 larger of 1 and the largest coordinate."""

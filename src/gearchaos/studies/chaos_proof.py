@@ -33,31 +33,17 @@ if TYPE_CHECKING:
     from gearchaos.proof.certificate import Unproved
     from gearchaos.proof.families.chaos import ChaoticSet
 
-_LONGEST_PERIOD = 3
-"""Largest period of a saddle, in mesh periods."""
-
+_LONGEST_PERIOD = 3  # largest period of a saddle, in mesh periods
 _SIZES = ((0.1, 0.1), (0.1, 0.05), (0.05, 0.05), (0.2, 0.05), (0.02, 0.02))
 """Unstable and stable half axes of the home set that are tried, in half backlashes."""
 
-_MOST_PROOFS = 3
-"""Most candidates whose proof is tried."""
-
-_SLACK = 0.03
-"""Slack with which sets are chosen; the proof asks for less."""
-
+_MOST_PROOFS = 3  # most candidates whose proof is tried
+_SLACK = 0.03  # slack with which sets are chosen; the proof asks for less
 _ROUNDS = 5
-_NEAR = 1e-3
-"""Distance from the saddle at which the unstable manifold is taken as straight."""
-
-_STARTS = 4000
-"""Number of points on either side of the saddle."""
-
-_LONGEST = 14
-"""Most mesh periods of a chain."""
-
-_MOST_CHAINS = 40
-"""Most chains that are tried with one home set."""
-
+_NEAR = 1e-3  # distance from the saddle at which the unstable manifold is taken as straight
+_STARTS = 4000  # number of points on either side of the saddle
+_LONGEST = 14  # most mesh periods of a chain
+_MOST_CHAINS = 40  # most chains that are tried with one home set
 _CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 _EDGE = np.linspace(-1, 1, 1001)

@@ -26,6 +26,18 @@ _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
 its speed; where none is known it is followed as long as the settings say."""
 
+RESOLUTION = 0.005
+"""Share of the speed to which edges and peaks are located."""
+
+STEPS_PER_BANDWIDTH = 4
+"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
+
+_MARGIN = 2.0
+"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
+
+MOST_SPEEDS = 4000
+"""Most speeds that are computed."""
+
 
 @dataclass
 class Motion:
@@ -88,6 +100,28 @@ class FollowedMotions:
             found = self._add(at, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
+
+    def search(self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int) -> int:
+        """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
+
+        Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
+        motions to be avoided that do not repeat. Resonances have the same relative width at 1/n of the natural
+        frequency for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
+        Returns the number of speeds with random initial states; ``limit`` is that of the dynamic factor.
+        """
+        self.add(speeds, starts, seed)
+        zeta = self.model.value("zeta") or 0.0
+        least = zeta * (self.model.value("speed") or 0.0) / (self.model.value("omega") or 1.0)
+        step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
+        for low, high in pairwise(self.speeds):
+            if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
+                parts = math.ceil((high - low) / (step * max(low, least)))
+                more += np.linspace(low, high, parts + 1)[1:-1].tolist()
+        self.add(more, starts, seed + 1)
+        count = len(self.speeds)
+        while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
+            self.add(new[:room])
+        return count
 
     def named(self) -> dict[str, list[Motion | None]]:
         """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
@@ -160,39 +194,6 @@ class FollowedMotions:
 
 Severity = Callable[[Motion], int]
 """How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to."""
-
-RESOLUTION = 0.005
-"""Share of the speed to which edges and peaks are located."""
-
-STEPS_PER_BANDWIDTH = 4
-"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
-
-_MARGIN = 2.0
-"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
-
-MOST_SPEEDS = 4000
-"""Most speeds that are computed."""
-
-
-def first_step(model: MeshModel) -> float:
-    """The largest step of the first speeds, over the speed."""
-    return max(2 * (model.value("zeta") or 0.0) / STEPS_PER_BANDWIDTH, RESOLUTION)
-
-
-def dense_speeds(motions: FollowedMotions, severity: Severity, model: MeshModel) -> list[float]:
-    """As many equidistant speeds between two as resonances of the damping ask for, but none amid motions to be avoided
-    that do not repeat.
-
-    They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
-    within a mesh period, so that none of them stands out.
-    """
-    least = (model.value("zeta") or 0.0) * (model.value("speed") or 0.0) / (model.value("omega") or 1.0)
-    out = []
-    for low, high in pairwise(motions.speeds):
-        if not all(any(severity(m) and not m.period for m in motions.at[end]) for end in (low, high)):
-            parts = math.ceil((high - low) / (first_step(model) * max(low, least)))
-            out += np.linspace(low, high, parts + 1)[1:-1].tolist()
-    return out
 
 
 def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:

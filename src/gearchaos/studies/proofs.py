@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
 _LEAST_BITS, _MOST_BITS = 53, 800
 
-_LARGEST_WIDTH = 1e-3
-"""Largest width of the interval of an event."""
+_LARGEST_WIDTH = 1e-3  # largest width of the interval of an event
 
 
 def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate | Unproved:

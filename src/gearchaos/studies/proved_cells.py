@@ -22,8 +22,7 @@ from gearchaos.studies.proofs import write_verifier
 if TYPE_CHECKING:
     import xarray as xr
 
-_BATCH = 1000
-"""Most orbits that are proved by one process: some seconds of work, to which its start adds a few percent."""
+_BATCH = 1000  # most orbits that are proved by one process: some seconds of work, to which its start adds a few percent
 
 Found = dict[str, np.ndarray]
 

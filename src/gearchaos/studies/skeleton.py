@@ -160,8 +160,7 @@ class Skeleton(WholeStudy):
 skeleton = function_of(Skeleton)
 
 
-_ARRAYS = ("points", "values", "residual", "angle")
-"""Fields that are arrays of real numbers."""
+_ARRAYS = ("points", "values", "residual", "angle")  # fields that are arrays of real numbers
 
 
 class SkeletonJournal(dict[str, Any]):

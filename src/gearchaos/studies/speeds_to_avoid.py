@@ -19,18 +19,7 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.followed_motions import (
-    MOST_SPEEDS,
-    RESOLUTION,
-    STEPS_PER_BANDWIDTH,
-    FollowedMotions,
-    Motion,
-    Severity,
-    dense_speeds,
-    first_step,
-    runs,
-    speeds_between,
-)
+from gearchaos.studies.followed_motions import RESOLUTION, STEPS_PER_BANDWIDTH, FollowedMotions, Motion, Severity, runs
 from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
@@ -43,8 +32,7 @@ CRITERION = "the teeth separate"
 FORCE_CRITERION = "the dynamic factor is too high"
 """What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
 
-_CRITERIA = ("", FORCE_CRITERION, CRITERION)
-"""In rising order of severity."""
+_CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
 
 MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
 """The motions of a result, and how a reader wants them named."""
@@ -96,9 +84,9 @@ class Window(SpeedRange):
     """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
 
     The true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. ``contact`` is the worst
-    contact state, one of `CONTACT_WORDS`. The range may go on beyond the first or last computed speed if it begins or
-    ends there (``from_scan_start``, ``to_scan_end``), which are no local peaks. ``peaks`` are at most the `MOST_PEAKS`
-    largest, in rising order of speed.
+    contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
+    ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
+    most the `MOST_PEAKS` largest, in rising order of speed.
     """
 
     start_resolution: float
@@ -131,21 +119,17 @@ class SpeedsToAvoid:
     criterion : str
         What makes a speed one to avoid, in words.
     quasi_static_ratio : float
-        The peak of the mesh force over the static one at no speed; more than 1 where the
-        stiffness jumps.
+        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps.
     dataset : xarray.Dataset
         Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
         ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
         worst of the motions that are reached from random initial states, or followed from such a motion to other
         speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
-    tried : str
-        From which initial states motions were computed.
+    tried, coarse, transmission_error : str
+        From which initial states motions were computed; what is not known to the resolution, empty if all is; where
+        the transmission error is from.
     resolution : float
         The edges are known to this share of the speed.
-    coarse : str
-        What is not known to that resolution; empty if all is.
-    transmission_error : str
-        Where the transmission error is from.
     """
 
     torque: float
@@ -273,20 +257,13 @@ def speeds_to_avoid(
 
     def severity(motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
-        if separation and motion.contact > 0:
-            return _CRITERIA.index(CRITERION)
         high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
-        return _CRITERIA.index(FORCE_CRITERION if high else "")
+        return 2 if separation and motion.contact > 0 else int(high)
 
     motions = FollowedMotions(model, options, progress=progress, threads=threads)
-    motions.add(axis.values.tolist(), starts, seed)
-    motions.add(dense_speeds(motions, severity, model), starts, seed + 1)
-    tried_at = len(motions.speeds)
-    while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
-        motions.add(new[:room])
-    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds"
-    if starts:
-        tried += f", {starts} random states at {tried_at}"
+    tried_at = motions.search(axis.values.tolist(), severity, limit, starts, seed)
+    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
+        f", {starts} random states at {tried_at}" if starts else "")
     dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
@@ -303,7 +280,7 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
     texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
              if width > 1.01 * RESOLUTION * edge]
     zeta = model.value("zeta") or 0.0
-    if first_step(model) > 2 * zeta / STEPS_PER_BANDWIDTH:
+    if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         texts.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return "; ".join(texts)
 
