@@ -160,8 +160,9 @@ def branch_dataset(
     branches = [main, *doubled, *asymmetric]
     points = [point for branch in branches for point in branch.points]
     cycles: list[Cycle] = [point.data for point in points]
-    events = [event for branch in branches for event in branch.events]
-    found = _values(main.family, cycles + [event.cycle for event in events])
+    located = [(number, before, event) for number, branch in enumerate(branches)
+               for before, event in zip(branch.event_positions, branch.events, strict=True)]
+    found = _values(main.family, cycles + [event.cycle for *_, event in located])
     steps: list[float] = []  # distances from the point before; 0 for the first of a branch
     for branch in branches:
         weights = CycleEquations(branch.family, branch.period, axis.stop - axis.start).weights
@@ -177,7 +178,7 @@ def branch_dataset(
             "contact_sequence": np.array(list(map(contact_sequence, cycles)), dtype=object),
             "residual": np.array([p.residual for p in points]), "step": np.array(steps)}),
         **variables(("event", "exponent"), {f"event_{name}": v[len(cycles) :] for name, v in found.items()}),
-        **_event_variables(branches), **_jump_variables(branches, axis),
+        **_event_variables(branches, located), **_jump_variables(branches, located, axis),
     }
     for name in ("event_value", "jump_value"):
         data[name].attrs.update(describe(axis.name), quantity=axis.name)
@@ -234,16 +235,13 @@ def _values(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.nd
     }
 
 
-def _located_events(branches: Sequence[Followed]) -> list[tuple[int, int, Event]]:
-    """All events, with the number of the branch, and the index of the point before in it."""
-    return [(number, before, event) for number, branch in enumerate(branches)
-            for before, event in zip(branch.event_positions, branch.events, strict=True)]
+_Located = Sequence[tuple[int, int, Event]]
+"""Events, each with the number of its branch and the index of the point before it on that branch."""
 
 
-def _event_variables(branches: Sequence[Followed]) -> dict[str, xr.Variable]:
+def _event_variables(branches: Sequence[Followed], located: _Located) -> dict[str, xr.Variable]:
     """The variables of events by name, with the first stroboscopic points of their orbits."""
-    sizes = np.cumsum([0] + [len(branch.points) for branch in branches])
-    located, family = _located_events(branches), branches[0].family
+    sizes, family = np.cumsum([0] + [len(branch.points) for branch in branches]), branches[0].family
     events = [event for *_, event in located]
     values = np.array([event.cycle.values for event in events]).reshape(len(events), 1)
     states = np.array([event.cycle.points[:1] for event in events]).reshape(len(events), 1, family.dimension)
@@ -261,10 +259,10 @@ def _event_variables(branches: Sequence[Followed]) -> dict[str, xr.Variable]:
     return variables(("event",), {f"event_{name}": v for name, v in found.items()})
 
 
-def _jump_variables(branches: Sequence[Followed], axis: Axis) -> dict[str, xr.Variable]:
+def _jump_variables(branches: Sequence[Followed], located: _Located, axis: Axis) -> dict[str, xr.Variable]:
     """The variables over ``jump`` by name: the folds that end a stable part, and the motions to which they lead."""
     folds = []  # number of the event, parameter, sign of its change, first stroboscopic point
-    for index, (number, before, event) in enumerate(_located_events(branches)):
+    for index, (number, before, event) in enumerate(located):
         branch = branches[number]
         if event.kind == FOLD and np.any(branch.unstable[before : before + 2] == 0):
             value = float(event.point.u[-1])

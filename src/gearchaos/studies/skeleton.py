@@ -199,24 +199,18 @@ class SkeletonJournal(dict[str, Any]):
     def _write(self, document: Any) -> None:
         """Append one document as a line."""
         with self._path.open("ab") as file:
-            file.write(json.dumps(document).encode() + b"\n")
+            file.write(json.dumps(document, default=_plain).encode() + b"\n")
 
     def __setitem__(self, name: str, value: Any) -> None:
         super().__setitem__(name, value)
-        self._write([name, _encoded(value)])
+        self._write([name, {"why": value} if isinstance(value, str) else value])
 
 
-def _encoded(value: Any) -> Any:
-    """The result of a line or a curve as JSON: a list of events, a curve, or why there is none."""
-    if isinstance(value, list):
-        return [_encoded(seed) for seed in value]
-    if isinstance(value, str):
-        return {"why": value}
-    out = {f.name: getattr(value, f.name) for f in fields(value)}
-    if isinstance(value, CurveData):
-        out["multipliers"] = value.multipliers.view(float)
-        out["special"] = [[kind, values.tolist()] for kind, values in value.special]
-    return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in out.items()}
+def _plain(value: Any) -> Any:
+    """What JSON has for an array, with real and imaginary parts in turn, or for an event or a curve: its fields."""
+    if isinstance(value, np.ndarray):
+        return value.view(float).tolist()
+    return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
 def _decoded(value: Any) -> Any:
