@@ -13,7 +13,7 @@ from gearchaos.continuation.skeleton import CurveData
 from gearchaos.datasets import flag_attributes, model_from_json, new_dataset, provenance, variables
 from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model, gears_from_json
+from gearchaos.gears.operating import gears_from_json, with_gears
 from gearchaos.model import MeshModel
 
 if TYPE_CHECKING:
@@ -117,14 +117,10 @@ def _common(settings: dict[str, Any], zones: xr.Dataset, names: tuple[str, str])
 
 
 def _model(dataset: xr.Dataset, names: tuple[str, str]) -> MeshModel:
-    """The model of a result; over speed or torque that of its gears, with the same parameters and initial values."""
+    """The model of a result; over speed or torque that of its gears."""
     model = model_from_json(dataset.attrs["model"])
-    if not {"speed", "torque"} & set(names):
-        return model
-    of_gears = as_model(gears_from_json(dataset.attrs["gears"]))
-    own = of_gears.parameters()
-    changed = {name: value for name, value in model.parameters().items() if value != own[name]}
-    return of_gears.with_values({**changed, **model.initial})
+    gears = {"speed", "torque"} & set(names)
+    return with_gears(model, gears_from_json(dataset.attrs["gears"])) if gears else model
 
 
 def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:
