@@ -149,8 +149,7 @@ def _dataset(
         **variables(("side",), {
             f"{prefix}_{name}": zones[name].values[places[:, column]]
             for prefix, places in (("cell", sides.cell), ("neighbour", sides.neighbour))
-            for name, column in zip(names, (1, 0), strict=True)}),
-        **variables(("side",), {
+            for name, column in zip(names, (1, 0), strict=True)} | {
             "period": sides.period, "cause": sides.cause.astype(np.int8), "curve": sides.curve}),
         **variables(("number",), {"curve_seen": sides.seen}),
         **variables(("orbit_period", "cause_name"), {

@@ -26,17 +26,13 @@ _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
 its speed; where none is known it is followed as long as the settings say."""
 
-RESOLUTION = 0.005
-"""Share of the speed to which edges and peaks are located."""
-
+MOST_SPEEDS = 4000  # most speeds that are computed
+RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
 _MARGIN = 2.0
 """How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
-
-MOST_SPEEDS = 4000
-"""Most speeds that are computed."""
 
 
 @dataclass

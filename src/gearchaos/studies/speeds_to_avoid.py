@@ -40,8 +40,7 @@ MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed fall
 CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
 """The contact states of `CONTACTS`, as a reader wants them named."""
 
-MOST_PEAKS = 5
-"""Most local peaks of the dynamic factor that are listed for a range."""
+MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
 
 
 @dataclass(frozen=True)
