@@ -46,18 +46,18 @@ from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
 from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
-from gearchaos.studies.dynamic_factor import dynamic_factor as dynamic_factor
-from gearchaos.studies.edge_state import EdgeTracking as _EdgeTracking
-from gearchaos.studies.manifolds import Manifolds as _Manifolds
-from gearchaos.studies.operating_map import operating_map as operating_map
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
 from gearchaos.studies.regime import Regime as _Regime
 from gearchaos.studies.regime import Verdict as Verdict
 from gearchaos.studies.regime import steady as steady
+from gearchaos.studies.saddles import EdgeTracking as _EdgeTracking
+from gearchaos.studies.saddles import Manifolds as _Manifolds
 from gearchaos.studies.simulate import Simulate as _Simulate
 from gearchaos.studies.skeleton import Skeleton as _Skeleton
+from gearchaos.studies.speed_and_torque import dynamic_factor as dynamic_factor
+from gearchaos.studies.speed_and_torque import operating_map as operating_map
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
 from gearchaos.studies.zones import Zones as _Zones
 

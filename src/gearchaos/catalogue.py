@@ -166,7 +166,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         },
     },
     'manifolds': {
-        'module': 'studies.manifolds', 'class': 'Manifolds',
+        'module': 'studies.saddles', 'class': 'Manifolds',
         'help': 'Find the saddles of a model with two coordinates, and their stable and unstable manifolds.',
         'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
         'axes': {},
@@ -185,7 +185,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'edge_state': {
-        'module': 'studies.edge_state', 'class': 'EdgeTracking',
+        'module': 'studies.saddles', 'class': 'EdgeTracking',
         'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
         'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
         'axes': {},

@@ -65,6 +65,11 @@ def variable(name: str, dims: tuple[str, ...], values: np.ndarray, coded: bool =
     return xr.Variable(dims, values, {**describe(name), **codes})
 
 
+def variables(dims: tuple[str, ...], values: Mapping[str, np.ndarray]) -> dict[str, xr.Variable]:
+    """The variables of several names; each has as many of the first dimensions as its array."""
+    return {name: variable(name, dims[: v.ndim], v) for name, v in values.items()}
+
+
 def new_dataset(
     data: Mapping[str, Any], coords: Mapping[str, Any] | None = None, attrs: Mapping[str, Any] | None = None
 ) -> xr.Dataset:

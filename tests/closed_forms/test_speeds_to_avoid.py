@@ -110,7 +110,7 @@ def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
 def test_what_is_not_known_so_well_is_said(linear, monkeypatch):
     weak = gc.speeds_to_avoid(replace(linear, damping_ratio=0.005), "400:410:2", starts=0)
     assert weak.coarse == "at a damping ratio of 0.005 a resonance may pass between the first speeds"
-    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.MOST_SPEEDS", 5)
+    monkeypatch.setattr("gearchaos.studies.followed_motions.MOST_SPEEDS", 5)
     found = gc.speeds_to_avoid(linear, "4600:5200:2", starts=0)
     (window,) = found.windows
     assert window.stop_resolution > 0.01 * window.stop

@@ -130,6 +130,18 @@ def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common()
     assert gc.agreement(small(), zones()).attrs["cells_left_out"] == 0
 
 
+def test_agreement_over_the_speed_is_of_the_whole_model_with_its_supports():
+    """The gears alone have none, and so make a torsional model."""
+    design = gc.GearDesign(
+        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed=5000.0, torque=100.0,
+        backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+        quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    model = gc.Regime(design).model.with_values({"kind": "full", "kappa": 0.3, "zeta_support": 0.1, "mu": 1.0})
+    window = "speed=5000:5200:2", "torque=100:120:2"
+    curves = gc.skeleton(model, *window, period=1, lines=(1, 0), starts=0, workers=1)
+    assert json.loads(gc.agreement(curves, gc.zones(model, *window)).attrs["model"])["kind"] == "full"
+
+
 def test_sides_by_period_are_a_table_with_the_periods_as_its_index():
     table = gc.agreement(small(), zones())["orbit_sides"].to_pandas()
     assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"

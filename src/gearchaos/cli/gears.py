@@ -67,7 +67,7 @@ def gear(
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
     from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
-    from gearchaos.studies.operating_map import operating_axis
+    from gearchaos.studies.speed_and_torque import operating_axis
     from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
     axis = None if speed is None else operating_axis("speed", speed, "--speed")
@@ -157,7 +157,7 @@ def operating_map(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.operating_map import checked_operating_model, in_operating_units, operating_axis
+    from gearchaos.studies.speed_and_torque import checked_operating_model, in_operating_units, operating_axis
     from gearchaos.studies.zones import Zones
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}

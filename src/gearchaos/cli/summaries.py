@@ -118,7 +118,7 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
 
 def _quasi_static(model: MeshModel, *factors: float | None) -> str:
     """The quasi-static ratio to be read beside dynamic factors; empty without any, or if no stiffness jumps."""
-    from gearchaos.studies.dynamic_factor import quasi_static_ratio
+    from gearchaos.studies.speed_and_torque import quasi_static_ratio
 
     known = any(factor is not None and math.isfinite(factor) for factor in factors)
     ratio = quasi_static_ratio(model) if known else 1.0

@@ -19,7 +19,7 @@ from gearchaos.plot._datasets import check, check_design, flags, keeps_data
 from gearchaos.plot.axes import Overlay, cell_extent, side_legend, width_in_inches, wrapped
 from gearchaos.plot.theme import EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.speed_and_torque import operating_axis
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")  # the kinds of events that have curves, in the order of the legend
 _DOTTED = (0, (1, 1.6))  # line style of grazes, which are no bifurcations in general

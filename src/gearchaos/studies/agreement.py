@@ -10,10 +10,10 @@ import numpy as np
 from gearchaos.continuation.agreement import BASIN, CURVE, UNEXPLAINED, Sides, explain_sides
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.skeleton import CurveData
-from gearchaos.datasets import flag_attributes, model_from_json, new_dataset, provenance, variable
+from gearchaos.datasets import flag_attributes, model_from_json, new_dataset, provenance, variables
 from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model, gears_from_json
+from gearchaos.gears.operating import gears_from_json, with_gears
 from gearchaos.model import MeshModel
 
 if TYPE_CHECKING:
@@ -72,40 +72,38 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     >>> 0 < found.attrs["explained"] <= 1
     True
     """
-    _check("skeleton", skeleton, "skeleton")
-    _check("zones", zones, "zones")
+    for study, dataset in (("skeleton", skeleton), ("zones", zones)):
+        found = getattr(dataset, "attrs", {}).get("study", f"a {type(dataset).__name__}")
+        if found != study:
+            raise InputError(study, f"must be a result of gearchaos.{study}", found)
+        if "pair" in dataset.attrs:
+            raise InputError(study, "must be dimensionless", "physical units",
+                             "Use the result before gearchaos.physical.")
     y_name, x_name = map(str, zones["label"].dims)
-    if {x_name, y_name} != {str(name) for name in skeleton.coords}:
-        raise InputError("zones", "must be over the parameters of the skeleton", f"{x_name}, {y_name}",
+    names = (x_name, y_name)
+    if set(names) != {str(name) for name in skeleton.coords}:
+        raise InputError("zones", "must be over the parameters of the skeleton", ", ".join(names),
                          f"Those are {', '.join(map(str, skeleton.coords))}.")
-    if not _same_model(skeleton, zones, (x_name, y_name)):
+    first, model = (_model(ds, names) for ds in (skeleton, zones))
+    varied = {single for name in names for single in first.set_by(name)}
+    own, other = first.parameters(), model.parameters()
+    if (first.kind, own.keys()) != (model.kind, other.keys()) or any(own[n] != other[n] for n in own.keys() - varied):
         raise InputError("zones", "must be of the model of the skeleton", "another one")
-    whole, zones = zones, _common(skeleton, zones, (x_name, y_name))
-    settings = json.loads(zones.attrs["settings"])
-    longest = json.loads(skeleton.attrs["settings"])["period"]
-    family = ParameterFamily(_model(zones, (x_name, y_name)), (x_name, y_name))
-    sides = explain_sides(
-        family, zones[x_name].values, zones[y_name].values, zones["label"].values, zones["period"].values,
-        _curves(skeleton, (x_name, y_name)), longest, Classification(**settings["classification"]))
-    window = {n: [float(zones[n].min()), float(zones[n].max())] for n in (x_name, y_name)}
-    x, y = ([name, *window[name], zones.sizes[name]] for name in (x_name, y_name))
-    attributes = provenance("agreement", family.model, x=x, y=y, period=longest)
-    attributes |= {"window": json.dumps(window), "cells_left_out": whole["label"].size - zones["label"].size}
-    return _dataset(zones, sides, longest, (x_name, y_name), attributes)
-
-
-def _check(field: str, dataset: Any, study: str) -> None:
-    """Raise `InputError` unless this is a dimensionless result of a study."""
-    found = getattr(dataset, "attrs", {}).get("study", f"a {type(dataset).__name__}")
-    if found != study:
-        raise InputError(field, f"must be a result of gearchaos.{study}", found)
-    if "pair" in dataset.attrs:
-        raise InputError(field, "must be dimensionless", "physical units", "Use the result before gearchaos.physical.")
-
-
-def _common(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> xr.Dataset:
-    """The cells of a map in the window of a skeleton; raises `InputError` unless there are two along each parameter."""
     settings = json.loads(skeleton.attrs["settings"])
+    common, longest = _common(settings, zones, names), settings["period"]
+    sides = explain_sides(
+        ParameterFamily(model, names), common[x_name].values, common[y_name].values, common["label"].values,
+        common["period"].values, _curves(skeleton, names), longest,
+        Classification(**json.loads(zones.attrs["settings"])["classification"]))
+    window = {n: [float(common[n].min()), float(common[n].max())] for n in names}
+    x, y = ([name, *window[name], common.sizes[name]] for name in names)
+    return _dataset(common, sides, longest, names, {
+        **provenance("agreement", model, x=x, y=y, period=longest), "window": json.dumps(window),
+        "cells_left_out": zones["label"].size - common["label"].size})
+
+
+def _common(settings: dict[str, Any], zones: xr.Dataset, names: tuple[str, str]) -> xr.Dataset:
+    """The cells of a map in the window of a skeleton; raises `InputError` unless there are two along each parameter."""
     window = {name: (start, stop) for name, start, stop, *_ in (settings["x"], settings["y"])}
     inside = {}
     for name in names:
@@ -118,24 +116,11 @@ def _common(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> 
     return zones.isel(inside)
 
 
-def _same_model(skeleton: xr.Dataset, zones: xr.Dataset, names: tuple[str, str]) -> bool:
-    """Whether two results are of the same model, but for the parameters of their axes and the initial values."""
-    first, second = (_model(ds, names) for ds in (skeleton, zones))
-    varied = {single for name in names for single in first.set_by(name)}
-    own, other = first.parameters(), second.parameters()
-    return first.kind == second.kind and own.keys() == other.keys() and all(
-        own[n] == other[n] for n in own.keys() - varied)
-
-
 def _model(dataset: xr.Dataset, names: tuple[str, str]) -> MeshModel:
-    """The model of a result; over speed or torque that of its gears, with the same parameters and initial values."""
+    """The model of a result; over speed or torque that of its gears."""
     model = model_from_json(dataset.attrs["model"])
-    if not {"speed", "torque"} & set(names):
-        return model
-    of_gears = as_model(gears_from_json(dataset.attrs["gears"]))
-    own = of_gears.parameters()
-    changed = {name: value for name, value in model.parameters().items() if value != own[name]}
-    return of_gears.with_values({**changed, **model.initial})
+    gears = {"speed", "torque"} & set(names)
+    return with_gears(model, gears_from_json(dataset.attrs["gears"])) if gears else model
 
 
 def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:
@@ -153,39 +138,27 @@ def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:
 def _dataset(
     zones: xr.Dataset, sides: Sides, longest: int, names: tuple[str, str], attributes: dict[str, Any]
 ) -> xr.Dataset:
-    """The Dataset that `agreement` returns."""
-    data = {
-        f"{prefix}_{name}": variable(f"{prefix}_{name}", ("side",), zones[name].values[cells[:, column]])
-        for prefix, cells in (("cell", sides.cell), ("neighbour", sides.neighbour))
-        for name, column in zip(names, (1, 0), strict=True)
-    }
-    data |= {
-        "period": variable("period", ("side",), sides.period),
-        "cause": variable("cause", ("side",), sides.cause.astype(np.int8)),
-        "curve": variable("curve", ("side",), sides.curve),
-        "curve_seen": variable("curve_seen", ("number",), sides.seen),
-    }
-    data["cause"].attrs.update(flag_attributes(_CAUSES))
-    periods = {"orbit_period": variable("orbit_period", ("orbit_period",), np.arange(1, longest + 1))}
-    counts, explained = _by_period(zones, sides, longest)
-    coordinates = {"cause_name": ("cause_name", np.array(list(_CAUSES.values()), dtype=object))}
-    found = new_dataset({**data, **counts}, {**coordinates, **periods}, attributes)
-    return found.assign_attrs(explained=explained)
-
-
-def _by_period(zones: xr.Dataset, sides: Sides, longest: int) -> tuple[dict[str, xr.Variable], float]:
-    """Numbers of cells and sides by period of the motion, and the share of all cells without unexplained side."""
+    """The Dataset that `agreement` returns, with numbers of cells and sides by period of the motion."""
     motion = np.where(zones["label"].values == Label.PERIODIC, zones["period"].values, 0)
     bad = np.zeros(motion.shape, bool)
     bad[tuple(sides.cell[sides.cause == UNEXPLAINED].T)] = True
     periods = np.arange(1, longest + 1)
     cells = np.array([(motion == n).sum() for n in periods])
     unexplained = np.array([(bad & (motion == n)).sum() for n in periods])
-    counts = np.array([[((sides.period == n) & (sides.cause == c)).sum() for c in _CAUSES] for n in periods])
-    share = 1.0 - unexplained / np.where(cells > 0, cells, np.nan)
     data = {
-        "orbit_cells": variable("orbit_cells", ("orbit_period",), cells),
-        "orbit_explained": variable("orbit_explained", ("orbit_period",), share),
-        "orbit_sides": variable("orbit_sides", ("orbit_period", "cause_name"), counts),
+        **variables(("side",), {
+            f"{prefix}_{name}": zones[name].values[places[:, column]]
+            for prefix, places in (("cell", sides.cell), ("neighbour", sides.neighbour))
+            for name, column in zip(names, (1, 0), strict=True)} | {
+            "period": sides.period, "cause": sides.cause.astype(np.int8), "curve": sides.curve}),
+        **variables(("number",), {"curve_seen": sides.seen}),
+        **variables(("orbit_period", "cause_name"), {
+            "orbit_cells": cells, "orbit_explained": 1.0 - unexplained / np.where(cells > 0, cells, np.nan),
+            "orbit_sides": np.array([[((sides.period == n) & (sides.cause == c)).sum() for c in _CAUSES]
+                                     for n in periods])}),
     }
-    return data, float(1.0 - unexplained.sum() / max(cells.sum(), 1))
+    data["cause"].attrs.update(flag_attributes(_CAUSES))
+    coordinates = {"cause_name": ("cause_name", np.array(list(_CAUSES.values()), dtype=object)),
+                   **variables(("orbit_period",), {"orbit_period": periods})}
+    return new_dataset(data, coordinates, attributes).assign_attrs(
+        explained=float(1.0 - unexplained.sum() / max(cells.sum(), 1)))

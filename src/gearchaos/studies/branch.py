@@ -1,76 +1,44 @@
-"""Branches of periodic orbits along one parameter, stable or not, with their events."""
+"""Branches of periodic orbits along one parameter, stable or not, with their events and jumps from them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gearchaos.continuation.arclength import Settings
+import numpy as np
+
+from gearchaos.continuation.arclength import length
+from gearchaos.continuation.branch import Branch as Followed
 from gearchaos.continuation.branch import follow_branch
-from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK
-from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, find_cycle
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.events import FLIP, FOLD, KINDS, PITCHFORK, Event
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.continuation.orbit import Orbit, as_orbit, count_unstable, find_cycle
+from gearchaos.continuation.shooting import Cycle, CycleEquations
 from gearchaos.continuation.switching import cascade as follow_cascade
 from gearchaos.continuation.switching import follow_asymmetric
-from gearchaos.datasets import provenance
+from gearchaos.datasets import describe, new_dataset, provenance, variables
+from gearchaos.dynamics import Label, classify, orbits
+from gearchaos.dynamics.response import compute_response
 from gearchaos.errors import InputError
-from gearchaos.quantities import Rule
+from gearchaos.flow import Measure, combine_measures
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.branch_dataset import branch_dataset
-from gearchaos.studies.curve_dataset import check_inside, check_is_parameter
 from gearchaos.studies.declaration import function_of
+from gearchaos.studies.following import FollowingStudy, check_inside, check_is_parameter, section_variables
 from gearchaos.studies.options import RANGE, axis_option, option
-from gearchaos.studies.study import WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_LONGEST_STEP = Rule(lambda v: (v >= 1e-5) & (v <= 1), "must lie in [1e-5, 1]")
+_BATCH = 512  # number of orbits whose response measures are computed together
+_CONTACT_STATES = {1: "front", 0: "free", -1: "back"}
 
-
-def step_option(default: float) -> Any:
-    """The option of the longest step, with its default."""
-    return option(
-        default, "Longest step. A step has length 1 if a parameter changes by its whole range, or if the root mean "
-        "square distance of all stroboscopic points is half a backlash.", rule=_LONGEST_STEP)
-
-
-@dataclass(frozen=True)
-class FollowingStudy(WholeStudy):
-    """A study that follows orbits along a curve in parameters, from an orbit near initial values.
-
-    Attributes
-    ----------
-    steps : Settings
-        Lengths of steps where nothing is said of them.
-    """
-
-    steps: ClassVar[Settings] = Settings()
-
-    start: Mapping[str, float] | None = option(
-        None, "Initial values near the first orbit; by default those of the model. If its own lead to a motion of "
-        "another period, the orbit is found as by `orbit`.")
-    period: int | None = option(
-        None, "Minimal period; by default that of the motion that the start leads to. It counts mesh periods, at most "
-        "1024.")
-    longest_step: float = step_option(Settings.longest)
-    max_points: int = option(10_000, "Largest number of points in each direction.", least=2, most=1_000_000)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.period is not None:
-            check_period(self.period)
-        if self.start:
-            self._set(start=checked_state(self.model, self.start))
-
-    @property
-    def step_lengths(self) -> Settings:
-        """The lengths of steps along the curve."""
-        steps = self.steps
-        return replace(steps, first=min(steps.first, self.longest_step), longest=self.longest_step,
-                       shortest=min(steps.shortest, self.longest_step), points=self.max_points)
+_BEYOND = 1e-4  # distance beyond a fold at which motions are followed, relative to the range of the parameter
+_SAME_ORBIT = 0.05
+"""Largest distance of the motion reached from an orbit interpolated between two points of a branch, relative to the
+larger of 1 and the largest coordinate."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +110,7 @@ class Branch(FollowingStudy):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_is_parameter(self.model, self.axis)
-        check_inside(ParameterFamily(self.model, (self.axis.name,)), self.axis)
+        check_inside(self.model, self.axis)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         axis, bounds, settings = self.axis, (self.axis.start, self.axis.stop), self.step_lengths
@@ -178,3 +146,162 @@ def _tests(events: Any, family: ParameterFamily) -> dict[str, Callable[[Cycle], 
         return lambda cycle: float(function(as_orbit(family, cycle)))
 
     return {name: of_cycle(function) for name, function in events.items()}
+
+
+def branch_dataset(
+    main: Followed, doubled: Sequence[Followed], asymmetric: Sequence[Followed], flips: Sequence[Event], axis: Axis,
+    attributes: dict[str, Any],
+) -> xr.Dataset:
+    """The Dataset that `gearchaos.branch` returns.
+
+    ``doubled`` are the branches of doubled periods, ``asymmetric`` those at pitchforks, ``flips`` the flips of the
+    cascade in order.
+    """
+    branches = [main, *doubled, *asymmetric]
+    points = [point for branch in branches for point in branch.points]
+    cycles: list[Cycle] = [point.data for point in points]
+    located = [(number, before, event) for number, branch in enumerate(branches)
+               for before, event in zip(branch.event_positions, branch.events, strict=True)]
+    found = _values(main.family, cycles + [event.cycle for *_, event in located])
+    steps: list[float] = []  # distances from the point before; 0 for the first of a branch
+    for branch in branches:
+        weights = CycleEquations(branch.family, branch.period, axis.stop - axis.start).weights
+        steps += [0.0, *(length(weights, b.u - a.u) for a, b in pairwise(branch.points))]
+    data = {
+        **variables(("point",), {
+            "branch": np.repeat(np.arange(len(branches)), [len(branch.points) for branch in branches]),
+            "position": np.arange(len(points))}),
+        **variables(("point", "exponent"), {name: v[: len(cycles)] for name, v in found.items()}),
+        **section_variables(main.family, [
+            (branch.values[:, None], np.array([point.data.points for point in branch.points])) for branch in branches]),
+        **variables(("point",), {
+            "contact_sequence": np.array(list(map(contact_sequence, cycles)), dtype=object),
+            "residual": np.array([p.residual for p in points]), "step": np.array(steps)}),
+        **variables(("event", "exponent"), {f"event_{name}": v[len(cycles) :] for name, v in found.items()}),
+        **_event_variables(branches, located), **_jump_variables(branches, located, axis),
+    }
+    for name in ("event_value", "jump_value"):
+        data[name].attrs.update(describe(axis.name), quantity=axis.name)
+    lengths = np.diff([float(flip.point.u[-1]) for flip in flips])
+    whole = {
+        **_of_branch(main), "closed": main.closed,
+        "cascade": [{"period": branch.period, **_of_branch(branch)} for branch in doubled],
+        "asymmetric": [{"period": branch.period, **_of_branch(branch)} for branch in asymmetric],
+        "feigenbaum": (lengths[:-1] / lengths[1:]).tolist(),
+    }
+    coordinates = variables(("point",), {axis.name: np.array([p.u[-1] for p in points])})
+    return new_dataset(data, coordinates, attributes | {name: json.dumps(value) for name, value in whole.items()})
+
+
+def contact_sequence(cycle: Cycle) -> str:
+    """The contact states of an orbit in order of time from phase 0, e.g. "front free front"."""
+    z = cycle.points[0, 0]
+    states = [1 if z > 1 else -1 if z < -1 else 0]
+    states += [int(boundary) if into else 0 for _, boundary, into in cycle.switches]
+    return " ".join(_CONTACT_STATES[state] for state in states)
+
+
+def _of_branch(branch: Followed) -> dict[str, Any]:
+    """Range of the parameter, ends and stable intervals of a branch; a closed branch has no ends."""
+    values = [*branch.values.tolist(), *(float(event.point.u[-1]) for event in branch.events)]
+    values += [end.value for end in branch.ends]
+    ends = [] if branch.closed else [{"value": end.value, "why": end.why} for end in branch.ends]
+    return {"range": [min(values), max(values)], "ends": ends, "stable": branch.stable_intervals()}
+
+
+def _values(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
+    """Period, stability, multipliers, response measures over one period and range of z of orbits, (P,) or (P, d).
+
+    Every mesh period begins at a stroboscopic point of its own, so that errors do not grow along unstable orbits.
+    """
+    parts = []
+    for some in (cycles[i : i + _BATCH] for i in range(0, len(cycles), _BATCH)):
+        periods = np.array([cycle.period for cycle in some])
+        flow = family.exact_flow(np.array([cycle.values for cycle in some]))
+        states = np.concatenate([cycle.points for cycle in some]).T.copy()
+        system, points = flow.system, np.repeat(np.arange(len(some)), periods)
+        single = flow.advance(states, 1, points=points, measured=True).measures
+        measures = combine_measures(single, system.period[points], np.cumsum(periods) - periods)
+        response = compute_response(measures, periods * system.period, periods, system.static_force)
+        parts.append({
+            **response.variables(double=True), "mesh_force_peak": response.mesh_force_peak,
+            "z_max": measures[Measure.Z_MAX], "z_min": measures[Measure.Z_MIN]})
+    multipliers = np.array([cycle.multipliers for cycle in cycles])
+    return {
+        "period": np.array([cycle.period for cycle in cycles]),
+        "unstable": np.array([count_unstable(m) for m in multipliers]),
+        "multipliers_real": multipliers.real, "multipliers_imag": multipliers.imag,
+        **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
+    }
+
+
+_Located = Sequence[tuple[int, int, Event]]
+"""Events, each with the number of its branch and the index of the point before it on that branch."""
+
+
+def _event_variables(branches: Sequence[Followed], located: _Located) -> dict[str, xr.Variable]:
+    """The variables of events by name, with the first stroboscopic points of their orbits."""
+    sizes, family = np.cumsum([0] + [len(branch.points) for branch in branches]), branches[0].family
+    events = [event for *_, event in located]
+    values = np.array([event.cycle.values for event in events]).reshape(len(events), 1)
+    states = np.array([event.cycle.points[:1] for event in events]).reshape(len(events), 1, family.dimension)
+    if not events:  # a batch of no points has no states
+        values, states = family.start[None], np.zeros((1, 1, family.dimension))
+    found = {
+        "kind": np.array([event.kind for event in events], dtype=object),
+        "value": np.array([event.point.u[-1] for event in events], dtype=float),
+        "boundary": np.array([event.boundary or 0 for event in events], dtype=int),
+        "residual": np.array([max(event.defect, event.point.residual) for event in events], dtype=float),
+        "branch": np.array([number for number, *_ in located], dtype=int),
+        "point": np.array([sizes[number] + before for number, before, _ in located], dtype=int),
+        **{f"section_{name}": x[: len(events), 0] for name, x in as_initial_values(family, values, states).items()},
+    }
+    return variables(("event",), {f"event_{name}": v for name, v in found.items()})
+
+
+def _jump_variables(branches: Sequence[Followed], located: _Located, axis: Axis) -> dict[str, xr.Variable]:
+    """The variables over ``jump`` by name: the folds that end a stable part, and the motions to which they lead."""
+    folds = []  # number of the event, parameter, sign of its change, first stroboscopic point
+    for index, (number, before, event) in enumerate(located):
+        branch = branches[number]
+        if event.kind == FOLD and np.any(branch.unstable[before : before + 2] == 0):
+            value = float(event.point.u[-1])
+            direction = 1 if value > branch.values[before : before + 2].mean() else -1
+            folds.append((index, value, direction, event.cycle.points[0]))
+    label, period, point = np.zeros(0, np.int8), np.zeros(0, int), np.zeros(0, int)
+    if folds:
+        beyond = np.array([value + sign * _BEYOND * (axis.stop - axis.start) for _, value, sign, _ in folds])
+        beyond = np.clip(beyond, axis.start, axis.stop)
+        flow = branches[0].family.exact_flow(beyond[:, None])
+        reached = classify(flow, np.stack([state for *_, state in folds], axis=1), response=False)
+        label, period = reached.label, np.where(reached.label == Label.PERIODIC, reached.period, 0)
+        sections = orbits.sections(flow, reached.w, np.arange(len(folds)), np.maximum(period, 1))
+        at = zip(beyond, sections, period, strict=True)
+        point = np.array([_point_before(branches, value, section) if n else -1 for value, section, n in at])
+    out = variables(("jump",), {
+        "jump_value": np.array([value for _, value, *_ in folds], float),
+        "jump_direction": np.array([direction for *_, direction, _ in folds], int),
+        "jump_event": np.array([index for index, *_ in folds], int),
+        "jump_label": label, "jump_period": period, "jump_point": point})
+    for name, words in (("event", "index of the fold"), ("label", "kind of motion reached"),
+                        ("point", "index of the point before the orbit reached; -1 for none"),
+                        ("period", "its period in mesh periods; 0 for none")):
+        out[f"jump_{name}"].attrs["long_name"] = words
+    return out
+
+
+def _point_before(branches: Sequence[Followed], value: float, section: np.ndarray) -> int:
+    """Index of the point before the place of an orbit (n, d) on the branches at a value; −1 if it is on none."""
+    first, nearest, index = 0, _SAME_ORBIT * max(1.0, float(np.abs(section).max())), -1
+    for branch in branches:
+        cycles: list[Cycle] = [point.data for point in branch.points]
+        x = branch.values
+        if branch.period == len(section):
+            for i in np.flatnonzero((x[1:] - value) * (x[:-1] - value) <= 0).tolist():
+                share = (value - x[i]) / (x[i + 1] - x[i])
+                between = cycles[i].points + share * (cycles[i + 1].points - cycles[i].points)
+                distance = float(np.linalg.norm(section[0] - between, axis=1).min())
+                if distance < nearest:
+                    nearest, index = distance, first + i
+        first += len(cycles)
+    return index

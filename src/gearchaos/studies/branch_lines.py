@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,23 +14,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
-class Nodes:
-    """The P points and E events of branches in order along them.
+class Nodes(NamedTuple):
+    """The P points and E events of branches in order along them, N = P + E.
 
-    Attributes
-    ----------
-    order : (N,) of int
-        Indices of the points, 0 … P − 1, and of the events, P … P + E − 1.
-    joined : (N,) of bool
-        Whether each node follows the one before on the same branch, with no point between that is missing.
-    stable : (N,) of bool
-        The event at which stability changes counts as stable.
+    A node is joined if it follows the one before on the same branch, with no point between that is missing. The event
+    at which stability changes counts as stable.
     """
 
-    order: np.ndarray
-    joined: np.ndarray
-    stable: np.ndarray
+    order: np.ndarray  # indices (N,) of the points, 0 … P − 1, and of the events, P … P + E − 1
+    joined: np.ndarray  # (N,) of bool
+    stable: np.ndarray  # (N,) of bool
 
 
 def axis_of(ds: xr.Dataset) -> str:
@@ -89,16 +81,10 @@ def line_parts(nodes: Nodes) -> Iterator[tuple[int, int, bool]]:
             yield first - int(joined[first]), end + int(end < count and joined[end]), False
 
 
-@dataclass(frozen=True)
-class StablePart:
-    """A stable part of the first branch, in order along it.
+class StablePart(NamedTuple):
+    """A stable part of the first branch, in order along it: the parameter, and the index of the event, at both ends.
 
-    Attributes
-    ----------
-    first, last : float
-        The parameter at both ends.
-    first_event, last_event : int or None
-        Index of the event at which it begins and ends; None at an end of the branch.
+    There is no event at an end of the branch.
     """
 
     first: float
@@ -108,11 +94,9 @@ class StablePart:
 
 
 def stable_parts(ds: xr.Dataset, closed: bool) -> list[StablePart]:
-    """The stable parts of the first of the branches in order along it; one that passes the start of a closed branch is
-    not divided."""
-    own = ds.isel(point=ds["branch"].values == 0)
+    """The stable parts of the first branch in order; one that passes the start of a closed branch is not divided."""
     events = np.flatnonzero(ds["event_branch"].values == 0)
-    own = own.isel(event=events)
+    own = ds.isel(point=ds["branch"].values == 0, event=events)
     nodes, count = line_nodes(own), own.sizes["point"]
     x = np.concatenate([own[axis_of(own)].values, own["event_value"].values])[nodes.order].tolist()
     at = [int(events[i - count]) if i >= count else None for i in nodes.order.tolist()]

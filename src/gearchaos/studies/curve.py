@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.curve import SETTINGS, event_at, find_event, follow_curve
-from gearchaos.continuation.defining import EventSeed, seed_of
+from gearchaos.continuation.defining import seed_of
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.continuation.skeleton import CurveData, as_data
-from gearchaos.datasets import new_dataset, provenance
+from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.branch import FollowingStudy, step_option
-from gearchaos.studies.curve_dataset import (
-    check_inside,
-    ends_of,
-    parameter_plane,
-    point_variables,
-    special_variables,
-)
 from gearchaos.studies.declaration import function_of
+from gearchaos.studies.following import (
+    FollowingStudy,
+    check_inside,
+    parameter_plane,
+    section_variables,
+    step_option,
+)
 from gearchaos.studies.options import RANGE, axis_option, option
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class Curve(FollowingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_inside(self._family, self.x, self.y)
+        check_inside(self._family.model, self.x, self.y)
 
     @cached_property
     def _family(self) -> ParameterFamily:
@@ -104,35 +104,54 @@ class Curve(FollowingStudy):
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         x, y, family, settings = self.x, self.y, self._family, self.step_lengths
-        found = self._followed(self._first_event())
+        along_x, cycle = find_cycle(family.model, (x.name,), self.period, self.start, names=family.names)
+        seed = event_at(cycle, family.start, self.event)
+        if seed is None:  # the nearest one on the branch along x
+            event = find_event(along_x, cycle, self.event, (x.start, x.stop), Settings())
+            seed = seed_of(event, np.array([event.cycle.values[0], family.start[1]]))
+        try:
+            found = as_data(follow_curve(family, seed, ((x.start, x.stop), (y.start, y.stop)), settings))
+        except Stopped as stop:
+            raise InputError("event", "must be one whose curve can be followed", seed.kind,
+                             f"At {x.name} = {seed.values[0]:.10g} it cannot: {stop}.") from None
         data, coordinates = point_variables(family, [found])
-        own = {
-            "event": found.kind, "period": found.period, "boundary": found.boundary or 0,
-            "ends": json.dumps(ends_of(family, found)), "closed": json.dumps(found.closed),
-        }
         attributes = provenance(
             self.kind, family.model, x=[x.name, x.start, x.stop], y=[y.name, y.start, y.stop],
             longest_step=settings.longest, max_points=settings.points)
-        return new_dataset({**data, **special_variables(family, [found])}, coordinates, {**attributes, **own})
-
-    def _first_event(self) -> EventSeed:
-        """The event at the model's own values, or the nearest one on the branch along x."""
-        family, x = self._family, self.x
-        along_x, cycle = find_cycle(family.model, (x.name,), self.period, self.start, names=family.names)
-        seed = event_at(cycle, family.start, self.event)
-        if seed is not None:
-            return seed
-        found = find_event(along_x, cycle, self.event, (x.start, x.stop), Settings())
-        return seed_of(found, np.array([found.cycle.values[0], family.start[1]]))
-
-    def _followed(self, seed: EventSeed) -> CurveData:
-        """The curve of an event; raises `InputError` if it cannot be followed."""
-        bounds = ((self.x.start, self.x.stop), (self.y.start, self.y.stop))
-        try:
-            return as_data(follow_curve(self._family, seed, bounds, self.step_lengths))
-        except Stopped as stop:
-            raise InputError("event", "must be one whose curve can be followed", seed.kind,
-                             f"At {self.x.name} = {seed.values[0]:.10g} it cannot: {stop}.") from None
+        return new_dataset({**data, **special_variables(family, [found])}, coordinates, {
+            **attributes, "event": found.kind, "period": found.period, "boundary": found.boundary or 0,
+            "ends": json.dumps(curve_ends(family, found)), "closed": json.dumps(found.closed)})
 
 
 curve = function_of(Curve)
+
+
+def point_variables(
+    family: ParameterFamily, curves: Sequence[CurveData]
+) -> tuple[dict[str, xr.Variable], dict[str, xr.Variable]]:
+    """The variables over the points of curves, one curve after another, and the parameters as their coordinates."""
+
+    def joined(name: str, *empty: int) -> np.ndarray:
+        return np.concatenate([np.zeros((0, *empty)), *(getattr(curve, name) for curve in curves)])
+
+    multipliers, angle = joined("multipliers", family.dimension), joined("angle")
+    data = section_variables(family, [(curve.values, curve.points) for curve in curves])
+    data |= variables(("point", "exponent"), {
+        "multipliers_real": multipliers.real, "multipliers_imag": multipliers.imag, "residual": joined("residual"),
+        **({"angle": angle} if np.any(np.isfinite(angle)) else {})})
+    return data, variables(("point",), dict(zip(family.axes, joined("values", 2).T, strict=True)))
+
+
+def special_variables(family: ParameterFamily, curves: Sequence[CurveData]) -> dict[str, xr.Variable]:
+    """The variables over the points of codimension 2 of all curves."""
+    found = [special for curve in curves for special in curve.special]
+    values = np.array([v for _, v in found], float).reshape(-1, 2)
+    return variables(("special",), {
+        "special_kind": np.array([kind for kind, _ in found], dtype=object),
+        **{f"special_{name}": v for name, v in zip(family.axes, values.T, strict=True)}})
+
+
+def curve_ends(family: ParameterFamily, curve: CurveData) -> list[dict[str, Any]]:
+    """The ends of a curve: both parameters by name, and why it ends there."""
+    x, y = family.axes
+    return [{x: float(end[0]), y: float(end[1]), "why": end[2]} for end in curve.ends]

@@ -32,16 +32,20 @@ def function_of(study: type[Study]) -> Callable[..., Any]:
 
     function.__name__ = function.__qualname__ = study.kind
     function.__module__ = study.__module__
-    sections = _sections(study)
-    own = {title: text for title, text in sections.items() if title and title != _VALUE}
-    function.__doc__ = _text(sections[""], {"Parameters": _parameters(study, study.run_options), **own})
-    study.__doc__ = _class_text(study, sections)
-    parameters = []
-    for option in arguments(study, study.run_options):
-        kind = Parameter.KEYWORD_ONLY if option.keyword else Parameter.POSITIONAL_OR_KEYWORD
-        default = Parameter.empty if option.default is MISSING else option.default
-        parameters.append(Parameter(option.name, kind, default=default, annotation=accepted(option)))
-    function.__signature__ = Signature(parameters, return_annotation=study.returns)  # type: ignore[attr-defined]
+    first, *titled = re.split(r"\n\n([A-Z][\w ]+)\n-+\n", textwrap.dedent(f"    {study.__doc__}").strip())
+    sections = dict(zip(titled[::2], titled[1::2], strict=True))
+    example = sections.pop(_VALUE, "")
+    taken = arguments(study, study.run_options)
+    function.__doc__ = _text(first, {"Parameters": _parameters(taken), **sections})
+    study.__doc__ = _text(
+        f"The study that `{study.kind}` runs.\n\nAs a value it can be kept, and given to `gearchaos.run`: "
+        f"this computes it in memory or into a store.\n`{study.kind}` says what it finds.",
+        {"Parameters": _parameters(arguments(study)),
+         "Raises": "InputError\n    If a field breaks a rule; before any work.", "Examples": example})
+    kinds = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+    function.__signature__ = Signature([  # type: ignore[attr-defined]
+        Parameter(o.name, kinds[o.keyword], default=Parameter.empty if o.default is MISSING else o.default,
+                  annotation=accepted(o)) for o in taken], return_annotation=study.returns)
     return function
 
 
@@ -56,42 +60,27 @@ def accepted(option: Option) -> str:
     return re.sub(r"\bAxis\b", "Axis | str", option.annotation)
 
 
-def _sections(study: type[Study]) -> dict[str, str]:
-    """The sections of the docstring of a class by title; "" is what stands before the first."""
-    first, *titled = re.split(r"\n\n([A-Z][\w ]+)\n-+\n", textwrap.dedent(f"    {study.__doc__}").strip())
-    return {"": first, **dict(zip(titled[::2], titled[1::2], strict=True))}
-
-
-def _class_text(study: type[Study], sections: dict[str, str]) -> str:
-    summary = (f"The study that `{study.kind}` runs.\n\nAs a value it can be kept, and given to `gearchaos.run`: "
-               f"this computes it in memory or into a store.\n`{study.kind}` says what it finds.")
-    raised = "InputError\n    If a field breaks a rule; before any work."
-    return _text(
-        summary, {"Parameters": _parameters(study), "Raises": raised, "Examples": sections.get(_VALUE, "")})
-
-
 def _text(summary: str, sections: dict[str, str]) -> str:
     """A docstring in numpydoc's form, indented as in a function."""
     titled = [f"{title}\n{'-' * len(title)}\n{text}" for title, text in sections.items() if text]
     return textwrap.indent("\n\n".join([summary, *titled]), "    ").strip() + "\n    "
 
 
-def _parameters(study: type[Study], of_run: Iterable[Option] = ()) -> str:
+_TYPE_WORDS = (
+    ("^AnyModel$", "MeshModel, GearPair or GearDesign"), (r" \| None$", ", optional"), (r"Literal\[(.*)\]", r"{\1}"),
+    (r"Callable\[.*\]\]", "callable]"), (r"\btuple\[(.*?)\]", r"(\1)"),
+    (r"Mapping\[str, (.*)\]", r"mapping of str to \1"), (r"\bAxis\b", "Axis or str"),
+)
+"""What replaces the parts of an annotation, one after another, in numpydoc's words."""
+
+
+def _parameters(options: Iterable[Option]) -> str:
     """The section of parameters, from the words of the options."""
     entries = []
-    for option in arguments(study, of_run):
-        entries.append(f"{option.name} : {_type_words(option)}")
+    for option in options:
+        words = option.annotation
+        for pattern, replacement in _TYPE_WORDS:
+            words = re.sub(pattern, replacement, words)
+        entries.append(f"{option.name} : {words}")
         entries += textwrap.wrap(option.words, WIDTH - 8, initial_indent="    ", subsequent_indent="    ")
     return "\n".join(entries)
-
-
-def _type_words(option: Option) -> str:
-    """The type of an option in numpydoc's words."""
-    if option.annotation == "AnyModel":
-        return "MeshModel, GearPair or GearDesign"
-    text, optional = re.subn(r" \| None$", "", option.annotation)
-    text = re.sub(r"Literal\[(.*)\]", r"{\1}", text)
-    text = re.sub(r"Callable\[.*\]\]", "callable]", text)
-    text = re.sub(r"\btuple\[(.*?)\]", r"(\1)", text)
-    text = re.sub(r"Mapping\[str, (.*)\]", r"mapping of str to \1", text)
-    return re.sub(r"\bAxis\b", "Axis or str", text) + (", optional" if optional else "")

@@ -6,7 +6,7 @@ Other speeds are computed between those given, so that the edges of ranges to av
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
 from typing import Any
@@ -25,37 +25,27 @@ _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
 its speed; where none is known it is followed as long as the settings say."""
 
+MOST_SPEEDS = 4000  # most speeds that are computed
+RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
+STEPS_PER_BANDWIDTH = 4
+"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
+
+_MARGIN = 2.0
+"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
+
 
 @dataclass
 class Motion:
-    """One of the motions of a speed.
-
-    Attributes
-    ----------
-    label, period : int
-        Its kind, a `Label`, and its period in mesh periods, 0 where there is none.
-    contact : int
-        Index into `CONTACTS`.
-    dynamic_factor : float
-        Peak of the mesh force over the static one; NaN if the motion diverges.
-    compression : float
-        Least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN if the motion diverges.
-    centre : sequence of float
-        Mean of z and z' over the stroboscopic points of an orbit; 0 for other motions.
-    w : (d,)
-        A state on it at phase 0.
-    leads_to : dict of float to Motion
-        By speed: the motion that it becomes when the speed changes to that one.
-    """
+    """One of the motions of a speed."""
 
     label: int
-    period: int
-    contact: int
-    dynamic_factor: float
-    compression: float
-    centre: Sequence[float]
-    w: np.ndarray
-    leads_to: dict[float, Motion] = field(default_factory=dict)
+    period: int  # in mesh periods, 0 where there is none
+    contact: int  # index into `CONTACTS`
+    dynamic_factor: float  # peak of the mesh force over the static one; NaN if the motion diverges
+    compression: float  # least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN likewise
+    centre: Sequence[float]  # mean of z and z' over the stroboscopic points of an orbit; 0 for other motions
+    w: np.ndarray  # (d,), a state on it at phase 0
+    leads_to: dict[float, Motion] = field(default_factory=dict)  # the motion it becomes when the speed changes to this
 
     @property
     def diverged(self) -> bool:
@@ -71,21 +61,8 @@ class Motion:
 class FollowedMotions:
     """The motions found at speeds that are added one after another.
 
-    Parameters
-    ----------
-    model : MeshModel
-        With a parameter ``speed``.
-    settings : Classification
-    progress : bool
-        Show a progress bar for the random initial states, which take the most time.
-    threads : int, optional
-
-    Attributes
-    ----------
-    speeds : list of float
-        In rising order, rpm.
-    at : dict of float to list of Motion
-        The motions of each speed, the one from rest first.
+    ``speeds`` are in rising order, rpm; ``at`` has the motions of each, the one from rest first. The model has a
+    parameter ``speed``. The progress is that of the random initial states, which take the most time.
     """
 
     def __init__(
@@ -96,44 +73,61 @@ class FollowedMotions:
         self.speeds: list[float] = []
         self.at: dict[float, list[Motion]] = {}
 
-    def add_from_rest(self, speeds: Iterable[float]) -> None:
-        """Add speeds, each with its motion from the initial values of the model."""
+    def add(self, speeds: Sequence[float], starts: int = 0, seed: int = 0) -> None:
+        """Add speeds, with the motions from the initial values of the model, and those from ``starts`` random states.
+
+        Every motion is then followed to both neighbouring speeds, and those found there further, until none is new.
+        """
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
-            w = initial_value_problems(self.model, {"speed": new}, self._names).w
-            self._add(new, w)
+            self._add(new, initial_value_problems(self.model, {"speed": new}, self._names).w)
             self.speeds = sorted(self.at)
-
-    def add_from_random_states(self, speeds: Sequence[float], starts: int, seed: int) -> None:
-        """Add the motions from ``starts`` random initial states at each of some of the speeds."""
-        if not starts or not speeds:
-            return
-        each = np.repeat(speeds, starts)
-        base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
-        values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
-        w = initial_value_problems(base, values, self._names).w
-        self._add(each, w, progress="motions from random states" if self._progress else None)
-
-    def follow(self) -> None:
-        """Follow every motion to both neighbouring speeds, and those found there further, until no new one is found."""
-        pairs = [*zip(self.speeds, self.speeds[1:], strict=False), *zip(self.speeds[1:], self.speeds, strict=False)]
+        if starts and speeds:
+            each = np.repeat(speeds, starts)
+            base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
+            values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
+            w = initial_value_problems(base, values, self._names).w
+            self._add(each, w, progress="motions from random states" if self._progress else None)
+        pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
         while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
                           if there not in motion.leads_to]:
-            speeds = np.array([speed for _, speed in pending])
-            found = self._add(speeds, np.stack([motion.w for motion, _ in pending], axis=1))
+            at = np.array([speed for _, speed in pending])
+            found = self._add(at, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
+    def search(self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int) -> int:
+        """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
+
+        Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
+        motions to be avoided that do not repeat. Resonances have the same relative width at 1/n of the natural
+        frequency for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
+        Returns the number of speeds with random initial states; ``limit`` is that of the dynamic factor.
+        """
+        self.add(speeds, starts, seed)
+        zeta = self.model.value("zeta") or 0.0
+        least = zeta * (self.model.value("speed") or 0.0) / (self.model.value("omega") or 1.0)
+        step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
+        for low, high in pairwise(self.speeds):
+            if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
+                parts = math.ceil((high - low) / (step * max(low, least)))
+                more += np.linspace(low, high, parts + 1)[1:-1].tolist()
+        self.add(more, starts, seed + 1)
+        count = len(self.speeds)
+        while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
+            self.add(new[:room])
+        return count
+
     def named(self) -> dict[str, list[Motion | None]]:
         """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
-        swept: list[list[Motion]] = []
+        swept: list[list[Motion | None]] = []
         for speeds in (self.speeds, self.speeds[::-1]):
             passed = [self.at[speeds[0]][0]]
             for speed in speeds[1:]:
                 passed.append(passed[-1].leads_to[speed])
-            swept.append(passed)
-        rows: dict[str, list[Motion | None]] = {
-            "rest": [self.at[s][0] for s in self.speeds], "rising": [*swept[0]], "falling": [*swept[1][::-1]]}
+            swept.append([*passed])
+        rest: list[Motion | None] = [self.at[s][0] for s in self.speeds]
+        rows = {"rest": rest, "rising": swept[0], "falling": swept[1][::-1]}
         others = [[m for m in self.at[s] if all(m is not row[i] for row in rows.values())]
                   for i, s in enumerate(self.speeds)]
         return {**rows, "other": [
@@ -196,39 +190,6 @@ class FollowedMotions:
 Severity = Callable[[Motion], int]
 """How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to."""
 
-RESOLUTION = 0.005
-"""Share of the speed to which edges and peaks are located."""
-
-STEPS_PER_BANDWIDTH = 4
-"""Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
-
-_MARGIN = 2.0
-"""How many times as far as from its neighbour's a peak of the compression or force may rise between two speeds."""
-
-MOST_SPEEDS = 4000
-"""Most speeds that are computed."""
-
-
-def first_step(model: MeshModel) -> float:
-    """The largest step of the first speeds, over the speed."""
-    return max(2 * (model.value("zeta") or 0.0) / STEPS_PER_BANDWIDTH, RESOLUTION)
-
-
-def dense_speeds(motions: FollowedMotions, severity: Severity, model: MeshModel) -> list[float]:
-    """As many equidistant speeds between two as resonances of the damping ask for, but none amid motions to be avoided
-    that do not repeat.
-
-    They have the same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over
-    within a mesh period, so that none of them stands out.
-    """
-    least = (model.value("zeta") or 0.0) * (model.value("speed") or 0.0) / (model.value("omega") or 1.0)
-    out = []
-    for low, high in pairwise(motions.speeds):
-        if not all(any(severity(m) and not m.period for m in motions.at[end]) for end in (low, high)):
-            parts = math.ceil((high - low) / (first_step(model) * max(low, least)))
-            out += np.linspace(low, high, parts + 1)[1:-1].tolist()
-    return out
-
 
 def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:
     """Speeds in the middle between two that are further apart than the resolution, where one of these holds:
@@ -240,7 +201,7 @@ def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -
     - the largest force of a range to be avoided is at one of them.
     """
     speeds = motions.speeds
-    avoided = [worst(severity, motions.at[s]) for s in speeds]
+    avoided = [max(map(severity, motions.at[s])) for s in speeds]
     chosen = set()
     for i, (low, high) in enumerate(pairwise(speeds)):
         ways = [(m, m.leads_to[there], here) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
@@ -266,11 +227,6 @@ def _near_tips(values: np.ndarray, limit: float, free: np.ndarray) -> set[int]:
     rise = values - np.fmin(padded[:-2], padded[2:])
     peak = (values >= padded[:-2]) & (values >= padded[2:]) & free
     return set(np.flatnonzero(peak & (values + _MARGIN * rise > limit)).tolist())
-
-
-def worst(severity: Severity, motions: list[Motion]) -> int:
-    """How strongly a speed with these motions is to be avoided."""
-    return max(map(severity, motions))
 
 
 def runs(values: Sequence[int]) -> list[list[int]]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import MISSING
 from importlib import import_module
 from pathlib import Path
@@ -33,7 +33,17 @@ def all_studies() -> list[type[Study]]:
 
 def catalogue() -> str:
     """The module `gearchaos.catalogue`: what the public names and the commands need of studies, without their code."""
-    entries = {study.kind: _entry(study) for study in all_studies()}
+    entries = {}
+    for study in all_studies():
+        options = file_options(study).values()
+        entries[study.kind] = {
+            "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
+            "help": _first_sentence(_docstring(study)), "group": study.group, "needs_out": study.needs_out,
+            "summary": study.summary,
+            "axes": {o.name: o.count for o in options if o.is_axis},
+            "options": {o.name: _command_option(o) for o in options if not o.is_axis},
+            "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},
+        }
     return f'''"""All studies by kind: where each stands, and what its command takes.
 
 ``python -m gearchaos.studies.generate`` writes this from the classes of the studies. It is all that public names
@@ -65,19 +75,6 @@ def _literal(value: Any, indent: int) -> str:
     return "\n".join(["{", *(f"{' ' * (indent + 4)}{line}" for line in [*lines, *tables]), f"{' ' * indent}}}"])
 
 
-def _entry(study: type[Study]) -> dict[str, Any]:
-    """The entry of a study in the catalogue."""
-    options = file_options(study).values()
-    return {
-        "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
-        "help": _first_sentence(_docstring(study)), "group": study.group, "needs_out": study.needs_out,
-        "summary": study.summary,
-        "axes": {o.name: o.count for o in options if o.is_axis},
-        "options": {o.name: _command_option(o) for o in options if not o.is_axis},
-        "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},
-    }
-
-
 def _docstring(study: type[Study]) -> str:
     """The docstring of the function of a study."""
     return str(vars(import_module(study.__module__))[study.kind].__doc__)
@@ -89,56 +86,21 @@ def _first_sentence(text: str) -> str:
 
 
 def _command_option(option: Option) -> dict[str, Any]:
-    """What a command needs to know of an option: its type, its words, how its value is written, its choices."""
-    words = _first_sentence(option.words)
-    if option.default not in (MISSING, None, False):
-        default = _plain(option.default)
-        words = f"{words[:-1]}; {default} by default."
+    """What a command needs to know of an option: its type, as `gearchaos.cli.studies` names it, its words, how its
+    value is written, its choices."""
+    words, default = _first_sentence(option.words), option.default
+    if default not in (MISSING, None, False):
+        values = default if isinstance(default, tuple) else (default,)
+        written = " and ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+        words = f"{words[:-1]}; {written} by default."
+    named = {"axis": option.type is Axis, "values": "Mapping" in option.annotation, "str": bool(option.choices),
+             "part": "PathLike" in option.annotation}
     found = {
-        "type": _command_type(option), "help": words, "metavar": option.metavar or "|".join(option.choices),
-        "choices": option.choices, "least": option.least, "required": option.default is MISSING,
-        "file_only": option.file_only,
+        "type": next((name for name, holds in named.items() if holds), option.annotation.removesuffix(" | None")),
+        "help": words, "metavar": option.metavar or "|".join(option.choices), "choices": option.choices,
+        "least": option.least, "required": default is MISSING, "file_only": option.file_only,
     }
     return {name: value for name, value in found.items() if value not in ("", (), None) and value is not False}
-
-
-def _plain(default: Any) -> str:
-    """A default in words."""
-    values = default if isinstance(default, tuple) else (default,)
-    return " and ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
-
-
-def _command_type(option: Option) -> str:
-    """The type of an option of a command, as `gearchaos.cli.studies` names it."""
-    if option.type is Axis:
-        return "axis"
-    if "Mapping" in option.annotation:
-        return "values"
-    if option.choices:
-        return "str"
-    if "PathLike" in option.annotation:
-        return "part"
-    return option.annotation.removesuffix(" | None")
-
-
-def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
-    """The text of ``gearchaos/__init__.pyi``.
-
-    Parameters
-    ----------
-    modules : dict of str to str
-        The module of each public name that is no study.
-    subpackages : iterable of str
-    """
-    studies = all_studies()
-    imported = [("gearchaos", name, f" as {name}") for name in subpackages]
-    imported += [(f"gearchaos.{module}", name, f" as {name}") for name, module in modules.items()]
-    imported += [(study.__module__, study.__name__, f" as _{study.__name__}") for study in studies]
-    imported += [("gearchaos.continuation.edge", "EdgeState", ""), ("gearchaos.continuation.orbit", "Orbit", ""),
-                 ("gearchaos.gears.operating", "AnyModel", "")]
-    lines = [f"from {module} import {name}{own}" for module, name, own in sorted(imported)]
-    parts = [part for study in studies for part in _stub_of(study)]
-    return "\n".join([_STUB_HEAD, *lines, "", "__version__: str", "", *parts])
 
 
 _STUB_HEAD = '''"""The public names for type checkers and editors; at run time ``__init__`` imports them on first use.
@@ -154,30 +116,35 @@ import xarray as xr
 '''
 
 
-def _stub_of(study: type[Study]) -> Iterator[str]:
-    """The function and the class of a study, with their docstrings."""
-    function = _wrapped(f"def {study.kind}(", _written(arguments(study, study.run_options)), f") -> {study.returns}:")
-    yield f'{function}\n    """{_docstring(study)}"""\n'
-    made = _wrapped("    def __init__(", ["self", *_written(arguments(study))], ") -> None: ...")
-    yield f'class {study.__name__}(_{study.__name__}):\n    """{study.__doc__}"""\n\n{made}\n'
+def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
+    """The text of ``gearchaos/__init__.pyi``, from the module of each public name that is no study."""
+    studies = all_studies()
+    imported = [("gearchaos", name, f" as {name}") for name in subpackages]
+    imported += [(f"gearchaos.{module}", name, f" as {name}") for name, module in modules.items()]
+    imported += [(study.__module__, study.__name__, f" as _{study.__name__}") for study in studies]
+    imported += [("gearchaos.continuation.edge", "EdgeState", ""), ("gearchaos.continuation.orbit", "Orbit", ""),
+                 ("gearchaos.gears.operating", "AnyModel", "")]
+    parts = [f"from {module} import {name}{own}" for module, name, own in sorted(imported)]
+    parts += ["", "__version__: str", ""]
+    for study in studies:
+        function = _signature(f"def {study.kind}(", arguments(study, study.run_options), f") -> {study.returns}:")
+        made = _signature("    def __init__(", arguments(study), ") -> None: ...", "self")
+        parts += [f'{function}\n    """{_docstring(study)}"""\n',
+                  f'class {study.__name__}(_{study.__name__}):\n    """{study.__doc__}"""\n\n{made}\n']
+    return "\n".join([_STUB_HEAD, *parts])
 
 
-def _written(options: Iterable[Option]) -> list[str]:
-    """Arguments as they are written in a signature."""
-    out: list[str] = []
+def _signature(start: str, options: Iterable[Option], end: str, *written: str) -> str:
+    """A signature in lines of at most `WIDTH` characters; ``written`` are arguments before the options."""
+    taken = [*written]
     for option in options:
-        if option.keyword and "*" not in out:
-            out.append("*")
+        if option.keyword and "*" not in taken:
+            taken.append("*")
         default = "" if option.default is MISSING else f" = {option.default!r}"
-        out.append(f"{option.name}: {accepted(option)}{default}")
-    return out
-
-
-def _wrapped(start: str, arguments: list[str], end: str) -> str:
-    """A signature in lines of at most `WIDTH` characters."""
-    indent = " " * (len(start) - len(start.lstrip()))
-    text = textwrap.wrap(", ".join(arguments) + ",", WIDTH - len(indent) - 4)
-    return "\n".join([start, *(f"{indent}    {line}" for line in text), f"{indent}{end}"])
+        taken.append(f"{option.name}: {accepted(option)}{default}")
+    indent = " " * (len(start) - len(start.lstrip()) + 4)
+    lines = textwrap.wrap(", ".join(taken) + ",", WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return "\n".join([start, *lines, indent[4:] + end])
 
 
 def files() -> dict[Path, str]:

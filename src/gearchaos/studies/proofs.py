@@ -35,8 +35,7 @@ if TYPE_CHECKING:
 
 _LEAST_BITS, _MOST_BITS = 53, 800
 
-_LARGEST_WIDTH = 1e-3
-"""Largest width of the interval of an event."""
+_LARGEST_WIDTH = 1e-3  # largest width of the interval of an event
 
 
 def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate | Unproved:
@@ -212,18 +211,13 @@ def prove_event(
     lower, model, upper = (model.with_values({axis: v}) for v in (low, value, high))
     for varied in (lower, model, upper):
         box_parameters(varied, axis)
-    return prove_event_facts(kind, axis, [(lower, low), (upper, high)], _event_points(model, period, near), bits)
-
-
-def _event_points(model: MeshModel, period: int | None, near: Mapping[str, float] | None) -> np.ndarray:
-    """Approximate states w (n, d) at τ = k T of the orbit at the event."""
     if near is None or period is None:
-        _, cycle = find_cycle(model, (), period, near)
-        return cycle.points
-    period = whole_number("period", period, 1)
-    family = ParameterFamily(model.with_values(near), ())
-    w = family.initial_states(family.start[None]).T.copy()
-    return sections(family.exact_flow(family.start[None]), w, np.zeros(1, int), np.array([period]))[0]
+        points = find_cycle(model, (), period, near)[1].points
+    else:
+        family, period = ParameterFamily(model.with_values(near), ()), whole_number("period", period, 1)
+        w = family.initial_states(family.start[None]).T.copy()
+        points = sections(family.exact_flow(family.start[None]), w, np.zeros(1, int), np.array([period]))[0]
+    return prove_event_facts(kind, axis, [(lower, low), (upper, high)], points, bits)
 
 
 def _event_of(branch: Any) -> dict[str, Any]:
@@ -260,23 +254,17 @@ def write_verifier(path: Path) -> None:
 def orbit_points(subject: AnyModel | Verdict | Orbit) -> tuple[MeshModel, np.ndarray]:
     """The model of an orbit and its states w (n, d) at τ = k T."""
     if isinstance(subject, Orbit):
-        return subject.model, _states(subject.model, subject.points)
+        batch = vary(subject.model, {})
+        names, points = coordinates(batch), subject.points
+        if set(names) <= set(points):
+            return subject.model, np.stack([points[name] for name in names], axis=1)
+        zero = np.zeros_like(next(iter(points.values())))
+        known = {name: points.get(name, zero) for name in COORDINATES["full"]}
+        return subject.model, from_physical(names, known, *transmission_error_at_start(batch))
     verdict = subject if isinstance(subject, Verdict) else regime(subject)
     if verdict.period is None:
         raise InputError(
             "prove", "must be given a periodic motion", verdict.label,
             "What is proved are periodic orbits; gearchaos.orbit finds unstable ones too.")
-    flow = initial_value_problems(verdict.model).flow
-    point = np.zeros(1, int)
-    return verdict.model, sections(flow, verdict.verdicts.w[:, :1].copy(), point, np.array([verdict.period]))[0]
-
-
-def _states(model: MeshModel, points: dict[str, np.ndarray]) -> np.ndarray:
-    """The states w (n, d) of stroboscopic points that are given by the names of initial values."""
-    batch = vary(model, {})
-    names = coordinates(batch)
-    if set(names) <= set(points):
-        return np.stack([points[name] for name in names], axis=1)
-    zero = np.zeros_like(next(iter(points.values())))
-    known = {name: points.get(name, zero) for name in COORDINATES["full"]}
-    return from_physical(names, known, *transmission_error_at_start(batch))
+    flow, w = initial_value_problems(verdict.model).flow, verdict.verdicts.w[:, :1].copy()
+    return verdict.model, sections(flow, w, np.zeros(1, int), np.array([verdict.period]))[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,8 +22,7 @@ from gearchaos.studies.proofs import write_verifier
 if TYPE_CHECKING:
     import xarray as xr
 
-_BATCH = 1000
-"""Most orbits that are proved by one process: some seconds of work, to which its start adds a few percent."""
+_BATCH = 1000  # most orbits that are proved by one process: some seconds of work, to which its start adds a few percent
 
 Found = dict[str, np.ndarray]
 
@@ -45,25 +45,10 @@ def proofs(
     models: Sequence[MeshModel | None], orbits: np.ndarray, files: Sequence[str | None], *,
     progress: bool = False, threads: int | None = None,
 ) -> Found:
-    """Prove orbits in parallel processes.
+    """Prove orbits in parallel processes, by default one per core.
 
-    Parameters
-    ----------
-    models : sequence of MeshModel or None
-        N models, None where there is no orbit.
-    orbits : (N,) of object
-        The states (n, d) of each orbit, or None; see `orbit_points`.
-    files : sequence of str or None
-        Where the certificates are written.
-    progress : bool
-        Show a progress bar on stderr.
-    threads : int, optional
-        Processes at once; by default one per core.
-
-    Returns
-    -------
-    dict of str to (N,) of int8
-        ``proved`` and ``proof_reason``. They do not depend on the number of processes.
+    There are N models, None where there is no orbit; the states (n, d) of each orbit as `orbit_points` gives them; and
+    the files for the certificates. Gives ``proved`` and ``proof_reason``, (N,) of int8, for any number of processes.
     """
     codes = np.full((len(orbits), 2), (Proved.NOT_PERIODIC, NO_REASON), dtype=np.int8)
     chosen = np.array([i for i, orbit in enumerate(orbits) if orbit is not None], dtype=int)
@@ -120,23 +105,19 @@ def check_folder(certificates: str | None, prove: bool) -> None:
 def proof_counts(parts: Iterable[xr.Dataset]) -> dict[str, Any]:
     """How many cells of a map, given in one or several parts, are proved, as JSON-ready values.
 
-    Returns
-    -------
-    dict
-        ``periodic``: number of cells with a periodic motion; ``proved``: number of those that are proved, ``share`` of
-        them, None if there are none; ``unproved``: number of the others by reason.
+    ``periodic`` is the number of cells with a periodic motion, ``proved`` that of those that are proved, ``share`` the
+    quotient, None if there are none, and ``unproved`` the numbers of the others by reason.
     """
-    periodic, count = 0, 0
-    reasons = {name: 0 for code, name in REASON_CODES.items() if code != NO_REASON}
+    totals = {"proved": Counter[int](), "proof_reason": Counter[int]()}
     for part in parts:
-        proved, reason = part["proved"].values, part["proof_reason"].values
-        periodic += int((proved != Proved.NOT_PERIODIC).sum())
-        count += int((proved == Proved.PROVED).sum())
-        for code, name in REASON_CODES.items():
-            if code != NO_REASON:
-                reasons[name] += int((reason == code).sum())
+        for name, total in totals.items():
+            codes, numbers = np.unique(part[name].values, return_counts=True)
+            total.update(dict(zip(codes.tolist(), numbers.tolist(), strict=True)))
+    proved, reasons = totals.values()
+    periodic, count = proved.total() - proved[Proved.NOT_PERIODIC], proved[Proved.PROVED]
     return {"periodic": periodic, "proved": count, "share": count / periodic if periodic else None,
-            "unproved": {name: n for name, n in reasons.items() if n}}
+            "unproved": {name: reasons[code] for code, name in REASON_CODES.items()
+                         if code != NO_REASON and reasons[code]}}
 
 
 def proof_counts_in_words(counts: dict[str, Any]) -> str:

@@ -19,16 +19,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.continuation.defining import EventSeed
-from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.skeleton import CurveData, Search, find_curves
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import RESUME_ADVICE
 from gearchaos.execute.pools import process_pool, thread_pool
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.curve_dataset import ends_of, parameter_plane, point_variables, special_variables
+from gearchaos.studies.curve import curve_ends, point_variables, special_variables
 from gearchaos.studies.declaration import function_of
+from gearchaos.studies.following import parameter_plane
 from gearchaos.studies.options import Option, axis_option, option
 from gearchaos.studies.study import PROGRESS, WholeStudy
 
@@ -138,52 +138,37 @@ class Skeleton(WholeStudy):
             advice = "" if kept is None else RESUME_ADVICE
             raise OSError("a worker process died. A script must call skeleton under if __name__ == '__main__':, or "
                           f"with workers=1. {advice}".rstrip()) from None
-        return _dataset(family, curves, {**attributes, "failed": json.dumps(Counter(why for _, why in failed))})
+        points, coordinates = point_variables(family, curves)
+        number = np.arange(len(curves))
+        data = {
+            **variables(("point",), {"curve": np.repeat(number, [len(c.values) for c in curves]).astype(int)}),
+            **points,
+            **variables(("number",), {
+                "curve_kind": np.array([c.kind for c in curves], dtype=object),
+                "curve_period": np.array([c.period for c in curves], int),
+                "curve_boundary": np.array([c.boundary or 0 for c in curves], int),
+                "curve_closed": np.array([c.closed for c in curves], bool)}),
+            **special_variables(family, curves),
+            **variables(("special",), {
+                "special_curve": np.repeat(number, [len(c.special) for c in curves]).astype(int)}),
+        }
+        ends = [{"curve": i, **end} for i, c in enumerate(curves) for end in curve_ends(family, c)]
+        return new_dataset(data, coordinates, {
+            **attributes, "failed": json.dumps(Counter(why for _, why in failed)), "ends": json.dumps(ends)})
 
 
 skeleton = function_of(Skeleton)
 
 
-def _dataset(family: ParameterFamily, curves: list[CurveData], attributes: dict[str, Any]) -> xr.Dataset:
-    """The Dataset that `skeleton` returns."""
-    points, coordinates = point_variables(family, curves)
-    number = np.arange(len(curves))
-    data = {
-        "curve": variable("curve", ("point",), np.repeat(number, [len(c.values) for c in curves]).astype(int)),
-        **points,
-        "curve_kind": variable("curve_kind", ("number",), np.array([c.kind for c in curves], dtype=object)),
-        "curve_period": variable("curve_period", ("number",), np.array([c.period for c in curves], int)),
-        "curve_boundary": variable("curve_boundary", ("number",), np.array([c.boundary or 0 for c in curves], int)),
-        "curve_closed": variable("curve_closed", ("number",), np.array([c.closed for c in curves], bool)),
-        **special_variables(family, curves),
-        "special_curve": variable(
-            "special_curve", ("special",), np.repeat(number, [len(c.special) for c in curves]).astype(int)),
-    }
-    ends = [{"curve": i, **end} for i, c in enumerate(curves) for end in ends_of(family, c)]
-    return new_dataset(data, coordinates, {**attributes, "ends": json.dumps(ends)})
-
-
-_ARRAYS = ("points", "values", "residual", "angle")
-"""Fields that are arrays of real numbers."""
+_ARRAYS = ("points", "values", "residual", "angle")  # fields that are arrays of real numbers
 
 
 class SkeletonJournal(dict[str, Any]):
     """Finished work by name, kept in a file; see `gearchaos.continuation.skeleton.Journal`.
 
-    The file is JSON, one document per line: first the settings, then a name and its result each. An item is appended
-    when it is set. A line that was not written to its end is removed when the file is opened again.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which is created if it does not exist.
-    settings : mapping
-        All on which the results depend.
-
-    Raises
-    ------
-    InputError
-        If the file has other settings, is no journal, or cannot be written.
+    The file is JSON, one document per line: first the settings, on which all results depend, then a name and its result
+    each. An item is appended when it is set. A line that was not written to its end is removed when the file is opened
+    again. Raises `InputError` if the file has other settings, is no journal, or cannot be written.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
@@ -214,42 +199,31 @@ class SkeletonJournal(dict[str, Any]):
     def _write(self, document: Any) -> None:
         """Append one document as a line."""
         with self._path.open("ab") as file:
-            file.write(json.dumps(document).encode() + b"\n")
+            file.write(json.dumps(document, default=_plain).encode() + b"\n")
 
     def __setitem__(self, name: str, value: Any) -> None:
         super().__setitem__(name, value)
-        self._write([name, _encoded(value)])
+        self._write([name, {"why": value} if isinstance(value, str) else value])
 
 
-def _encoded(value: Any) -> Any:
-    """The result of a line or a curve as JSON: a list of events, a curve, or why there is none."""
-    if isinstance(value, list):
-        return [_fields(seed) for seed in value]
-    return {"why": value} if isinstance(value, str) else _fields(value)
-
-
-def _fields(value: EventSeed | CurveData) -> dict[str, Any]:
-    """The fields of a value as JSON."""
-    out = {f.name: getattr(value, f.name) for f in fields(value)}
-    if "multipliers" in out:
-        out["multipliers"] = out["multipliers"].view(float).tolist()
-        out["special"] = [[kind, values.tolist()] for kind, values in out["special"]]
-    return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in out.items()}
+def _plain(value: Any) -> Any:
+    """What JSON has for an array, with real and imaginary parts in turn, or for an event or a curve: its fields."""
+    if isinstance(value, np.ndarray):
+        return value.view(float).tolist()
+    return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
 def _decoded(value: Any) -> Any:
     """The result of a line or a curve from JSON."""
     if isinstance(value, list):
-        return [EventSeed(**_arrays(seed)) for seed in value]
+        return [_decoded(seed) for seed in value]
     if "why" in value:
         return value["why"]
-    out = _arrays(value)
+    out: dict[str, Any] = {
+        name: np.array(v, float) if name in _ARRAYS and isinstance(v, list) else v for name, v in value.items()}
+    if "multipliers" not in out:
+        return EventSeed(**out)
     out["multipliers"] = np.array(out["multipliers"], float).view(complex)
     out["special"] = [(kind, np.array(values)) for kind, values in out["special"]]
     out["ends"] = [tuple(end) for end in out["ends"]]
     return CurveData(**out)
-
-
-def _arrays(value: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a value with its arrays of real numbers."""
-    return {name: np.array(v, float) if name in _ARRAYS and isinstance(v, list) else v for name, v in value.items()}

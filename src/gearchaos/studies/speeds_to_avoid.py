@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, provenance, variable
+from gearchaos.datasets import new_dataset, provenance, variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
@@ -19,21 +19,8 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.dynamic_factor import by_standards, loaded, quasi_static_ratio
-from gearchaos.studies.followed_motions import (
-    MOST_SPEEDS,
-    RESOLUTION,
-    STEPS_PER_BANDWIDTH,
-    FollowedMotions,
-    Motion,
-    Severity,
-    dense_speeds,
-    first_step,
-    runs,
-    speeds_between,
-    worst,
-)
-from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.followed_motions import RESOLUTION, STEPS_PER_BANDWIDTH, FollowedMotions, Motion, Severity, runs
+from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -45,8 +32,7 @@ CRITERION = "the teeth separate"
 FORCE_CRITERION = "the dynamic factor is too high"
 """What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
 
-_CRITERIA = ("", FORCE_CRITERION, CRITERION)
-"""In rising order of severity."""
+_CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
 
 MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
 """The motions of a result, and how a reader wants them named."""
@@ -54,8 +40,7 @@ MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed fall
 CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
 """The contact states of `CONTACTS`, as a reader wants them named."""
 
-MOST_PEAKS = 5
-"""Most local peaks of the dynamic factor that are listed for a range."""
+MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
 
 
 @dataclass(frozen=True)
@@ -68,16 +53,10 @@ class Peak:
 
 @dataclass(frozen=True)
 class Reached:
-    """A motion that is to be avoided in a range of speeds.
+    """A motion that is to be avoided in a range of speeds, by one of the words of `MOTIONS`.
 
-    Attributes
-    ----------
-    motion : str
-        One of the words of `MOTIONS`.
-    share : float
-        Share of the range, between 0 and 1, in which this motion is to be avoided.
-    dynamic_factor : float
-        Its largest dynamic factor there; NaN if it diverges at a speed.
+    ``share`` is that of the range, between 0 and 1, in which it is; ``dynamic_factor`` is the largest one there, NaN if
+    the motion diverges at a speed.
     """
 
     motion: str
@@ -87,16 +66,10 @@ class Reached:
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Consecutive computed speeds.
+    """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
 
-    Attributes
-    ----------
-    start, stop : float
-        First and last of the speeds, rpm of wheel 1.
-    dynamic_factor : float
-        Largest peak of the mesh force over the static one in any motion; NaN if all motions of the range diverge.
-    speed_of_largest : float
-        Speed with that dynamic factor, rpm; NaN likewise.
+    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion, at the speed
+    ``speed_of_largest``; both are NaN if all motions of the range diverge.
     """
 
     start: float
@@ -107,23 +80,12 @@ class SpeedRange:
 
 @dataclass(frozen=True)
 class Window(SpeedRange):
-    """Consecutive computed speeds that are to be avoided for the same reason.
+    """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
 
-    Attributes
-    ----------
-    start_resolution, stop_resolution : float
-        How far outside ``start`` and ``stop`` the true edges lie at most, rpm.
-    reached : tuple of Reached
-        In which motions.
-    criterion : str
-        Why: `CRITERION` or `FORCE_CRITERION`.
-    contact : str
-        The worst contact state in the range, one of `CONTACT_WORDS`.
-    from_scan_start, to_scan_end : bool
-        Whether the range begins with the first computed speed, or ends with the last one: it may then go on beyond.
-    peaks : tuple of Peak
-        The local peaks of the dynamic factor in the range, at most the `MOST_PEAKS` largest, in rising order of speed.
-        The first and last computed speeds are no local peaks.
+    The true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. ``contact`` is the worst
+    contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
+    ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
+    most the `MOST_PEAKS` largest, in rising order of speed.
     """
 
     start_resolution: float
@@ -156,21 +118,17 @@ class SpeedsToAvoid:
     criterion : str
         What makes a speed one to avoid, in words.
     quasi_static_ratio : float
-        The peak of the mesh force over the static one at no speed; more than 1 where the
-        stiffness jumps.
+        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps.
     dataset : xarray.Dataset
         Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
         ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
         worst of the motions that are reached from random initial states, or followed from such a motion to other
         speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
-    tried : str
-        From which initial states motions were computed.
+    tried, coarse, transmission_error : str
+        From which initial states motions were computed; what is not known to the resolution, empty if all is; where
+        the transmission error is from.
     resolution : float
         The edges are known to this share of the speed.
-    coarse : str
-        What is not known to that resolution; empty if all is.
-    transmission_error : str
-        Where the transmission error is from.
     """
 
     torque: float
@@ -298,26 +256,13 @@ def speeds_to_avoid(
 
     def severity(motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
-        if separation and motion.contact > 0:
-            return _CRITERIA.index(CRITERION)
         high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
-        return _CRITERIA.index(FORCE_CRITERION if high else "")
+        return 2 if separation and motion.contact > 0 else int(high)
 
-    motions, first = FollowedMotions(model, options, progress=progress, threads=threads), axis.values.tolist()
-    motions.add_from_rest(first)
-    motions.add_from_random_states(first, starts, seed)
-    motions.follow()
-    more = dense_speeds(motions, severity, model)
-    motions.add_from_rest(more)
-    motions.add_from_random_states(more, starts, seed + 1)
-    motions.follow()
-    tried_at = len(motions.speeds)
-    while (room := MOST_SPEEDS - len(motions.speeds)) > 0 and (new := speeds_between(motions, severity, limit)):
-        motions.add_from_rest(new[:room])
-        motions.follow()
-    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds"
-    if starts:
-        tried += f", {starts} random states at {tried_at}"
+    motions = FollowedMotions(model, options, progress=progress, threads=threads)
+    tried_at = motions.search(axis.values.tolist(), severity, limit, starts, seed)
+    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
+        f", {starts} random states at {tried_at}" if starts else "")
     dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
@@ -334,7 +279,7 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
     texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
              if width > 1.01 * RESOLUTION * edge]
     zeta = model.value("zeta") or 0.0
-    if first_step(model) > 2 * zeta / STEPS_PER_BANDWIDTH:
+    if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         texts.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return "; ".join(texts)
 
@@ -342,12 +287,11 @@ def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
     """The motions over the motion and the speed."""
     rows = motions.named().values()
-    missing = {"label": 0, "period": 0, "contact": -1, "dynamic_factor": np.nan}
-    data = {name: variable(name, ("motion", "speed"), np.array(
-        [[none if m is None else getattr(m, name) for m in row] for row in rows],
-        dtype=float if name == "dynamic_factor" else np.int32)) for name, none in missing.items()}
-    return new_dataset(data, {"speed": variable("speed", ("speed",), np.array(motions.speeds)),
-                              "motion": list(MOTIONS)})
+    data = {name: np.array([[none if m is None else getattr(m, name) for m in row] for row in rows], dtype=dtype)
+            for name, none, dtype in (("label", 0, np.int32), ("period", 0, np.int32), ("contact", -1, np.int32),
+                                      ("dynamic_factor", np.nan, float))}
+    return new_dataset(variables(("motion", "speed"), data), {
+        "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)})
 
 
 def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
@@ -355,7 +299,7 @@ def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) 
     speeds, known = dataset["speed"].values, _largest_factors(dataset)
     steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
     severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    found, windows = [worst(severity, motions.at[s]) for s in motions.speeds], []
+    found, windows = [max(map(severity, motions.at[s])) for s in motions.speeds], []
     for own, first, last in ((found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]]):
         part = dataset.isel(speed=slice(first, last + 1))
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)

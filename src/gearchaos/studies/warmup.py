@@ -37,10 +37,7 @@ def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, flo
 
 
 def _run(dimension: int) -> tuple[int, float]:
-    """Classify one motion of this dimension and differentiate it, which compiles all kernels.
-
-    Returns the dimension and the seconds.
-    """
+    """Classify one motion of this dimension and differentiate it, which compiles all kernels; it and the seconds."""
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension]), {})
     system = switched_system(batch)

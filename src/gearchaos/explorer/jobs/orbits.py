@@ -19,7 +19,7 @@ from gearchaos.explorer.jobs.point import PointMotion, in_units
 from gearchaos.explorer.view.bounds import BRANCH_POINTS, SKELETON_LINES
 from gearchaos.explorer.view.state import View
 from gearchaos.model import COORDINATES, MeshModel, state_names
-from gearchaos.studies.branch_dataset import branch_dataset
+from gearchaos.studies.branch import branch_dataset
 
 _BRANCH_SETTINGS = Settings(longest=2e-2, points=BRANCH_POINTS)
 """Steps short enough that a branch looks smooth over the whole range of the diagram."""

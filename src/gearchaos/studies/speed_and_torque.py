@@ -1,30 +1,133 @@
-"""The dynamic factor of a gear pair: along the speed, by the standards, and in the limit of no speed."""
+"""Gears over speed and torque: the map of their motions, and the dynamic factor beside those of standards."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import numbers
+import re
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gearchaos.datasets import variable
+from gearchaos.datasets import variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START, resonance, standards
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM
-from gearchaos.model import vary
+from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import SwitchedAffine, switched_system
-from gearchaos.studies.axis import Axis
+from gearchaos.studies.axis import Axis, as_axis, axis_example
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.operating_map import operating_axis
+from gearchaos.studies.zones import Zones
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_STEP = 0.01
+"""Distance of the instants at which the force after a jump is first sampled, over the time constant of the fastest
+mode."""
+
+_LONGEST = 7.0
+"""Time for which it is sampled, over the time constant of the slowest mode: the overshoot is over by then."""
+
+_MOST_INSTANTS = 200_000
+_NEWTON_STEPS = 4
+
+
+def operating_map(
+    gears: AnyModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1, refine: int = 1,
+    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
+) -> xr.Dataset:
+    """A map of the kinds of motion over speed and torque, in physical units.
+
+    Every cell is a model of its own: the torque also changes what follows from it, such as a mesh stiffness by the rule
+    for low loads.
+
+    Parameters
+    ----------
+    gears : GearDesign or GearPair, or the model of one
+        A design needs no speed and torque of its own.
+    speed : Axis or str
+        Speeds of wheel 1: "500:4500:200" (start, stop, count) in rpm, "500 rpm:4500 rpm:200", or an `Axis` with the
+        name "speed".
+    torque : Axis or str
+        Torques at wheel 1, plain numbers in N m, likewise.
+    starts, refine, settings, progress, threads
+        As in `zones`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `zones` over (torque, speed), in the units of `physical`. The coordinates ``omega`` and
+        ``q0`` have the dimensionless mesh frequency and torque of wheel 1, the coordinate ``mesh_frequency`` the mesh
+        frequency in Hz.
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, as for a `MeshModel` made of dimensionless values, or an axis is wrong.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.operating_map(design, speed="1000:6000:6", torque="50:200:4")
+    >>> found.label.dims, found.v_rms.attrs["units"]
+    (('torque', 'speed'), 'mm/s')
+    """
+    axes = operating_axis("speed", speed), operating_axis("torque", torque)
+    if isinstance(gears, MeshModel):
+        checked_operating_model(gears)
+    study = Zones(gears, *axes, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]  # gears become a model
+    dataset = study.run(progress=progress, threads=threads)
+    return in_operating_units(dataset, checked_operating_model(study.model))
+
+
+def checked_operating_model(model: MeshModel) -> OperatingModel:
+    """A model of gears as such; raises `InputError` for a dimensionless one."""
+    if not isinstance(model, OperatingModel):
+        raise InputError("gears", "must be a GearDesign or a GearPair, or the model of one",
+                         f"a {type(model).__name__}",
+                         "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
+    return model
+
+
+def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset:
+    """A map over speed and torque in physical units, with its dimensionless coordinates."""
+    speeds, torques = dataset["speed"].values, dataset["torque"].values
+    torque, speed = (v.ravel() for v in np.meshgrid(torques, speeds, indexing="ij"))
+    batch = vary(model, {"speed": speed, "torque": torque})
+    omega, q1 = (np.reshape(batch[name], (len(torques), len(speeds))) for name in ("omega", "q1"))
+    return physical(dataset).assign_coords({
+        **variables(("torque", "speed"), {"omega": omega, "q0": q1[:, 0]}),
+        **variables(("speed",), {"mesh_frequency": model.gears.to_pair().n1 * speeds / 60})})
+
+
+def operating_axis(name: str, given: Axis | str, field: str = "") -> Axis:
+    """The axis of a speed or torque; a text may leave out the name. ``field`` is its name in error messages."""
+    field, example = field or name, axis_example(name).partition("=")[2]
+    advice = f"E.g. {example}."
+    if not isinstance(given, (str, Axis)):
+        arguments, real = ", ".join(example.split(":")), isinstance(given, numbers.Real)
+        value = f"{given:g}" if real else example.partition(":")[0]
+        raise InputError(field, "must be an Axis or a text", given if real else f"a {type(given).__name__}",
+                         f"E.g. '{example}' or Axis('{name}', {arguments}); one value alone is "
+                         f"'{value}:{value}:1'.")
+    if isinstance(given, str) and "=" not in given:
+        if not re.fullmatch(r"[^:]*:[^:]*:[^:]*", given):
+            raise InputError(field, "must read start:stop:count", given, advice)
+        given = f"{name}={given}"
+    axis = as_axis(given, field)
+    if axis.name != name:
+        raise InputError(field, f"must be an axis of {name}", axis.name, advice)
+    return axis
 
 
 def dynamic_factor(
@@ -84,12 +187,11 @@ def dynamic_factor(
     at_start = loaded(design, torque).at(speed=axis.start)
     model = as_model(at_start)
     study = Bifurcation(model, axis, points=0, mode=mode, settings=settings)
-    beside = {**by_standards(at_start, axis.values),
-              "quasi_static_ratio": variable("quasi_static_ratio", (), np.array(quasi_static_ratio(model)))}
-    return physical(study.run(progress=progress, threads=threads)).assign(beside).assign_coords(
-        mesh_frequency=variable("mesh_frequency", ("speed",), at_start.teeth[0] * axis.values / 60),
-        torque=variable("torque", (), np.array(at_start.torque)),
-    ).assign_attrs(study="dynamic_factor")
+    beside = {**by_standards(at_start, axis.values), **variables((), {
+        "quasi_static_ratio": np.array(quasi_static_ratio(model))})}
+    return physical(study.run(progress=progress, threads=threads)).assign(beside).assign_coords(variables(("speed",), {
+        "mesh_frequency": at_start.teeth[0] * axis.values / 60, "torque": np.array(at_start.torque),
+    })).assign_attrs(study="dynamic_factor")
 
 
 def loaded(design: Any, torque: Any) -> GearDesign:
@@ -138,46 +240,18 @@ def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variabl
     return out
 
 
-_STEP = 0.01
-"""Distance of the instants at which the force after a jump is first sampled, over the time constant of the fastest
-mode."""
-
-_LONGEST = 7.0
-"""Time for which it is sampled, over the time constant of the slowest mode: the overshoot is over by then."""
-
-_MOST_INSTANTS = 200_000
-_NEWTON_STEPS = 4
-
-
 def quasi_static_ratio(model: AnyModel) -> float:
     """The peak of the mesh force over the static one as the speed goes to 0: more than 1 where the stiffness jumps.
 
-    Parameters
-    ----------
-    model : MeshModel, GearPair or GearDesign
-        With a static load; its speed has no effect.
+    A dynamic factor is to be divided by it before it is compared with K_v of a standard, in which the load passes from
+    pair to pair without a jump. The speed of the model, which has a static load, has no effect.
 
-    Returns
-    -------
-    float
-        What a dynamic factor is to be divided by before it is compared with K_v of a standard, in which the load passes
-        from pair to pair without a jump.
-
-    Notes
-    -----
     At no speed the transmission error accelerates nothing, and on each part of the mesh period the deflection comes to
     rest at F/c, where F is the static mesh force. Where the stiffness jumps from c_a to c_b, the deflection stays and
     the force becomes F c_b/c_a. It then approaches F as a free damped vibration, at any speed: a rise of the stiffness
     has its peak at the jump, a fall overshoots by F (1 − c_b/c_a) exp(−2ζ arccos ζ/√(1 − ζ²)), where ζ is the damping
     ratio at c_b, if only the relative rotation vibrates. The ratio is the largest of these peaks over F, 1 without a
     jump. With two levels it is c_max/c_min.
-
-    Examples
-    --------
-    >>> import gearchaos as gc
-    >>> from gearchaos.studies.dynamic_factor import quasi_static_ratio
-    >>> round(quasi_static_ratio(gc.MeshModel.of(q0=0.1, chi1=0.4, chi2=0.2)), 12)
-    1.75
     """
     system = switched_system(vary(as_model(model), {}))
     static, level = float(system.static_force[0]), system.levels[0]
@@ -191,23 +265,18 @@ def quasi_static_ratio(model: AnyModel) -> float:
 def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:
     """The largest mesh force after a jump of the stiffness, from rest at the stiffness ``before``."""
     A, b, f0, e0 = system.A[0], system.b[0], system.f0[0], np.eye(system.dimension)[0]
-
-    def at_rest(stiffness: float) -> np.ndarray:
-        return np.linalg.solve(A - stiffness * np.outer(b, e0), -f0 - stiffness * b)
-
-    rest = at_rest(after)
+    start, rest = (np.linalg.solve(A - c * np.outer(b, e0), -f0 - c * b) for c in (before, after))
     rates, modes = np.linalg.eig(A - after * np.outer(b, e0))
     force = after * e0 + system.damping[0] * np.eye(system.dimension)[1]  # the row that gives the mesh force
-    shares = (force @ modes) * np.linalg.solve(modes, at_rest(before) - rest)
+    shares = (force @ modes) * np.linalg.solve(modes, start - rest)
 
-    def derivative(order: int) -> Callable[[np.ndarray], np.ndarray]:
-        return lambda t: (np.exp(np.multiply.outer(t, rates)) @ (shares * rates**order)).real
+    def derivative(order: int, t: np.ndarray) -> np.ndarray:
+        return (np.exp(np.multiply.outer(t, rates)) @ (shares * rates**order)).real
 
-    value, slope, curvature = (derivative(order) for order in range(3))
     end, step = _LONGEST / np.abs(rates.real).min(), _STEP / np.abs(rates).max()
     t = np.linspace(0, end, min(_MOST_INSTANTS, int(end / step) + 2))
-    best = t[[int(np.argmax(value(t)))]]
+    best = t[[int(np.argmax(derivative(0, t)))]]
     if best[0] > 0:
         for _ in range(_NEWTON_STEPS):
-            best = best - slope(best) / curvature(best)
-    return float(after * (rest[0] - 1) + value(best)[0])
+            best = best - derivative(1, best) / derivative(2, best)
+    return float(after * (rest[0] - 1) + derivative(0, best)[0])
