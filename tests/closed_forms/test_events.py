@@ -17,8 +17,7 @@ from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
 from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.event_search import find_events
-from gearchaos.continuation.events import FLIP, GRAZE, locate
+from gearchaos.continuation.events import FLIP, GRAZE, find_events, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_branches, line_seeds
 from gearchaos.continuation.orbit import find_cycle

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.skeleton import CurveData
 from gearchaos.dynamics import Classification, Label, classify, orbits
 
 CURVE, BASIN, UNEXPLAINED = 1, 2, 3
@@ -36,50 +36,26 @@ _TILE = 4096
 class Sides:
     """The sides of cells at which a periodic motion ends.
 
-    Attributes
-    ----------
-    cell : (S, 2)
-        Row and column of the cell with the motion.
-    neighbour : (S, 2)
-        Row and column of the neighbour with another motion.
-    period : (S,)
-        Period of the motion.
-    cause : (S,)
-        `CURVE`, `BASIN` or `UNEXPLAINED`.
-    curve : (S,)
-        Index of the curve, −1 for none; the first one if there are several.
-    seen : (C,)
-        Whether each curve passes one of these sides that is not on a basin boundary, and at which it can end the
-        motion. A curve that is not seen belongs to motions that coexist with those of the map.
+    A curve is seen if it passes one of them that is not on a basin boundary, and at which it can end the motion. One
+    that is not seen belongs to motions that coexist with those of the map.
     """
 
-    cell: np.ndarray
-    neighbour: np.ndarray
-    period: np.ndarray
-    cause: np.ndarray
-    curve: np.ndarray
-    seen: np.ndarray
+    cell: np.ndarray  # (S, 2) row and column of the cell with the motion
+    neighbour: np.ndarray  # (S, 2) row and column of the neighbour with another motion
+    period: np.ndarray  # (S,) of the motion
+    cause: np.ndarray  # (S,) `CURVE`, `BASIN` or `UNEXPLAINED`
+    curve: np.ndarray  # (S,) index of the curve, −1 for none; the first one if there are several
+    seen: np.ndarray  # (C,) whether each curve is
 
 
 def explain_sides(
     family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
     curves: Sequence[CurveData], longest: int, settings: Classification | None = None,
 ) -> Sides:
-    """Find why periodic motions end at the sides of the cells of a map.
+    """Find why periodic motions end at the sides of the cells of a map, at parameters x (X,) and y (Y,).
 
-    Parameters
-    ----------
-    family : ParameterFamily
-        The model along both axes, with the initial values of the map.
-    x, y : (X,), (Y,)
-        Values of the parameters at the cells.
-    label, period : (Y, X)
-        The motions, as codes of `Label`, and their periods.
-    curves : sequence of CurveData
-    longest : int
-        Largest period of the motions considered.
-    settings : Classification, optional
-        Those with which the map was computed.
+    ``label`` and ``period`` (Y, X) are the motions from the initial values of the family, as codes of `Label`, and
+    their periods, computed with these settings; ``longest`` is the largest period considered.
     """
     motion = np.where(label == Label.PERIODIC, period, 0)
     cells, neighbours = _sides(label, motion, longest)

@@ -7,26 +7,27 @@ Piecewise-smooth Dynamical Systems, 2008.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
 from gearchaos.continuation.arclength import Equations, Point, along
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.event_search import match
 from gearchaos.continuation.events import (
     FLIP,
     FOLD,
     GRAZE,
-    MIN_DIVERGENCE,
     NEIMARK_SACKER,
+    branch_test,
     critical_pair,
+    flip_test,
     locate,
+    match,
     of_data,
+    pair_test,
 )
-from gearchaos.continuation.shooting import Cycle
 
 _RESONANCES = {"1:1": 0.0, "1:4": np.pi / 2, "1:3": 2 * np.pi / 3, "1:2": np.pi}
 """Arguments of the multipliers at the strong resonances of a Neimark–Sacker curve."""
@@ -39,20 +40,11 @@ _STEP = 1e-3
 """Step of the differences for the normal form of a flip, in half backlashes."""
 
 
-@dataclass(frozen=True, eq=False)
-class SpecialPoint:
-    """A point of codimension 2.
+class SpecialPoint(NamedTuple):
+    """A point of codimension 2."""
 
-    Attributes
-    ----------
-    kind : str
-        Such as "cusp" or "grazing-fold".
-    point : Point
-        The point of the curve; its data is an `EventState`.
-    """
-
-    kind: str
-    point: Point
+    kind: str  # such as "cusp" or "grazing-fold"
+    point: Point  # of the curve; its data is an `EventState`
 
 
 def find_special_points(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
@@ -62,15 +54,11 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
         before, after = test(first.data), test(last.data)
         if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
             point = locate(equations, first, last, of_data(test))
-            if point is not None and _belongs(name, point.data.cycle):
-                found.append(SpecialPoint(name, point))
+            if point is None or (name.endswith("neimark-sacker") and not critical_pair(point.data.cycle)[1]):
+                continue
+            found.append(SpecialPoint(name, point))
     found += _second_grazes(equations, first, last, kind)
     return sorted(found, key=lambda s: along(equations.weights, first, s.point.u))
-
-
-def _belongs(name: str, cycle: Cycle) -> bool:
-    """Whether an orbit is a point of this kind: two real multipliers with the product 1 belong to a neutral saddle."""
-    return not name.endswith("neimark-sacker") or abs(critical_pair(cycle)[0].imag) > MIN_DIVERGENCE
 
 
 def _tests(
@@ -80,31 +68,21 @@ def _tests(
     if kind == FOLD:
         yield "cusp", lambda s: _aligned_curvature(s, reference)
         yield "1:1 resonance", lambda s: _others(s, 1.0)
-        yield "fold-flip", lambda s: _all(s, -1.0)
+        yield "fold-flip", lambda s: flip_test(s.cycle)
         yield "fold-neimark-sacker", lambda s: _pairs(s, 1.0)
     elif kind == FLIP:
         yield "generalised flip", lambda s: flip_coefficient(s, equations)
         yield "1:2 resonance", lambda s: _others(s, -1.0)
-        yield "fold-flip", lambda s: _all(s, 1.0)
+        yield "fold-flip", lambda s: branch_test(s.cycle)
         yield "flip-neimark-sacker", lambda s: _pairs(s, -1.0)
     elif kind == NEIMARK_SACKER:
         for name, angle in _RESONANCES.items():
-            yield f"{name} resonance", partial(_from_angle, angle)
+            yield f"{name} resonance", partial(lambda angle, s: float(s.angle or 0.0) - angle, angle)
     elif kind == GRAZE:
-        yield "grazing-fold", lambda s: _all(s, 1.0)
-        yield "grazing-flip", lambda s: _all(s, -1.0)
+        yield "grazing-fold", lambda s: branch_test(s.cycle)
+        yield "grazing-flip", lambda s: flip_test(s.cycle)
         if len(reference.cycle.multipliers) > 2:
-            yield "grazing-neimark-sacker", lambda s: _pairs(s, None)
-
-
-def _from_angle(angle: float, state: EventState) -> float:
-    """Argument of the critical multiplier less an angle."""
-    return float(state.angle or 0.0) - angle
-
-
-def _all(state: EventState, value: float) -> float:
-    """Π (μ − value) over all multipliers."""
-    return float(np.prod(state.cycle.multipliers - value).real)
+            yield "grazing-neimark-sacker", lambda s: pair_test(s.cycle)
 
 
 def _others(state: EventState, value: float) -> float:
@@ -113,11 +91,10 @@ def _others(state: EventState, value: float) -> float:
     return float(np.prod(np.delete(m, np.argmin(np.abs(m - value))) - value).real)
 
 
-def _pairs(state: EventState, critical: float | None) -> float:
+def _pairs(state: EventState, critical: float) -> float:
     """Π (μ_i μ_j − 1) over the pairs of multipliers other than the critical one."""
     m = state.cycle.multipliers
-    if critical is not None:
-        m = np.delete(m, np.argmin(np.abs(m - critical)))
+    m = np.delete(m, np.argmin(np.abs(m - critical)))
     return float(np.prod([a * b - 1.0 for a, b in combinations(m, 2)]).real) if len(m) > 1 else 1.0
 
 

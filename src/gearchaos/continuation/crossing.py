@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from gearchaos.continuation.arclength import Point, Stopped, correct, length
 from gearchaos.continuation.codimension2 import SpecialPoint
 from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
-from gearchaos.continuation.events import FLIP, FOLD, flip_test, pair_test
+from gearchaos.continuation.events import TESTS
 from gearchaos.continuation.shooting import Cycle, evaluate
 
 _REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
@@ -34,7 +34,6 @@ _STEEP = np.logspace(-7, -0.5, 14)
 _ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STEEP[::-1]])
 """Angles on the half circle between which the curve is searched, dense near the graze curve."""
 
-
 _WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)
 """Angles on the circle about a corner that is no graze."""
 
@@ -45,30 +44,11 @@ _SEPARATE = 0.3
 """Least distance of these from each other, relative to the radius."""
 
 
-def test_function(kind: str, cycle: Cycle) -> float:
-    """The function of the multipliers that vanishes at an event of this kind."""
-    if kind == FOLD:
-        return float(np.prod(cycle.multipliers - 1.0).real)
-    return flip_test(cycle) if kind == FLIP else pair_test(cycle)
+def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[SpecialPoint, Point | None] | None:
+    """The corner of a curve, not of a graze, at a graze, and the first point of the curve beyond it, None if it is not
+    found again.
 
-
-def beyond_graze(
-    equations: EventEquations, points: Sequence[Point]
-) -> tuple[SpecialPoint, Point | None] | None:
-    """The corner of a curve at a graze, and the first point of the curve beyond it.
-
-    Parameters
-    ----------
-    equations : EventEquations
-        Those of the event, no graze.
-    points : sequence of Point
-        The curve so far; at the last point z nearly touches a boundary.
-
-    Returns
-    -------
-    SpecialPoint
-    Point or None
-        The tangent leads away from the corner; None if the curve is not found again.
+    At the last of the points, the curve so far, z nearly touches a boundary. The tangent leads away from the corner.
     """
     try:
         grazes = _Grazes(equations, points[-1])
@@ -98,8 +78,8 @@ class _Grazes:
     def at(self, gap: float) -> GrazeEquations:
         """The equations of orbits whose extremum lies this much above the boundary."""
         e = self.equations
-        spans = tuple(1.0 / np.sqrt(e.weights[e.size : e.size + 2]))
-        return GrazeEquations(e.family, e.period, (spans[0], spans[1]), self.boundary + gap, self.instant)
+        x, y = 1.0 / np.sqrt(e.weights[e.size : e.size + 2])
+        return GrazeEquations(e.family, e.period, (x, y), self.boundary + gap, self.instant)
 
     def gap(self, cycle: Cycle) -> float:
         """How far the extremum of an orbit lies above the boundary."""
@@ -109,15 +89,11 @@ class _Grazes:
         """The orbit at a distance from a graze along its curve, with a gap."""
         return correct(self.at(gap), origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
 
-    def test(self, point: Point) -> float:
-        """The test function of the event at an orbit."""
-        return test_function(self.equations.kind, point.data.cycle)
-
     def corner(self) -> Point | None:
         """The graze at which the event occurs too, nearest to the origin."""
 
         def value(distance: float) -> float:
-            return self.test(self.point(self.origin, distance, 0.0))
+            return _value(self.equations.kind, self.point(self.origin, distance, 0.0))
 
         for inner, outer in pairwise(_REACH):
             for sign in (1.0, -1.0):
@@ -133,22 +109,16 @@ class _Grazes:
             def on_circle(angle: float, radius: float = radius) -> Point:
                 return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
 
-            for root in roots_on_circle(self.test, on_circle, _ANGLES):
-                found = first_point(self.equations, corner.u, root.u, points, radius)
+            for root in roots_on_circle(partial(_value, self.equations.kind), on_circle, _ANGLES):
+                found = _first_point(self.equations, corner.u, root.u, points, radius)
                 if found is not None:
                     return found
         return None
 
 
 class _Slice:
-    """Orbits along two parameters in the plane through a point, at a right angle to one direction.
-
-    Parameters
-    ----------
-    equations : EventEquations
-        Those of the event, whose family, period and weights are used.
-    origin, across : (n d + 2,)
-    """
+    """Orbits along the two parameters of an event's equations, in the plane through ``origin`` (n d + 2,) at a right
+    angle to ``across`` (n d + 2,)."""
 
     def __init__(self, equations: EventEquations, origin: np.ndarray, across: np.ndarray) -> None:
         self.family, self.period = equations.family, equations.period
@@ -182,15 +152,18 @@ def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | N
         across = -np.sin(angle) * first + np.cos(angle) * second
         return correct(_Slice(equations, origin, across), origin + radius * along, along, along)
 
-    def test(point: Point) -> float:
-        return test_function(equations.kind, point.data.cycle)
-
     for radius in _RADII[:2]:
-        for root in roots_on_circle(test, partial(on_circle, radius=radius), _WHOLE_CIRCLE):
-            found = first_point(equations, origin, root.u, points, radius)
+        around = partial(on_circle, radius=radius)
+        for root in roots_on_circle(partial(_value, equations.kind), around, _WHOLE_CIRCLE):
+            found = _first_point(equations, origin, root.u, points, radius)
             if found is not None:
                 return found
     return None
+
+
+def _value(kind: str, point: Point) -> float:
+    """The test function of an event of this kind at an orbit."""
+    return TESTS[kind](point.data.cycle)
 
 
 def roots_on_circle(
@@ -213,25 +186,12 @@ def roots_on_circle(
                 continue
 
 
-def first_point(
+def _first_point(
     equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point], radius: float
 ) -> Point | None:
-    """The point of the event's curve next to an orbit near a corner, with the tangent away from the corner.
+    """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,).
 
-    Parameters
-    ----------
-    equations : EventEquations
-    corner, u : (n d + 2,)
-        Points and parameters at the corner, and of the orbit.
-    points : sequence of Point
-        The curve so far, to which the point must not belong.
-    radius : float
-        Distance of the orbit from the corner.
-
-    Returns
-    -------
-    Point or None
-        None if Newton's method leads elsewhere.
+    Its tangent leads away from the corner. None if Newton's method leads elsewhere, or it belongs to the curve so far.
     """
     size, weights = len(u), equations.weights[: len(u)]
     if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):

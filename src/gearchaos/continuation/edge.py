@@ -13,8 +13,7 @@ import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import Orbit
-from gearchaos.continuation.same_orbit import SAME_ATTRACTOR, minimal
-from gearchaos.continuation.shooting import Cycle, converge
+from gearchaos.continuation.shooting import SAME_ATTRACTOR, Cycle, converge, minimal
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.settings import SINGLE_MOTION

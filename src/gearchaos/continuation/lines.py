@@ -7,13 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.branch import Branch, follow_branch
+from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.events import FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.same_orbit import minimal, passes, same_cycle, shift_difference
-from gearchaos.continuation.shooting import Cycle, converge
-from gearchaos.continuation.switching import doubled_start, follow_doubled
+from gearchaos.continuation.shooting import Cycle, converge, minimal, passes, same_cycle, shift_difference
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.errors import InputError
@@ -38,33 +36,16 @@ pitchforks need a symmetry that a second parameter breaks."""
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a map.
-
-    Attributes
-    ----------
-    model : MeshModel
-    axes : (str, str)
-    bounds : two pairs of float
-    along : int
-        Index of the axis along which the parameter varies, 0 or 1.
-    value : float
-        Value of the other parameter.
-    cells : int
-        Number of equidistant places at which motions are searched.
-    starts : int
-        Number of initial states at each place, besides the model's own.
-    period : int
-        Largest period of the orbits followed, in mesh periods.
-    """
+    """A line of a map."""
 
     model: MeshModel
     axes: tuple[str, str]
     bounds: tuple[tuple[float, float], tuple[float, float]]
-    along: int
-    value: float
-    cells: int
-    starts: int
-    period: int
+    along: int  # index of the axis along which the parameter varies, 0 or 1
+    value: float  # of the other parameter
+    cells: int  # number of equidistant places at which motions are searched
+    starts: int  # number of initial states at each place, besides the model's own
+    period: int  # largest one of the orbits followed, in mesh periods
 
 
 def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:

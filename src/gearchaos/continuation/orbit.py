@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.same_orbit import minimal, passes, same_cycle
-from gearchaos.continuation.shooting import Cycle, converge
+from gearchaos.continuation.shooting import Cycle, converge, count_unstable, minimal, passes, same_cycle
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics import orbits as polishing
@@ -32,9 +31,6 @@ _STARTS = 256
 _MAX_STARTS = 100_000
 _LATER = (1, 2, 4, 8, 16, 32, 64)
 """Mesh periods after which the motions from the initial states are taken as further guesses."""
-
-_UNIT_CIRCLE = 1e-9
-"""Distance from 1 up to which the modulus of a multiplier counts as 1."""
 
 
 class Switch(NamedTuple):
@@ -111,11 +107,6 @@ class Orbit(HasCard):
 def pairs(multipliers: np.ndarray) -> list[list[float]]:
     """Complex numbers as [re, im]."""
     return [[float(m.real), float(m.imag)] for m in multipliers]
-
-
-def count_unstable(multipliers: np.ndarray) -> int:
-    """Number of multipliers outside the unit circle."""
-    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
 def orbit(

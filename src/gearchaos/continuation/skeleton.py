@@ -8,7 +8,7 @@ the number of workers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, MutableMapping
+from collections.abc import MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.curve import SETTINGS, Bounds, Curve, follow_curve
+from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve
 from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.lines import Line, line_seeds
-from gearchaos.continuation.same_orbit import shift_difference
+from gearchaos.continuation.shooting import shift_difference
 from gearchaos.execute.pool import Pool
 from gearchaos.execute.progress import bar
 from gearchaos.model import MeshModel
@@ -30,54 +30,6 @@ _ON_CURVE = 4e-3
 
 _SAME_ORBIT = 0.3
 """… and no coordinate of the two orbits differs by more than this, relative to the largest coordinate."""
-
-
-@dataclass(frozen=True, eq=False)
-class CurveData:
-    """A curve as plain arrays.
-
-    Attributes
-    ----------
-    kind : str
-    period : int
-    values : (P, 2)
-        Both parameters.
-    points : (P, n, d)
-        The orbits.
-    multipliers : (P, d)
-    residual : (P,)
-    angle : (P,)
-        For a Neimark–Sacker curve, the argument of the critical multiplier, in radians; otherwise NaN.
-    special : list of (str, (2,))
-        Points of codimension 2.
-    ends : list of (float, float, str)
-    closed : bool
-    boundary : int or None
-    """
-
-    kind: str
-    period: int
-    values: np.ndarray
-    points: np.ndarray
-    multipliers: np.ndarray
-    residual: np.ndarray
-    angle: np.ndarray
-    special: list[tuple[str, np.ndarray]]
-    ends: list[tuple[float, float, str]]
-    closed: bool
-    boundary: int | None
-
-
-def as_data(curve: Curve) -> CurveData:
-    """A curve as plain arrays."""
-    states = [point.data for point in curve.points]
-    return CurveData(
-        curve.kind, curve.period, curve.values, np.stack([s.cycle.points for s in states]),
-        np.stack([s.cycle.multipliers for s in states]), np.array([p.residual for p in curve.points]),
-        np.array([np.nan if s.angle is None else s.angle for s in states]),
-        [(s.kind, s.point.data.cycle.values) for s in curve.special],
-        [(e.x, e.y, e.why) for e in curve.ends], curve.closed, curve.boundary,
-    )
 
 
 def on_curve(seed: EventSeed, curve: CurveData, spans: np.ndarray) -> bool:
@@ -122,53 +74,30 @@ class CurveWork:
         """The curve of a seed, or why there is none."""
         family = ParameterFamily(self.model, self.axes)
         try:
-            return as_data(follow_curve(family, seed, self.bounds, self.settings))
+            return follow_curve(family, seed, self.bounds, self.settings)
         except (Stopped, np.linalg.LinAlgError) as error:
             return str(error)
 
 
 @dataclass(frozen=True)
 class Search:
-    """Where the events of a skeleton are searched.
+    """Where the events of a skeleton are searched."""
 
-    Attributes
-    ----------
-    period : int
-        Largest period of the orbits, in mesh periods.
-    lines : (int, int)
-        Numbers of lines along the first and along the second axis on which branches are followed.
-    cells : (int, int)
-        Numbers of places on these lines at which stable motions are searched.
-    starts : int
-        Number of initial states at each place, besides the model's own.
-    """
-
-    period: int
-    lines: tuple[int, int]
-    cells: tuple[int, int]
-    starts: int
+    period: int  # largest one of the orbits, in mesh periods
+    lines: tuple[int, int]  # on which branches are followed, along the first and along the second axis
+    cells: tuple[int, int]  # places on these lines at which stable motions are searched
+    starts: int  # initial states at each place, besides the model's own
 
 
 @dataclass
 class _Group:
-    """Events of one kind, period and boundary, and the curves found from them so far.
-
-    Attributes
-    ----------
-    name : str
-    seeds : list of EventSeed
-    next : int
-        Index of the first seed that has not been treated yet.
-    curves : list of CurveData
-    failed : list of (EventSeed, str)
-        Events whose curve could not be followed, and why.
-    """
+    """Events of one kind, period and boundary, and the curves found from them so far."""
 
     name: str
     seeds: list[EventSeed] = field(default_factory=list)
-    next: int = 0
+    next: int = 0  # index of the first seed that has not been treated yet
     curves: list[CurveData] = field(default_factory=list)
-    failed: list[tuple[EventSeed, str]] = field(default_factory=list)
+    failed: list[tuple[EventSeed, str]] = field(default_factory=list)  # whose curve could not be followed, and why
 
     @property
     def work_name(self) -> str:
@@ -196,27 +125,10 @@ def find_curves(
     model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: Search, *,
     settings: Settings = SETTINGS, journal: Journal | None = None, progress: bool = False,
 ) -> tuple[list[CurveData], list[tuple[EventSeed, str]]]:
-    """The curves of all events of orbits up to a period that are found in a window.
+    """The curves of all events of orbits up to a period that are found in a window, between the ends of both axes; and
+    the events whose curve could not be followed, and why.
 
-    Parameters
-    ----------
-    model : MeshModel
-    axes : (str, str)
-    bounds : two pairs of float
-        Ends of both axes.
-    pool : Pool
-        Computes lines and curves.
-    search : Search
-    settings : Settings
-        Steps along the curves.
-    journal : mapping, optional
-        Work that is finished already, to which what is computed is added.
-
-    Returns
-    -------
-    list of CurveData
-    list of (EventSeed, str)
-        Events whose curve could not be followed, and why.
+    What is computed is added to the journal of the work that is finished already.
     """
     done = {} if journal is None else journal
     inside = [np.linspace(*bounds[1 - along], 2 * search.lines[along] + 1)[1::2] for along in (0, 1)]
@@ -229,7 +141,12 @@ def find_curves(
         for name, future in pool.results(_LineWork(work), missing):
             done[name] = future.result()
             advance(1)
-    groups = _groups(seed for name in work for seed in done[name])
+    named: dict[str, _Group] = {}
+    for seed in (seed for name in work for seed in done[name]):
+        name = f"{seed.kind} {seed.period} {seed.boundary or 0}"
+        named.setdefault(name, _Group(name)).seeds.append(seed)
+    # groups with most events first, so that no long one is left for the end
+    groups = sorted(named.values(), key=lambda group: -len(group.seeds))
     spans = np.array([high - low for low, high in bounds])
     _follow(groups, pool, CurveWork(model, axes, bounds, settings), spans, done, progress)
     return [c for g in groups for c in g.curves], [f for g in groups for f in g.failed]
@@ -245,44 +162,32 @@ class _LineWork:
         return line_seeds(self.lines[name])
 
 
-def _groups(seeds: Iterable[EventSeed]) -> list[_Group]:
-    """The events in groups; those with most events first, so that no long group is left for the end."""
-    groups: dict[str, _Group] = {}
-    for seed in seeds:
-        name = f"{seed.kind} {seed.period} {seed.boundary or 0}"
-        groups.setdefault(name, _Group(name)).seeds.append(seed)
-    return sorted(groups.values(), key=lambda group: -len(group.seeds))
-
-
 def _follow(
     groups: list[_Group], pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal, progress: bool
 ) -> None:
     """Follow the curves of all groups, one curve of a group at a time."""
     pending: dict[Future[Any], _Group] = {}
     with bar("curves" if progress else None, sum(len(group.seeds) for group in groups)) as advance:
+
+        def submit_next(group: _Group) -> None:
+            """Take all results for a group that are there, and submit the next event on no known curve if any."""
+            before = group.next
+            while group.skip_known(spans):
+                if group.work_name not in done:
+                    pending[pool.submit(work, group.seeds[group.next])] = group
+                    break
+                group.add(done[group.work_name], spans)
+            advance(group.next - before)
+
         try:
             for group in groups:
-                _submit_next(group, pool, work, spans, done, pending, advance)
+                submit_next(group)
             while pending:
                 finished, _ = wait(pending, return_when=FIRST_COMPLETED)
                 for future in finished:
                     group = pending.pop(future)
                     done[group.work_name] = future.result()
-                    _submit_next(group, pool, work, spans, done, pending, advance)
+                    submit_next(group)
         finally:
             for future in pending:
                 future.cancel()
-
-
-def _submit_next(
-    group: _Group, pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal,
-    pending: dict[Future[Any], _Group], advance: Any,
-) -> None:
-    """Take all results for a group that are there, and submit the next event on no known curve if there is one."""
-    before = group.next
-    while group.skip_known(spans):
-        if group.work_name not in done:
-            pending[pool.submit(work, group.seeds[group.next])] = group
-            break
-        group.add(done[group.work_name], spans)
-    advance(group.next - before)

@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.branch import cascade as follow_cascade
+from gearchaos.continuation.branch import follow_asymmetric, follow_branch
 from gearchaos.continuation.events import FLIP, KINDS, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import Orbit, as_orbit, check_period, checked_state, find_cycle
 from gearchaos.continuation.shooting import Cycle
-from gearchaos.continuation.switching import cascade as follow_cascade
-from gearchaos.continuation.switching import follow_asymmetric
 from gearchaos.datasets import provenance
 from gearchaos.errors import InputError
 from gearchaos.quantities import Rule

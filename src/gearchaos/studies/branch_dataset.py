@@ -13,8 +13,7 @@ from gearchaos.continuation.arclength import length
 from gearchaos.continuation.branch import Branch
 from gearchaos.continuation.events import FOLD, Event
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.orbit import count_unstable
-from gearchaos.continuation.shooting import Cycle, CycleEquations
+from gearchaos.continuation.shooting import Cycle, CycleEquations, count_unstable
 from gearchaos.datasets import describe, new_dataset, variable
 from gearchaos.dynamics import Label, classify, orbits
 from gearchaos.dynamics.response import compute_response

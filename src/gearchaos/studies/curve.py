@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.curve import SETTINGS, event_at, find_event, follow_curve
+from gearchaos.continuation.curve import SETTINGS, CurveData, event_at, find_event, follow_curve
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
-from gearchaos.continuation.skeleton import CurveData, as_data
 from gearchaos.datasets import new_dataset, provenance
 from gearchaos.errors import InputError
 from gearchaos.studies.axis import Axis
@@ -129,7 +128,7 @@ class Curve(FollowingStudy):
         """The curve of an event; raises `InputError` if it cannot be followed."""
         bounds = ((self.x.start, self.x.stop), (self.y.start, self.y.stop))
         try:
-            return as_data(follow_curve(self._family, seed, bounds, self.step_lengths))
+            return follow_curve(self._family, seed, bounds, self.step_lengths)
         except Stopped as stop:
             raise InputError("event", "must be one whose curve can be followed", seed.kind,
                              f"At {self.x.name} = {seed.values[0]:.10g} it cannot: {stop}.") from None

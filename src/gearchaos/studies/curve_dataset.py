@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.continuation.branch import outside
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.skeleton import CurveData
 from gearchaos.datasets import variable
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, state_names

@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.defining import EventSeed
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.skeleton import CurveData, Search, find_curves
+from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
