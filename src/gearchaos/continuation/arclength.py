@@ -14,34 +14,23 @@ import numpy as np
 
 from gearchaos.errors import InputError
 
-TOLERANCE = 1e-12
-"""Newton's method ends at a residual of at most this: no equation is violated by more."""
-
-ACCEPTED = 1e-10
-"""Largest residual of a point whose residual Newton's method cannot lower any more."""
+TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
+ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
 
 _ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
-_FAR = 0.1
-"""Distance from the guess at which Newton's method has left its neighbourhood."""
-
-_LEAST_COSINE = 0.97
-"""Least cosine of the angle between the tangents of neighbouring points."""
+_FAR = 0.1  # distance from the guess at which Newton's method has left its neighbourhood
+_LEAST_COSINE = 0.97  # least cosine of the angle between the tangents of neighbouring points
 
 _CORNER, _LEAST_AT_CORNER = 1e-4, 0.5
 """Steps up to this length may turn more, by this cosine at most: where a contact switch falls on a jump of the
 stiffness, the derivatives of P have a kink, and curves a corner."""
 
-_STRAIGHT = 0.995
-"""From this cosine on the next step may be longer."""
-
-_MAX_CORRECTION = 0.3
-"""Largest distance of a point from its prediction, relative to the step."""
-
-_LARGE = 1.5
-"""Orbits of a larger amplitude are followed in steps that are longer in proportion."""
+_STRAIGHT = 0.995  # from this cosine on the next step may be longer
+_MAX_CORRECTION = 0.3  # largest distance of a point from its prediction, relative to the step
+_LARGE = 1.5  # orbits of a larger amplitude are followed in steps that are longer in proportion
 
 
 class Equations(Protocol):

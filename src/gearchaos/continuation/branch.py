@@ -45,13 +45,11 @@ from gearchaos.errors import InputError
 
 AXIS_END, CLOSED, POINT_LIMIT = "end of the axis", "returns to its start", "point limit"
 UNBOUNDED = "amplitude above 1000 half backlashes"
-LARGEST = 1e3
-"""Largest coordinate of a stroboscopic point that a branch is followed to."""
+LARGEST = 1e3  # largest coordinate of a stroboscopic point that a branch is followed to
 
 MIRRORED = "joins a branch at a pitchfork"
 HALVED = "joins a branch of half the period"
-JOINS = (MIRRORED, HALVED)
-"""The ends at branches of other orbits."""
+JOINS = (MIRRORED, HALVED)  # the ends at branches of other orbits
 
 _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 """Half widths of intervals about the end of a branch in which the flip is searched at which it ends."""
@@ -59,11 +57,8 @@ _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 _SEPARATE = 1e-2
 """An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
 
-_MOVED = 1e-6
-"""Largest change of a coordinate between the orbits near an end of the axis and at it."""
-
-CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)
-"""The kinds of events at which stability may change."""
+_MOVED = 1e-6  # largest change of a coordinate between the orbits near an end of the axis and at it
+CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)  # the kinds of events at which stability may change
 
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""

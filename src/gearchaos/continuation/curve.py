@@ -10,19 +10,15 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
-from gearchaos.continuation.codimension2 import SpecialPoint, find_special_points
-from gearchaos.continuation.crossing import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, EventState, event_equations
 from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, has_half_period, joins_half_period, returned_start
+from gearchaos.continuation.special_points import SpecialPoint, beyond_graze, beyond_kink, find_special_points
 from gearchaos.errors import InputError
 
-SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)
-"""Steps along a curve, unless others are given."""
-
-_TOUCHING = 1e-3
-"""Distance of an extremum of z from a boundary up to which a curve that stops has met a graze."""
+SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)  # steps along a curve, unless others are given
+_TOUCHING = 1e-3  # distance of an extremum of z from a boundary up to which a curve that stops has met a graze
 
 _AT_EVENT, _AT_GRAZE = 1e-4, 1e-7
 """Distance of a multiplier from its critical value, or of an extremum of z from a boundary, up to which an orbit is at
@@ -31,12 +27,10 @@ an event. At a fold, a multiplier changes by the square root of a rounding error
 _SAME_PLACE = 1e-6
 """Distance of two points of codimension 2 of one kind, relative to the axes, below which they are one."""
 
-_MAX_CORNERS = 8
-"""Most corners at grazes that a curve is followed through."""
+_MAX_CORNERS = 8  # most corners at grazes that a curve is followed through
 
 MERGED = "the extremum of z vanishes together with a neighbouring one"
-_MERGING = 1e-2
-"""Distance in mesh periods up to which two extrema of nearly the same z are about to merge."""
+_MERGING = 1e-2  # distance in mesh periods up to which two extrema of nearly the same z are about to merge
 
 AT_FLIP = "joins the flip curve of half the period"
 

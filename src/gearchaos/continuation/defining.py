@@ -18,14 +18,9 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.flow import SensitivityFlow
 
-_STEP = 1e-6
-"""Step of the central differences, in half backlashes."""
-
-_ANGLE_WEIGHT = 1e-2
-"""Weight of the argument of a multiplier in the arclength."""
-
-CRITICAL = {FOLD: 1.0, FLIP: -1.0}
-"""The critical multiplier by kind of event."""
+_STEP = 1e-6  # step of the central differences, in half backlashes
+_ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength
+CRITICAL = {FOLD: 1.0, FLIP: -1.0}  # the critical multiplier by kind of event
 
 
 @dataclass(frozen=True, eq=False)

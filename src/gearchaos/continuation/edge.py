@@ -20,14 +20,9 @@ from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 
-_CLOSE = 1e-8
-"""Distance to which two states are brought together."""
-
-_APART = 1e-4
-"""Distance at which they are brought together again."""
-
-_BETWEEN = 15
-"""States tried at once between the two."""
+_CLOSE = 1e-8  # distance to which two states are brought together
+_APART = 1e-4  # distance at which they are brought together again
+_BETWEEN = 15  # states tried at once between the two
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,23 +29,18 @@ FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
 _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0}
 """By how many the number of multipliers outside the unit circle can change at an event."""
 
-_RELATIVE = 1e-14
-"""To this fraction of the distance of the two points an event is located."""
+_RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
 of the two points."""
 
-_MIN_DIVERGENCE = 1e-9
-"""Imaginary part from which a critical pair of multipliers counts as complex."""
-
-_HALVINGS = 4
-"""Times that the distance of two points is halved to follow what changes between them."""
+_MIN_DIVERGENCE = 1e-9  # imaginary part from which a critical pair of multipliers counts as complex
+_HALVINGS = 4  # times that the distance of two points is halved to follow what changes between them
 
 _BISECTIONS = 60
 
-_TOUCHING = 1e-9
-"""Largest distance of an extremum of z from a boundary that it touches."""
+_TOUCHING = 1e-9  # largest distance of an extremum of z from a boundary that it touches
 
 
 @dataclass(frozen=True, eq=False)

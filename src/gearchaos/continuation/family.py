@@ -20,8 +20,7 @@ _WEIGHTS = np.array([0, -1, 9, -45, 45, -9, 1]) / 60
 """Central differences of sixth order. The arrays of a system are polynomials, sines or simple fractions of each
 parameter, so that the differences are exact to about 1e-12."""
 
-_STEP = 5e-3
-"""Step of the differences, relative to the parameter."""
+_STEP = 5e-3  # step of the differences, relative to the parameter
 
 _LEAST = 0.1
 """Least magnitude to which the step is relative, for parameters by which the equations do not divide; the largest is 1,

@@ -18,16 +18,14 @@ from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model.switched import reversed_in_time, velocity_signs
 
-_DISTANCE = 1e-5
-"""Distance from the saddle at which the fundamental segment begins, in half backlashes."""
+_DISTANCE = 1e-5  # distance from the saddle at which the fundamental segment begins, in half backlashes
 
 _FIRST_POINTS = 17
 _SHARPEST = 0.3
 """Largest angle between neighbouring pieces of a resolved curve, in radians; pieces shorter than a tenth of the largest
 distance may turn more."""
 
-_MAX_POINTS = 100_000
-"""Most points of one branch of a manifold."""
+_MAX_POINTS = 100_000  # most points of one branch of a manifold
 
 _MAX_IMAGES = 200
 _ENDED = 1e-2

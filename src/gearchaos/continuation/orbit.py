@@ -22,11 +22,8 @@ from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, state_names
 from gearchaos.validation import to_float
 
-LONGEST_PERIOD = 1024
-"""Largest period of an orbit, in mesh periods."""
-
-_STARTS = 256
-"""Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
+LONGEST_PERIOD = 1024  # largest period of an orbit, in mesh periods
+_STARTS = 256  # number of further initial states from which the nearest orbit is searched where Newton's method fails
 
 _MAX_STARTS = 100_000
 _LATER = (1, 2, 4, 8, 16, 32, 64)

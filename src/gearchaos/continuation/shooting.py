@@ -22,12 +22,10 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
 from gearchaos.flow import OK, PeriodResult
 
-_UNIT_CIRCLE = 1e-9
-"""Distance from 1 up to which the modulus of a multiplier counts as 1."""
+_UNIT_CIRCLE = 1e-9  # distance from 1 up to which the modulus of a multiplier counts as 1
 
 _ITERATIONS = 30
-_MAX_CHANGE = 0.25
-"""Largest change of `_positions` in a step."""
+_MAX_CHANGE = 0.25  # largest change of `_positions` in a step
 
 SAME_ATTRACTOR = 1e-4
 """An orbit is an attractor known already if one of its points is one of the attractor's, up to this distance."""
