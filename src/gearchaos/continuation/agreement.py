@@ -29,6 +29,9 @@ _SAME_FAMILY = 0.5
 """Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of
 1 and the largest coordinate."""
 
+_ENDED = {FOLD: (1,), NEIMARK_SACKER: (1,), PITCHFORK: (1,), FLIP: (1, 2)}
+"""The periods, in those of a curve, of the motions that are born or lose their stability there, by kind."""
+
 _TILE = 4096
 
 
@@ -70,7 +73,8 @@ def explain_sides(
     index = np.full(len(cells), -1)
     seen = np.zeros(len(curves), bool)
     for number, curve in enumerate(curves):
-        possible = np.flatnonzero((cause != BASIN) & _can_end(curve, n))
+        ended = [multiple * curve.period for multiple in _ENDED.get(curve.kind, ())]
+        possible = np.flatnonzero((cause != BASIN) & np.isin(n, ended))
         hit = possible[_near(curve.values / spacing, values[possible] / spacing, beyond[possible] / spacing)]
         seen[number] = len(hit) > 0
         first_hit = hit[cause[hit] == UNEXPLAINED]
@@ -78,21 +82,13 @@ def explain_sides(
     return Sides(cells, neighbours, n, cause, index, seen)
 
 
-def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
-    """Whether motions of these periods (S,) can be born or lose their stability on a curve."""
-    periods = [curve.period] if curve.kind in (FOLD, NEIMARK_SACKER, PITCHFORK) else []
-    periods = [curve.period, 2 * curve.period] if curve.kind == FLIP else periods
-    return np.isin(period, periods)
-
-
 def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows and columns (S, 2) of periodic cells, and of their neighbours with another kind of motion or period."""
-    rows, columns = motion.shape
     at = np.indices(motion.shape).reshape(2, -1).T
     cells, neighbours = [], []
     for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         other = at + step
-        inside = (other[:, 0] >= 0) & (other[:, 0] < rows) & (other[:, 1] >= 0) & (other[:, 1] < columns)
+        inside = np.all((other >= 0) & (other < motion.shape), axis=1)
         here, there = at[inside], other[inside]
         own = motion[here[:, 0], here[:, 1]]
         different = (own != motion[there[:, 0], there[:, 1]]) & (own > 0) & (own <= longest)
