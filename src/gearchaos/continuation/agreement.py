@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.curve import CurveData
+from gearchaos.continuation.curve import CurveData, from_polyline
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics import Classification, Label, classify, orbits
@@ -119,12 +119,6 @@ def _near(polyline: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     out = np.zeros(len(a), bool)
     low, high = polyline.min(axis=0) - _WITHIN, polyline.max(axis=0) + _WITHIN
     middle = 0.5 * (a + b)
-    candidates = np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1))
-    start, direction = polyline[:-1], np.diff(polyline, axis=0)
-    square = np.maximum((direction**2).sum(axis=1), 1e-300)
-    for i in candidates:
-        offset = middle[i] - start
-        share = np.clip((offset * direction).sum(axis=1) / square, 0.0, 1.0)
-        gap = offset - share[:, None] * direction
-        out[i] = np.hypot(*gap.T).min() <= _WITHIN
+    for i in np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1)):
+        out[i] = from_polyline(polyline, middle[i])[0].min() <= _WITHIN
     return out

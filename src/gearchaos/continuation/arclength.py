@@ -175,10 +175,17 @@ def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[P
 def _next(
     equations: Equations, before: Point, point: Point, size: float, settings: Settings
 ) -> tuple[Point, float]:
-    """The next point at a distance of at most ``size``, and the length of the step after it."""
+    """The next point at a distance of at most ``size``, and the length of the step after it.
+
+    It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
+    after a turn.
+    """
+    turned = before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT
     while True:
         try:
-            guess = _predicted(equations, before, point, size)
+            guess = point.u + size * point.tangent
+            if not turned:
+                guess = _hermite(equations.weights, point, (before, point), size)
             after = correct(equations, guess, point.tangent, point.tangent, size)
             cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
@@ -195,16 +202,6 @@ def _next(
         if size <= settings.shortest:
             raise Stopped(cause)
         size = max(settings.shortest, 0.5 * size)
-
-
-def _predicted(equations: Equations, before: Point, point: Point, size: float) -> np.ndarray:
-    """Where the next point at a distance is expected: on the cubic through the last two points with their tangents.
-
-    On the tangent for the first step, and after a turn.
-    """
-    if before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT:
-        return point.u + size * point.tangent
-    return _hermite(equations.weights, point, (before, point), size)
 
 
 def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], distance: float) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
-from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve
+from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve, from_polyline
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.events import FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
@@ -174,10 +174,7 @@ def on_curve(seed: EventSeed, curve: CurveData, spans: np.ndarray) -> bool:
     """Whether an event lies on a curve, with about the same orbit; ``spans`` (2,) are the lengths of the axes."""
     if (seed.kind, seed.period, seed.boundary) != (curve.kind, curve.period, curve.boundary):
         return False
-    a, b = curve.values[:-1] / spans, curve.values[1:] / spans
-    direction, offset = b - a, seed.values / spans - a
-    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
-    distance = np.linalg.norm(offset - share[:, None] * direction, axis=1)
+    distance, share = from_polyline(curve.values / spans, seed.values / spans)
     size = max(1.0, float(np.abs(seed.points).max()))
     for i in np.flatnonzero(distance < _ON_CURVE):
         points = curve.points[i] + share[i] * (curve.points[i + 1] - curve.points[i])
@@ -275,8 +272,8 @@ def find_curves(
         for along in (0, 1) for i, value in enumerate(inside[along])
     }
     with bar("lines" if progress else None, len(work), sum(name in done for name in work)) as advance:
-        missing = (name for name in work if name not in done)
-        for name, future in pool.results(_LineWork(work), missing):
+        missing = (item for item in work.items() if item[0] not in done)
+        for (name, _), future in pool.results(_named_line_seeds, missing):
             done[name] = future.result()
             advance(1)
     named: dict[str, _Group] = {}
@@ -290,14 +287,9 @@ def find_curves(
     return [c for g in groups for c in g.curves], [f for g in groups for f in g.failed]
 
 
-@dataclass(frozen=True)
-class _LineWork:
-    """The events on lines, by the names of the lines."""
-
-    lines: dict[str, Line]
-
-    def __call__(self, name: str) -> list[EventSeed]:
-        return line_seeds(self.lines[name])
+def _named_line_seeds(item: tuple[str, Line]) -> list[EventSeed]:
+    """The events on a line that has a name."""
+    return line_seeds(item[1])
 
 
 def _follow(

@@ -216,10 +216,8 @@ class _Grazes:
         self.equations, extrema = equations, point.data.cycle.extrema
         number = int(np.argmin(np.abs(np.abs(extrema[:, 1]) - 1.0)))
         self.boundary, self.instant = int(np.sign(extrema[number, 1])), float(extrema[number, 0])
-        size = equations.size + 2
-        self.weights = equations.weights[:size]
-        normal = point.tangent[:size]
-        self.origin = correct(self.at(0.0), point.u[:size], normal, normal)
+        normal = point.tangent[: equations.size + 2]
+        self.origin = correct(self.at(0.0), point.u[: equations.size + 2], normal, normal)
 
     def at(self, gap: float) -> GrazeEquations:
         """The equations of orbits whose extremum lies this much above the boundary."""
@@ -239,7 +237,7 @@ class _Grazes:
         """The graze at which the event occurs too, nearest to the origin."""
 
         def value(distance: float) -> float:
-            return _value(self.equations.kind, self.point(self.origin, distance, 0.0))
+            return TESTS[self.equations.kind](self.point(self.origin, distance, 0.0).data.cycle)
 
         for inner, outer in pairwise(_REACH):
             for sign in (1.0, -1.0):
@@ -250,16 +248,11 @@ class _Grazes:
 
     def beyond(self, corner: Point, side: float, points: Sequence[Point]) -> Point | None:
         """The first point of the curve on one side of the graze: gap positive or negative."""
-        for radius in _RADII:
 
-            def on_circle(angle: float, radius: float = radius) -> Point:
-                return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
+        def on_circle(radius: float, angle: float) -> Point:
+            return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
 
-            for root in roots_on_circle(partial(_value, self.equations.kind), on_circle, _ANGLES):
-                found = _first_point(self.equations, corner.u, root.u, points, radius)
-                if found is not None:
-                    return found
-        return None
+        return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points)
 
 
 class _Slice:
@@ -293,23 +286,26 @@ def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | N
     _, _, right = np.linalg.svd(points[-1].data.cycle.jacobian / np.sqrt(weights))
     first, second = (v / np.sqrt(weights) for v in right[-2:])
 
-    def on_circle(angle: float, radius: float) -> Point:
+    def on_circle(radius: float, angle: float) -> Point:
         along = np.cos(angle) * first + np.sin(angle) * second
         across = -np.sin(angle) * first + np.cos(angle) * second
         return correct(_Slice(equations, origin, across), origin + radius * along, along, along)
 
-    for radius in _RADII[:2]:
-        around = partial(on_circle, radius=radius)
-        for root in roots_on_circle(partial(_value, equations.kind), around, _WHOLE_CIRCLE):
-            found = _first_point(equations, origin, root.u, points, radius)
+    return _first_on_circles(equations, origin, on_circle, _RADII[:2], _WHOLE_CIRCLE, points)
+
+
+def _first_on_circles(
+    equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
+    radii: Sequence[float], angles: np.ndarray, points: Sequence[Point],
+) -> Point | None:
+    """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles."""
+    test = of_data(lambda state: TESTS[equations.kind](state.cycle))
+    for radius in radii:
+        for root in roots_on_circle(test, partial(on_circle, radius), angles):
+            found = _first_point(equations, corner, root.u, points, radius)
             if found is not None:
                 return found
     return None
-
-
-def _value(kind: str, point: Point) -> float:
-    """The test function of an event of this kind at an orbit."""
-    return TESTS[kind](point.data.cycle)
 
 
 def roots_on_circle(
