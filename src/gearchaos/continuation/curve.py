@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -227,18 +225,25 @@ def _extrema_merge(state: EventState) -> bool:
     return bool(np.any((lags < _MERGING) & (heights < _MERGING**2)))
 
 
-def _end_between(
-    curve: _Piece, equations: EventEquations, point: Point, bounds: Bounds
-) -> tuple[Point, str] | None:
+def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds: Bounds) -> tuple[Point, str] | None:
     """The point at which the curve ends between its last point and this one, and why; None if it goes on."""
     last = curve.points[-1]
-    for test, why, bound in _end_tests(equations, bounds):
-        if test(point) < 0:
-            found = locate(equations, last, point, test) if test(last) > 0 else None
-            if found is None or bound is None:
+    limits = [  # index of an unknown, its limit, on which side of it the curve lies, why it ends there
+        (equations.size + i, bound, inwards, AXIS_END)
+        for i, pair in enumerate(bounds) for bound, inwards in zip(pair, (1.0, -1.0), strict=True)]
+    if equations.kind == NEIMARK_SACKER:
+        limits += [(-1, 0.0, 1.0, "1:1 resonance"), (-1, np.pi, -1.0, "1:2 resonance")]
+    for index, limit, inwards, why in limits:
+
+        def inside(p: Point, index: int = index, limit: float = limit, inwards: float = inwards) -> float:
+            return inwards * float(p.u[index] - limit)
+
+        if inside(point) < 0:
+            found = locate(equations, last, point, inside) if inside(last) > 0 else None
+            if found is None or why != AXIS_END:
                 return found or last, why
             u = found.u.copy()
-            u[bound[0]] = bound[1]
+            u[index] = limit
             return point_of(equations, u, found.tangent, found.step), why
     if equations.amplitude(point.u) > LARGEST:
         return point, UNBOUNDED
@@ -248,25 +253,3 @@ def _end_between(
         return found or last, AT_FLIP
     returned = returned_start(equations, curve.points[0], last, point) if len(curve.points) > 3 else None
     return None if returned is None else (returned, CLOSED)
-
-
-_EndTest = tuple[Callable[[Point], float], str, "tuple[int, float] | None"]
-
-
-def _end_tests(equations: EventEquations, bounds: Bounds) -> list[_EndTest]:
-    """Functions of a point that become negative where a curve ends, why it ends there, and at which value of which
-    unknown if that is the end of an axis."""
-    tests: list[_EndTest] = []
-    for i in (0, 1):
-        for bound, inwards in zip(bounds[i], (1.0, -1.0), strict=True):
-            index = equations.size + i
-            tests.append((partial(_inside, index, bound, inwards), AXIS_END, (index, bound)))
-    if equations.kind == NEIMARK_SACKER:
-        tests.append((lambda p: float(p.u[-1]), "1:1 resonance", None))
-        tests.append((lambda p: float(np.pi - p.u[-1]), "1:2 resonance", None))
-    return tests
-
-
-def _inside(index: int, bound: float, inwards: float, point: Point) -> float:
-    """How far an unknown lies inside a bound."""
-    return inwards * float(point.u[index] - bound)

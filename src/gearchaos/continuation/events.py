@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -205,9 +204,9 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
     index, new = match(first.data.extrema, last.data.extrema, first.data.period)
     if not (halvings and _may_touch_twice(equations, first, last, index)):
         found = list[Event | None]()
-        for search in _graze_searches(equations, first, last, index, new):
-            found.append(search())
-            if found[-1] is None and halvings:
+        for event in _touched(equations, first, last, index, new):
+            found.append(event)
+            if event is None and halvings:
                 break
         else:
             return [event for event in found if event is not None]
@@ -217,22 +216,23 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
     return _grazes(equations, first, point, halvings - 1) + _grazes(equations, point, last, halvings - 1)
 
 
-def _graze_searches(
+def _touched(
     equations: Equations, first: Point, last: Point, index: np.ndarray, new: list[tuple[int, int]]
-) -> Iterator[Callable[[], Event | None]]:
-    """A search for each extremum, and each pair of extrema that appears or vanishes, that must touch a boundary."""
+) -> Iterator[Event | None]:
+    """The graze, None if it is not found, of each extremum and each pair of them that appears or vanishes, that must
+    touch a boundary."""
     for number, other in enumerate(index):
         for boundary in (1, -1) if other >= 0 else ():
             gap = first.data.extrema[number, 1] - boundary
             if gap * (last.data.extrema[other, 1] - boundary) < 0:
-                yield partial(_graze, equations, first, last, number, boundary)
+                yield _graze(equations, first, last, number, boundary)
     vanished = np.flatnonzero(index < 0).tolist()
     for point, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
         for pair in pairs:
             for boundary in (1, -1):
                 low, high = sorted(point.data.extrema[list(pair), 1])
                 if low < boundary < high:
-                    yield partial(_graze_of_new_pair, equations, first, last, point is last, boundary, pair)
+                    yield _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
 
 
 def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
