@@ -15,14 +15,13 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
-from gearchaos.continuation.codimension2 import flip_coefficient
 from gearchaos.continuation.defining import EventState
-from gearchaos.continuation.event_search import find_events
-from gearchaos.continuation.events import FLIP, GRAZE, locate
+from gearchaos.continuation.events import FLIP, GRAZE, find_events, locate
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.lines import Line, line_branches, line_seeds
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.continuation.shooting import CycleEquations
+from gearchaos.continuation.skeleton import Line, line_branches, line_seeds
+from gearchaos.continuation.special_points import flip_coefficient
 
 BORN = [
     ("eps1", (0.0, 0.4), {"zeta": 0.038, "q0": 0.218, "eps1": 0.076, "omega": 1.148, "eps3": 0.043}),

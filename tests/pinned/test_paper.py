@@ -22,7 +22,7 @@ import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 from gearchaos.flow import StoppedError
-from gearchaos.flow.kernels.cancellation import raise_if_cancelled
+from gearchaos.flow.exact import raise_if_cancelled
 from gearchaos.model import MeshModel, TwoLevelStiffness, mesh_stiffness
 from gearchaos.paper import build, claims, settings
 from gearchaos.paper.cache import ComputationCache

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearchaos.continuation.curve import CurveData, from_polyline
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.skeleton import CurveData
 from gearchaos.dynamics import Classification, Label, classify, orbits
 
 CURVE, BASIN, UNEXPLAINED = 1, 2, 3
@@ -29,6 +29,9 @@ _SAME_FAMILY = 0.5
 """Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of
 1 and the largest coordinate."""
 
+_ENDED = {FOLD: (1,), NEIMARK_SACKER: (1,), PITCHFORK: (1,), FLIP: (1, 2)}
+"""The periods, in those of a curve, of the motions that are born or lose their stability there, by kind."""
+
 _TILE = 4096
 
 
@@ -36,50 +39,26 @@ _TILE = 4096
 class Sides:
     """The sides of cells at which a periodic motion ends.
 
-    Attributes
-    ----------
-    cell : (S, 2)
-        Row and column of the cell with the motion.
-    neighbour : (S, 2)
-        Row and column of the neighbour with another motion.
-    period : (S,)
-        Period of the motion.
-    cause : (S,)
-        `CURVE`, `BASIN` or `UNEXPLAINED`.
-    curve : (S,)
-        Index of the curve, −1 for none; the first one if there are several.
-    seen : (C,)
-        Whether each curve passes one of these sides that is not on a basin boundary, and at which it can end the
-        motion. A curve that is not seen belongs to motions that coexist with those of the map.
+    A curve is seen if it passes one of them that is not on a basin boundary, and at which it can end the motion. One
+    that is not seen belongs to motions that coexist with those of the map.
     """
 
-    cell: np.ndarray
-    neighbour: np.ndarray
-    period: np.ndarray
-    cause: np.ndarray
-    curve: np.ndarray
-    seen: np.ndarray
+    cell: np.ndarray  # (S, 2) row and column of the cell with the motion
+    neighbour: np.ndarray  # (S, 2) row and column of the neighbour with another motion
+    period: np.ndarray  # (S,) of the motion
+    cause: np.ndarray  # (S,) `CURVE`, `BASIN` or `UNEXPLAINED`
+    curve: np.ndarray  # (S,) index of the curve, −1 for none; the first one if there are several
+    seen: np.ndarray  # (C,) whether each curve is
 
 
 def explain_sides(
     family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
     curves: Sequence[CurveData], longest: int, settings: Classification | None = None,
 ) -> Sides:
-    """Find why periodic motions end at the sides of the cells of a map.
+    """Find why periodic motions end at the sides of the cells of a map, at parameters x (X,) and y (Y,).
 
-    Parameters
-    ----------
-    family : ParameterFamily
-        The model along both axes, with the initial values of the map.
-    x, y : (X,), (Y,)
-        Values of the parameters at the cells.
-    label, period : (Y, X)
-        The motions, as codes of `Label`, and their periods.
-    curves : sequence of CurveData
-    longest : int
-        Largest period of the motions considered.
-    settings : Classification, optional
-        Those with which the map was computed.
+    ``label`` and ``period`` (Y, X) are the motions from the initial values of the family, as codes of `Label`, and
+    their periods, computed with these settings; ``longest`` is the largest period considered.
     """
     motion = np.where(label == Label.PERIODIC, period, 0)
     cells, neighbours = _sides(label, motion, longest)
@@ -94,7 +73,8 @@ def explain_sides(
     index = np.full(len(cells), -1)
     seen = np.zeros(len(curves), bool)
     for number, curve in enumerate(curves):
-        possible = np.flatnonzero((cause != BASIN) & _can_end(curve, n))
+        ended = [multiple * curve.period for multiple in _ENDED.get(curve.kind, ())]
+        possible = np.flatnonzero((cause != BASIN) & np.isin(n, ended))
         hit = possible[_near(curve.values / spacing, values[possible] / spacing, beyond[possible] / spacing)]
         seen[number] = len(hit) > 0
         first_hit = hit[cause[hit] == UNEXPLAINED]
@@ -102,21 +82,13 @@ def explain_sides(
     return Sides(cells, neighbours, n, cause, index, seen)
 
 
-def _can_end(curve: CurveData, period: np.ndarray) -> np.ndarray:
-    """Whether motions of these periods (S,) can be born or lose their stability on a curve."""
-    periods = [curve.period] if curve.kind in (FOLD, NEIMARK_SACKER, PITCHFORK) else []
-    periods = [curve.period, 2 * curve.period] if curve.kind == FLIP else periods
-    return np.isin(period, periods)
-
-
 def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows and columns (S, 2) of periodic cells, and of their neighbours with another kind of motion or period."""
-    rows, columns = motion.shape
     at = np.indices(motion.shape).reshape(2, -1).T
     cells, neighbours = [], []
     for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         other = at + step
-        inside = (other[:, 0] >= 0) & (other[:, 0] < rows) & (other[:, 1] >= 0) & (other[:, 1] < columns)
+        inside = np.all((other >= 0) & (other < motion.shape), axis=1)
         here, there = at[inside], other[inside]
         own = motion[here[:, 0], here[:, 1]]
         different = (own != motion[there[:, 0], there[:, 1]]) & (own > 0) & (own <= longest)
@@ -147,12 +119,6 @@ def _near(polyline: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     out = np.zeros(len(a), bool)
     low, high = polyline.min(axis=0) - _WITHIN, polyline.max(axis=0) + _WITHIN
     middle = 0.5 * (a + b)
-    candidates = np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1))
-    start, direction = polyline[:-1], np.diff(polyline, axis=0)
-    square = np.maximum((direction**2).sum(axis=1), 1e-300)
-    for i in candidates:
-        offset = middle[i] - start
-        share = np.clip((offset * direction).sum(axis=1) / square, 0.0, 1.0)
-        gap = offset - share[:, None] * direction
-        out[i] = np.hypot(*gap.T).min() <= _WITHIN
+    for i in np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1)):
+        out[i] = from_polyline(polyline, middle[i])[0].min() <= _WITHIN
     return out

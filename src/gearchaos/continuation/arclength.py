@@ -7,53 +7,36 @@ K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from gearchaos.errors import InputError
 
-TOLERANCE = 1e-12
-"""Newton's method ends at a residual of at most this: no equation is violated by more."""
-
-ACCEPTED = 1e-10
-"""Largest residual of a point whose residual Newton's method cannot lower any more."""
+TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
+ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
 
 _ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
-_FAR = 0.1
-"""Distance from the guess at which Newton's method has left its neighbourhood."""
-
-_LEAST_COSINE = 0.97
-"""Least cosine of the angle between the tangents of neighbouring points."""
+_FAR = 0.1  # distance from the guess at which Newton's method has left its neighbourhood
+_LEAST_COSINE = 0.97  # least cosine of the angle between the tangents of neighbouring points
 
 _CORNER, _LEAST_AT_CORNER = 1e-4, 0.5
 """Steps up to this length may turn more, by this cosine at most: where a contact switch falls on a jump of the
 stiffness, the derivatives of P have a kink, and curves a corner."""
 
-_STRAIGHT = 0.995
-"""From this cosine on the next step may be longer."""
-
-_MAX_CORRECTION = 0.3
-"""Largest distance of a point from its prediction, relative to the step."""
-
-_LARGE = 1.5
-"""Orbits of a larger amplitude are followed in steps that are longer in proportion."""
+_STRAIGHT = 0.995  # from this cosine on the next step may be longer
+_MAX_CORRECTION = 0.3  # largest distance of a point from its prediction, relative to the step
+_LARGE = 1.5  # orbits of a larger amplitude are followed in steps that are longer in proportion
 
 
 class Equations(Protocol):
-    """N equations in N + 1 unknowns.
+    """N equations in N + 1 unknowns."""
 
-    Attributes
-    ----------
-    weights : (N + 1,)
-        Weights of the squares of the unknowns in the length of a vector.
-    """
-
-    weights: np.ndarray
+    weights: np.ndarray  # (N + 1,) of the squares of the unknowns in the length of a vector
 
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
         """F(u) (N,), its derivatives (N, N + 1), and what else belongs to the point.
@@ -84,28 +67,20 @@ class Settings:
 class Point:
     """A point of a curve of solutions.
 
-    Attributes
-    ----------
-    u : (N + 1,)
-        The unknowns.
-    tangent : (N + 1,)
-        Unit tangent in the direction in which the curve is followed.
-    orientation : int
-        Sign of the determinant of the Jacobian with the tangent as last row; it changes where another curve crosses.
-    residual : float
-        Largest |F| of an equation.
-    data : object
-        What `Equations.evaluate` returned for the point.
-    step : float
-        Distance from the point before.
+    The orientation, the sign of the determinant of the Jacobian with the tangent as last row, changes where another
+    curve crosses.
     """
 
-    u: np.ndarray
-    tangent: np.ndarray
+    u: np.ndarray  # (N + 1,) the unknowns
+    tangent: np.ndarray  # (N + 1,) of length 1, in the direction in which the curve is followed
     orientation: int
-    residual: float
-    data: Any
-    step: float
+    residual: float  # largest |F| of an equation
+    data: Any  # what `Equations.evaluate` returned
+    step: float  # distance from the point before
+
+    def reversed(self) -> Point:
+        """The point with the opposite direction."""
+        return replace(self, tangent=-self.tangent, orientation=-self.orientation)
 
 
 class Stopped(Exception):  # noqa: N818  (the end of a branch is no error)
@@ -127,24 +102,11 @@ def correct(
 ) -> Point:
     """The solution nearest to a guess in the plane through it with this normal, by Newton's method.
 
-    Parameters
-    ----------
-    equations : Equations
-    guess : (N + 1,)
-    normal : (N + 1,)
-        Direction of the arclength; the solution differs from the guess at a right angle to it.
-    tangent : (N + 1,)
-        A direction that the tangent of the solution should not turn against.
-    step : float
-        `Point.step` of the result.
-
-    Raises
-    ------
-    Stopped
-        If Newton's method does not converge, or leaves the domain of the equations.
+    Its tangent does not turn against ``tangent``; all vectors are (N + 1,). Raises `Stopped` if Newton's method does
+    not converge, or leaves the domain of the equations.
     """
     u, row = guess.copy(), equations.weights * normal
-    best: tuple[np.ndarray, float, np.ndarray, Any] | None = None
+    best: tuple[float, np.ndarray, np.ndarray, Any] | None = None
     for _ in range(_ITERATIONS):
         try:
             f, jacobian, data = equations.evaluate(u)
@@ -154,32 +116,30 @@ def correct(
         residual = float(np.abs(f).max())
         if not np.isfinite(residual):
             raise Stopped("the motion diverges")
-        if best is None or residual < best[1]:
-            stalled, best = False, (u, residual, jacobian, data)
-        else:
-            stalled = True
-        if best[1] <= TOLERANCE or (stalled and best[1] <= ACCEPTED):
+        stalled = best is not None and not residual < best[0]
+        if best is None or not stalled:
+            best = residual, u, jacobian, data
+        if best[0] <= TOLERANCE or (stalled and best[0] <= ACCEPTED):
             break
-        if stalled and residual > 1e3 * best[1]:
+        if stalled and residual > 1e3 * best[0]:
             raise Stopped("Newton's method diverges")
         change = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
     assert best is not None
-    u, residual, jacobian, data = best
-    if residual > ACCEPTED:
+    if best[0] > ACCEPTED:
         raise Stopped("Newton's method does not converge")
-    return _point(equations, u, jacobian, tangent, residual, data, step)
+    return _point(equations, tangent, step, *best)
 
 
 def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float) -> Point:
     """The point at a solution u (N + 1,), with the tangent that does not turn against ``along``."""
     f, jacobian, data = equations.evaluate(u)
-    return _point(equations, u, jacobian, along, float(np.abs(f).max()), data, step)
+    return _point(equations, along, step, float(np.abs(f).max()), u, jacobian, data)
 
 
 def _point(
-    equations: Equations, u: np.ndarray, jacobian: np.ndarray, along: np.ndarray, residual: float, data: Any,
-    step: float,
+    equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
+    data: Any,
 ) -> Point:
     """The point with its tangent, turned so that it does not point against ``along``."""
     matrix = np.vstack([jacobian, equations.weights * along])
@@ -203,10 +163,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[Point]:
     """The points of the curve after the start, one at a time.
 
-    Raises
-    ------
-    Stopped
-        If the step would have to be shorter than the shortest one; the message has the cause.
+    Raises `Stopped`, with the cause, if the step would have to be shorter than the shortest one.
     """
     before, point, size = start, start, settings.first
     for _ in range(settings.points):
@@ -218,10 +175,17 @@ def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[P
 def _next(
     equations: Equations, before: Point, point: Point, size: float, settings: Settings
 ) -> tuple[Point, float]:
-    """The next point at a distance of at most ``size``, and the length of the step after it."""
+    """The next point at a distance of at most ``size``, and the length of the step after it.
+
+    It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
+    after a turn.
+    """
+    turned = before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT
     while True:
         try:
-            guess = _predicted(equations, before, point, size)
+            guess = point.u + size * point.tangent
+            if not turned:
+                guess = _hermite(equations.weights, point, (before, point), size)
             after = correct(equations, guess, point.tangent, point.tangent, size)
             cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
@@ -238,16 +202,6 @@ def _next(
         if size <= settings.shortest:
             raise Stopped(cause)
         size = max(settings.shortest, 0.5 * size)
-
-
-def _predicted(equations: Equations, before: Point, point: Point, size: float) -> np.ndarray:
-    """Where the next point at a distance is expected: on the cubic through the last two points with their tangents.
-
-    On the tangent for the first step, and after a turn.
-    """
-    if before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT:
-        return point.u + size * point.tangent
-    return _hermite(equations.weights, point, (before, point), size)
 
 
 def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], distance: float) -> np.ndarray:
@@ -267,16 +221,8 @@ def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], dist
 
 
 def at_value(equations: Equations, point: Point, index: int, value: float) -> Point | None:
-    """The solution with a given value of one unknown, reached from a point whose value is near; None without one.
-
-    Parameters
-    ----------
-    equations : Equations
-    point : Point
-    index : int
-        Of the unknown.
-    value : float
-    """
+    """The solution with this value of the unknown ``index``, reached from a point whose value is near; None without
+    one."""
     distance, slope = value - point.u[index], point.tangent[index]
     if abs(distance) * np.sqrt(equations.weights[index]) > _LANDING or distance * slope < 0:
         return None

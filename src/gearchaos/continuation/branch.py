@@ -1,40 +1,55 @@
-"""Branches of periodic orbits along one parameter, with their events."""
+"""Branches of periodic orbits along one parameter, with their events, and the branches that begin at these: of twice
+the period at a flip, with cascades, and of asymmetric orbits at a pitchfork."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from gearchaos.continuation.arclength import (
-    Equations,
     Point,
     Settings,
     Stopped,
     at_value,
     correct,
     follow,
+    length,
     point_of,
 )
-from gearchaos.continuation.event_search import find_events, turns_at_branch_point
-from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK, Event, flip_test, locate
+from gearchaos.continuation.events import (
+    FLIP,
+    FOLD,
+    NEIMARK_SACKER,
+    PITCHFORK,
+    Event,
+    find_events,
+    flip_test,
+    locate,
+    turns_at_branch_point,
+)
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import count_unstable
-from gearchaos.continuation.same_orbit import joins_half_period, returned_start
-from gearchaos.continuation.shooting import Cycle, CycleEquations, converge, unknowns
+from gearchaos.continuation.shooting import (
+    Cycle,
+    CycleEquations,
+    converge,
+    count_unstable,
+    joins_half_period,
+    returned_start,
+    unknowns,
+)
 from gearchaos.errors import InputError
 
 AXIS_END, CLOSED, POINT_LIMIT = "end of the axis", "returns to its start", "point limit"
 UNBOUNDED = "amplitude above 1000 half backlashes"
-LARGEST = 1e3
-"""Largest coordinate of a stroboscopic point that a branch is followed to."""
+LARGEST = 1e3  # largest coordinate of a stroboscopic point that a branch is followed to
 
 MIRRORED = "joins a branch at a pitchfork"
 HALVED = "joins a branch of half the period"
-JOINS = (MIRRORED, HALVED)
-"""The ends at branches of other orbits."""
+JOINS = (MIRRORED, HALVED)  # the ends at branches of other orbits
 
 _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 """Half widths of intervals about the end of a branch in which the flip is searched at which it ends."""
@@ -42,15 +57,17 @@ _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 _SEPARATE = 1e-2
 """An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
 
-_MOVED = 1e-6
-"""Largest change of a coordinate between the orbits near an end of the axis and at it."""
+_MOVED = 1e-6  # largest change of a coordinate between the orbits near an end of the axis and at it
+CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)  # the kinds of events at which stability may change
 
-CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)
-"""The kinds of events at which stability may change."""
+_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+"""Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
+
+Tests = dict[str, Callable[[Cycle], float]]
+"""Further test functions of a cycle, by name; each root is an event."""
 
 
-@dataclass(frozen=True)
-class End:
+class End(NamedTuple):
     """Where a branch ends, and why."""
 
     value: float
@@ -59,36 +76,16 @@ class End:
 
 @dataclass(eq=False)
 class Branch:
-    """A branch of periodic orbits.
-
-    Attributes
-    ----------
-    family : ParameterFamily
-        The model along the parameter.
-    period : int
-        Minimal period in mesh periods, except where the branch joins one of half the period.
-    points : list of Point
-        In order along the branch; `Point.data` is the `Cycle`.
-    events : list of Event
-        In order along the branch.
-    event_positions : list of int
-        Index of the point before each event.
-    ends : list of End
-        Of the first and the last point; empty for a closed branch.
-    closed : bool
-        Whether the last point is the first one: an isola.
-    start : int
-        Index of the point from which the branch was followed in both directions.
-    """
+    """A branch of periodic orbits, with points and events in order along it."""
 
     family: ParameterFamily
-    period: int
-    points: list[Point] = field(default_factory=list)
+    period: int  # minimal one in mesh periods, except where the branch joins one of half the period
+    points: list[Point] = field(default_factory=list)  # `Point.data` is the `Cycle`
     events: list[Event] = field(default_factory=list)
-    event_positions: list[int] = field(default_factory=list)
-    ends: list[End] = field(default_factory=list)
-    closed: bool = False
-    start: int = 0
+    event_positions: list[int] = field(default_factory=list)  # index of the point before each event
+    ends: list[End] = field(default_factory=list)  # of the first and the last point; empty for a closed branch
+    closed: bool = False  # the last point is the first one: an isola
+    start: int = 0  # index of the point from which the branch was followed in both directions
 
     @property
     def values(self) -> np.ndarray:
@@ -117,22 +114,19 @@ class Branch:
         found: list[list[float]] = []
         for i, value in enumerate(values):
             before = i > 0 and stable[i - 1]
+            event = self._change(i - 1, last=not before)
+            changed = [] if event is None else [float(event.point.u[-1])]
             if stable[i] and not before:
-                found.append([value, *self._changes(i - 1, last=True)])
+                found.append([value, *changed])
             elif stable[i]:
                 found[-1].append(value)
             elif before:
-                found[-1] += self._changes(i - 1, last=False)
+                found[-1] += changed
         if self.ends and stable[0] and not self.closed:  # a doubled branch begins at a flip, not at its first point
             found[0].append(self.ends[0].value)
         if self.closed and len(found) > 1 and stable[0] and stable[-1]:
             found[0] += found.pop()
         return sorted([float(min(part)), float(max(part))] for part in found)
-
-    def _changes(self, position: int, last: bool) -> list[float]:
-        """The parameter at the first or last event after a point at which stability may change; empty without one."""
-        event = self._change(position, last)
-        return [] if event is None else [float(event.point.u[-1])]
 
     def _change(self, position: int, last: bool) -> Event | None:
         """The first or last event after the point at a position at which stability may change."""
@@ -156,23 +150,9 @@ class Branch:
 
 
 def follow_branch(
-    family: ParameterFamily, start: Cycle, bounds: tuple[float, float], settings: Settings,
-    user: dict[str, Callable[[Cycle], float]] | None = None,
+    family: ParameterFamily, start: Cycle, bounds: tuple[float, float], settings: Settings, user: Tests | None = None
 ) -> Branch:
-    """Follow the branch of a periodic orbit in both directions.
-
-    Parameters
-    ----------
-    family : ParameterFamily
-        A model along one parameter.
-    start : Cycle
-        An orbit on the branch, converged.
-    bounds : (float, float)
-        Ends of the axis.
-    settings : Settings
-    user : dict of str to function, optional
-        Further test functions of a cycle, by name; each root is an event.
-    """
+    """Follow the branch of a periodic orbit that has converged in both directions, to the ends of the axis at most."""
     equations = CycleEquations(family, start.period, bounds[1] - bounds[0])
     upwards = np.append(np.zeros(start.points.size), 1.0)
     try:
@@ -182,60 +162,48 @@ def follow_branch(
             "start", "must be an orbit from which a branch can be followed", f"{family.axes[0]}={start.values[0]:.10g}",
             f"{str(stop)[:1].upper()}{str(stop)[1:]}: without load and contact, orbits are not isolated. "
             "Give another start.") from None
-    ahead = follow_one_way(family, equations, first, bounds, settings, user)
+    ahead = _follow_one_way(equations, first, bounds, settings, user)
     if ahead.closed:
         return ahead
-    back = follow_one_way(family, equations, reversed_point(first), bounds, settings, user)
-    return _joined(back, ahead)
+    back = _follow_one_way(equations, first.reversed(), bounds, settings, user)
+    offset = len(back.points) - 1
+    return Branch(
+        family, ahead.period, [p.reversed() for p in back.points[:0:-1]] + ahead.points,
+        back.events[::-1] + ahead.events,
+        [offset - 1 - i for i in back.event_positions[::-1]] + [offset + i for i in ahead.event_positions],
+        back.ends + ahead.ends, start=offset)
 
 
-def reversed_point(point: Point) -> Point:
-    """The point with the opposite direction."""
-    return Point(point.u, -point.tangent, -point.orientation, point.residual, point.data, point.step)
-
-
-def follow_one_way(
-    family: ParameterFamily, equations: CycleEquations, start: Point, bounds: tuple[float, float], settings: Settings,
-    user: dict[str, Callable[[Cycle], float]] | None, until: Callable[[Branch], bool] | None = None,
+def _follow_one_way(
+    equations: CycleEquations, start: Point, bounds: tuple[float, float], settings: Settings,
+    user: Tests | None = None, until: Callable[[Branch], bool] | None = None,
 ) -> Branch:
     """Follow a branch from a point in the direction of its tangent, to its end or until a condition holds."""
-    branch = Branch(family, equations.period, [start])
+    branch, why = Branch(equations.family, equations.period, [start]), ""
     try:
         for point in follow(equations, start, settings):
-            why = _end_between(branch, equations, point, bounds)
-            last = point if why is None else why[0]
+            last, why = _end_between(branch, equations, point, bounds) or (point, "")
             if last is not branch.points[-1]:  # a branch that starts at an end of the axis has no other point there
-                _append(branch, equations, last, user, halved=why is not None and why[1] == HALVED)
-            if why is not None:
-                branch.ends, branch.closed = [End(float(last.u[-1]), why[1])], why[1] == CLOSED
+                _append(branch, equations, last, user, halved=why == HALVED)
+            if not why and until is not None and until(branch):
                 return branch
-            if until is not None and until(branch):
-                return branch
-        branch.ends = [End(float(branch.values[-1]), POINT_LIMIT)]
+            if why:
+                break
+        end = End(float(branch.points[-1].u[-1]), why or POINT_LIMIT)
     except Stopped as stop:
-        branch.ends = [_end_at_limit(branch, equations, bounds, user, str(stop))]
+        end = End(float(branch.points[-1].u[-1]), f"step too small: {stop}")
+        for bound in bounds:  # next to a limit of the model's rules the branch is taken to the end of the axis
+            landed = at_value(equations, branch.points[-1], equations.size, bound)
+            if landed is not None:
+                if branch.points[-1].u[-1] != bound:
+                    _append(branch, equations, landed, user, halved=False)
+                end = End(bound, AXIS_END)
+                break
+    branch.ends, branch.closed = [end], why == CLOSED
     return branch
 
 
-def _end_at_limit(
-    branch: Branch, equations: CycleEquations, bounds: tuple[float, float],
-    user: dict[str, Callable[[Cycle], float]] | None, cause: str,
-) -> End:
-    """The end of a branch that cannot be followed: that of the axis if it is a limit of the model's rules, and near."""
-    last = branch.points[-1]
-    for bound in bounds:
-        landed = at_value(equations, last, equations.size, bound)
-        if landed is not None:
-            if last.u[-1] != bound:
-                _append(branch, equations, landed, user, halved=False)
-            return End(bound, AXIS_END)
-    return End(float(last.u[-1]), f"step too small: {cause}")
-
-
-def _append(
-    branch: Branch, equations: CycleEquations, point: Point, user: dict[str, Callable[[Cycle], float]] | None,
-    halved: bool,
-) -> None:
+def _append(branch: Branch, equations: CycleEquations, point: Point, user: Tests | None, halved: bool) -> None:
     """Add a point, and the events between the last one and it.
 
     Where the branch joins one of half the period (``halved``) it turns back, and its equations are singular; this is
@@ -267,36 +235,33 @@ def _end_between(
     if joins_half_period(last.data, point.data):
         return _half_period_end(equations, last, point), HALVED
     if turns_at_branch_point(last, point):
-        end = _cross(equations, last, point, lambda p: float(p.tangent[-1]))
-        return end, MIRRORED
+        return locate(equations, last, point, lambda p: float(p.tangent[-1])) or last, MIRRORED
     return None
 
 
 def _half_period_end(equations: CycleEquations, last: Point, point: Point) -> Point:
     """The orbit of half the period that is passed between two points, at its flip, as the last point of the branch."""
     before = last.data.half_period_difference
-    end = _cross(equations, last, point, lambda p: float(np.dot(before, p.data.half_period_difference)))
+    end = locate(equations, last, point, lambda p: float(np.dot(before, p.data.half_period_difference))) or last
     family, points = equations.family, end.data.points
     guess = 0.5 * (points[: len(points) // 2] + points[len(points) // 2 :])
 
     def half(value: float) -> Cycle:
         return converge(family, guess, np.array([value]))
 
-    value = _root_near(lambda v: flip_test(half(v)), float(end.u[-1]))
-    if value is None or not half(value).converged:
-        return end
-    u = np.append(np.tile(half(value).points, (2, 1)).ravel(), value)
-    f, _, data = equations.evaluate(u)
-    return replace(end, u=u, residual=float(np.abs(f).max()), data=data)
+    def test(value: float) -> float:
+        return flip_test(half(value))
 
-
-def _root_near(function: Callable[[float], float], value: float) -> float | None:
-    """The root of a function next to a value; None without a change of sign near it."""
-    for reach in _REACHES:
-        low, high = value - reach, value + reach
-        if function(low) * function(high) < 0:
-            return float(brentq(function, low, high, xtol=1e-15, rtol=1e-15))
-    return None
+    for low, high in ((float(end.u[-1]) - reach, float(end.u[-1]) + reach) for reach in _REACHES):
+        if test(low) * test(high) < 0:
+            value = float(brentq(test, low, high, xtol=1e-15, rtol=1e-15))
+            found = half(value)
+            if not found.converged:
+                break
+            u = np.append(np.tile(found.points, (2, 1)).ravel(), value)
+            f, _, data = equations.evaluate(u)
+            return replace(end, u=u, residual=float(np.abs(f).max()), data=data)
+    return end
 
 
 def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float) -> Point:
@@ -304,10 +269,7 @@ def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float
     if last.u[-1] == bound:
         return last
 
-    def beyond(p: Point) -> float:
-        return float(p.u[-1] - bound)
-
-    crossing = _cross(equations, last, point, beyond)
+    crossing = locate(equations, last, point, lambda p: float(p.u[-1] - bound)) or last
     points = crossing.u[:-1].reshape(equations.period, -1)
     cycle = converge(equations.family, points, np.array([bound]))
     if not cycle.converged or np.abs(cycle.points - points).max() > _MOVED:
@@ -315,18 +277,90 @@ def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float
     return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step)
 
 
-def _cross(equations: Equations, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
-    """The point between two others where a function vanishes; the first one where that cannot be found."""
-    return locate(equations, first, last, test) or first
+def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[CycleEquations, Point]:
+    """An orbit of twice the period next to a flip, and the equations of its branch; raises `Stopped` if none is found.
+
+    The tangent leads away from the flip.
+    """
+    direction, base = _critical_direction(flip.cycle, -1.0), np.tile(flip.cycle.points, (2, 1))
+    equations = CycleEquations(family, 2 * flip.cycle.period, span)
+    return equations, _start(equations, np.append(base, flip.cycle.values), np.concatenate([direction, -direction]))
 
 
-def _joined(back: Branch, ahead: Branch) -> Branch:
-    """One branch from the two halves on both sides of a common start."""
-    points = [reversed_point(p) for p in back.points[:0:-1]] + ahead.points
-    offset, before = len(back.points) - 1, len(back.points) - 2
-    positions = [before - i for i in back.event_positions[::-1]] + [offset + i for i in ahead.event_positions]
-    events = back.events[::-1] + ahead.events
-    return Branch(ahead.family, ahead.period, points, events, positions, back.ends + ahead.ends, start=offset)
+def _start(equations: CycleEquations, base: np.ndarray, direction: np.ndarray) -> Point:
+    """The orbit of another branch next to an orbit (n d + 1,) in a direction (n, d); raises `Stopped`."""
+    tangent = np.append(direction.ravel(), 0.0)
+    tangent /= length(equations.weights, tangent)
+    _, _, origin = equations.evaluate(base)
+    cause = "no orbit of the other branch is found at the event"
+    for step in _STEPS:
+        try:
+            start = correct(equations, base + step * tangent, tangent, tangent, step)
+        except Stopped as stop:
+            cause = str(stop)
+            continue
+        if equations.resolved(origin, start.data):
+            return start
+    raise Stopped(cause)
+
+
+def _critical_direction(cycle: Cycle, multiplier: float) -> np.ndarray:
+    """The real eigenvector to a multiplier at all points of the orbit, (n, d), with the largest element 1."""
+    values, vectors = np.linalg.eig(cycle.monodromy)
+    out = [vectors[:, np.argmin(np.abs(values - multiplier))].real]
+    for matrix in cycle.result.monodromy[:-1]:
+        out.append(matrix @ out[-1])
+    directions = np.stack(out)
+    return directions / np.abs(directions).max()
+
+
+def follow_doubled(
+    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings,
+    until: Callable[[Branch], bool] | None = None,
+) -> Branch:
+    """The branch of orbits of twice the period that begins at a flip."""
+    equations, start = doubled_start(family, flip, bounds[1] - bounds[0])
+    branch = _follow_one_way(equations, start, bounds, replace(settings, first=start.step), until=until)
+    branch.ends = [End(float(flip.point.u[-1]), HALVED), *branch.ends]
+    return branch
+
+
+def follow_asymmetric(
+    family: ParameterFamily, pitchfork: Event, bounds: tuple[float, float], settings: Settings
+) -> Iterator[Branch]:
+    """The two branches of asymmetric orbits that begin at a pitchfork, as far as they are found."""
+    cycle = pitchfork.cycle
+    equations = CycleEquations(family, cycle.period, bounds[1] - bounds[0])
+    for sign in (1.0, -1.0):
+        try:
+            start = _start(equations, unknowns(cycle), sign * _critical_direction(cycle, 1.0))
+        except Stopped:
+            continue
+        branch = _follow_one_way(equations, start, bounds, replace(settings, first=start.step))
+        branch.ends = [End(float(pitchfork.point.u[-1]), MIRRORED), *branch.ends]
+        yield branch
+
+
+def cascade(
+    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings, count: int
+) -> Iterator[tuple[Branch, Event | None]]:
+    """The branches of a period-doubling cascade from a flip on: each up to the flip at which it becomes unstable, and
+    that flip. There are fewer than ``count`` where no doubled orbit or no further flip is found."""
+
+    def next_flip(branch: Branch) -> Event | None:
+        return next((e for e in branch.events if e.kind == FLIP), None)
+
+    following: Event | None = flip
+    for _ in range(count):
+        if following is None:
+            return
+        try:
+            branch = follow_doubled(
+                family, following, bounds, settings, until=lambda branch: next_flip(branch) is not None)
+        except Stopped:
+            return
+        following = next_flip(branch)
+        yield branch, following
 
 
 def outside(family: ParameterFamily, value: float, bounds: tuple[float, float]) -> InputError | None:

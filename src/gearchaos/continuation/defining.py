@@ -18,68 +18,32 @@ from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.flow import SensitivityFlow
 
-_STEP = 1e-6
-"""Step of the central differences, in half backlashes."""
-
-_ANGLE_WEIGHT = 1e-2
-"""Weight of the argument of a multiplier in the arclength."""
-
-CRITICAL = {FOLD: 1.0, FLIP: -1.0}
-"""The critical multiplier by kind of event."""
+_STEP = 1e-6  # step of the central differences, in half backlashes
+_ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength
+CRITICAL = {FOLD: 1.0, FLIP: -1.0}  # the critical multiplier by kind of event
 
 
 @dataclass(frozen=True, eq=False)
 class EventState:
-    """An orbit at an event.
-
-    Attributes
-    ----------
-    cycle : Cycle
-    extremum : int or None
-        For a graze, the index of the extremum in `Cycle.extrema`.
-    angle : float or None
-        For a Neimark–Sacker point, the argument of the critical multiplier, in radians.
-    direction : (n, d) or None
-        Critical vector v at the points of the orbit; complex for a Neimark–Sacker point.
-    covector : (n, d) or None
-        Its counterpart w.
-    curvature : float or None
-        For a fold, w* D²P[v, v], which vanishes at a cusp; its sign is that of w.
-    """
+    """An orbit at an event."""
 
     cycle: Cycle
-    extremum: int | None = None
-    angle: float | None = None
-    direction: np.ndarray | None = None
-    covector: np.ndarray | None = None
-    curvature: float | None = None
+    extremum: int | None = None  # for a graze, its index in `Cycle.extrema`
+    angle: float | None = None  # for a Neimark–Sacker point, the argument of the critical multiplier, in radians
+    covector: np.ndarray | None = None  # (n, d) w at the points of the orbit; complex for a Neimark–Sacker point
+    curvature: float | None = None  # for a fold, w* D²P[v, v], which vanishes at a cusp; its sign is that of w
 
 
 @dataclass(frozen=True, eq=False)
 class EventSeed:
-    """An event from which its curve can be followed.
-
-    Attributes
-    ----------
-    kind : str
-    points : (n, d)
-        The orbit.
-    values : (2,)
-        Both parameters.
-    boundary : int or None
-        For a graze: 1 or −1.
-    instant : float or None
-        For a graze, the instant of the extremum of z, in mesh periods.
-    angle : float or None
-        For a Neimark–Sacker point, the argument of the critical multiplier, in radians.
-    """
+    """An event from which its curve can be followed."""
 
     kind: str
-    points: np.ndarray
-    values: np.ndarray
-    boundary: int | None = None
-    instant: float | None = None
-    angle: float | None = None
+    points: np.ndarray  # (n, d) of the orbit
+    values: np.ndarray  # (2,) of the parameters
+    boundary: int | None = None  # for a graze: 1 or −1
+    instant: float | None = None  # for a graze, that of the extremum of z, in mesh periods
+    angle: float | None = None  # for a Neimark–Sacker point, the argument of the critical multiplier, in radians
 
     @property
     def period(self) -> int:
@@ -98,17 +62,9 @@ def seed_of(event: Event, values: np.ndarray) -> EventSeed:
 
 
 class EventEquations:
-    """The equations of an orbit of period n at an event, along two parameters.
+    """The equations of an orbit of period n at an event, along two parameters (Q = 2).
 
-    Parameters
-    ----------
-    family : ParameterFamily
-        A model along Q = 2 parameters.
-    kind : str
-        The kind of event.
-    period : int
-    spans : (float, float)
-        Changes of the parameters that count as much as a change of all points by one half backlash.
+    Changes of the parameters by ``spans`` count as much as a change of all points by one half backlash.
     """
 
     def __init__(self, family: ParameterFamily, kind: str, period: int, spans: tuple[float, float]) -> None:
@@ -123,8 +79,7 @@ class EventEquations:
 
     def unknowns(self, seed: EventSeed) -> np.ndarray:
         """The unknowns of an event."""
-        angle = [] if seed.angle is None else [seed.angle]
-        return np.concatenate([seed.points.ravel(), seed.values, angle])
+        return np.concatenate([seed.points.ravel(), seed.values, [] if seed.angle is None else [seed.angle]])
 
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         """The defects of cycle and event, their derivatives, and the orbit."""
@@ -152,22 +107,18 @@ class EventEquations:
     def accept(self, state: EventState) -> None:
         """Note that the curve has reached this orbit."""
 
-    def _event(
-        self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, EventState]:
+    def _event(self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         """The functions that vanish at the event, their derivatives (…, unknowns), and the state."""
         if not np.all(np.isfinite(cycle.result.w)):
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
         if self.kind == NEIMARK_SACKER:
             angle = float(u[-1])
             sigma, slope, v, w = self._singular(flow, cycle, np.exp(1j * angle))
-            by_angle = -1j * np.exp(1j * angle) * np.conj(w[-1]) @ v[0]
-            complex_slope = np.append(slope, by_angle)
-            rows = np.stack([complex_slope.real, complex_slope.imag])
-            return np.array([sigma, 0.0]), rows, EventState(cycle, None, angle, v, w)
+            slope = np.append(slope, -1j * np.exp(1j * angle) * np.conj(w[-1]) @ v[0])
+            return np.array([sigma, 0.0]), np.stack([slope.real, slope.imag]), EventState(cycle, None, angle, w)
         sigma, slope, v, w = self._singular(flow, cycle, CRITICAL[self.kind])
         curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
-        return np.array([sigma]), slope.real[None], EventState(cycle, None, None, v.real, w.real, curvature)
+        return np.array([sigma]), slope.real[None], EventState(cycle, None, None, w.real, curvature)
 
     def _singular(
         self, flow: SensitivityFlow, cycle: Cycle, multiplier: complex
@@ -181,9 +132,7 @@ class EventEquations:
             slope = slope + 1j * self._directional(flow, cycle, w, v.imag)
         return float(sigma[-1]), slope, v, w
 
-    def _directional(
-        self, flow: SensitivityFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray
-    ) -> np.ndarray:
+    def _directional(self, flow: SensitivityFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray) -> np.ndarray:
         """w* times the derivative in the direction v of the Jacobian of the cycle, (n d + 2,)."""
         n = cycle.period
         ahead, back = cycle.points + _STEP * v, cycle.points - _STEP * v
@@ -191,19 +140,13 @@ class EventEquations:
         phi = (result.monodromy[:n] - result.monodromy[n:]) / (2 * _STEP)
         by_parameter = (result.sensitivity[:n] - result.sensitivity[n:]) / (2 * _STEP)
         conjugate = w.conj()
-        points = np.einsum("ki,kij->kj", conjugate, phi).ravel()
-        return np.append(points, np.einsum("ki,kiq->q", conjugate, by_parameter))
+        return np.append(np.einsum("ki,kij->kj", conjugate, phi), np.einsum("ki,kiq->q", conjugate, by_parameter))
 
 
 class GrazeEquations(EventEquations):
-    """The equations of an orbit on which an extremum of z lies on a boundary of contact.
+    """The equations of an orbit on which an extremum of z lies on a boundary of contact: at 1 or −1, or a gap beyond.
 
-    Parameters
-    ----------
-    boundary : int
-        1 or −1.
-    instant : float
-        Instant of the extremum on the first orbit, in mesh periods.
+    The instant is that of the extremum on the first orbit, in mesh periods.
     """
 
     def __init__(
@@ -217,9 +160,7 @@ class GrazeEquations(EventEquations):
         if state.extremum is not None:
             self.instant = float(state.cycle.extrema[state.extremum, 0])
 
-    def _event(
-        self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, EventState]:
+    def _event(self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         extrema = cycle.extrema
         if not np.all(np.isfinite(cycle.result.w)) or len(extrema) == 0:
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)

@@ -11,24 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.orbit import Orbit
-from gearchaos.continuation.same_orbit import SAME_ATTRACTOR, minimal
-from gearchaos.continuation.shooting import Cycle, converge
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.continuation.orbit import Orbit, as_orbit
+from gearchaos.continuation.shooting import SAME_ATTRACTOR, Cycle, converge, minimal
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, orbits
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 
-_CLOSE = 1e-8
-"""Distance to which two states are brought together."""
-
-_APART = 1e-4
-"""Distance at which they are brought together again."""
-
-_BETWEEN = 15
-"""States tried at once between the two."""
+_CLOSE = 1e-8  # distance to which two states are brought together
+_APART = 1e-4  # distance at which they are brought together again
+_BETWEEN = 15  # states tried at once between the two
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,22 +41,6 @@ class EdgeState(HasCard):
     states: dict[str, np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
-class Edge:
-    """The motion on the boundary between the basins of two attractors.
-
-    Attributes
-    ----------
-    states : (R, d)
-        States on the boundary at phase 0, in order of time.
-    cycle : Cycle or None
-        The periodic edge state, if the motion approaches one.
-    """
-
-    states: np.ndarray
-    cycle: Cycle | None
-
-
 class _Attractors:
     """Numbers the attractors that motions lead to."""
 
@@ -75,10 +53,8 @@ class _Attractors:
         points = np.zeros(len(states), int)
         found = classify(self.flow, states.T.copy(), points, settings=self.settings, response=False)
         sections = orbits.sections(self.flow, found.w, points, np.maximum(found.period, 1))
-        return np.array([
-            self._number(int(label), int(period), section)
-            for label, period, section in zip(found.label, found.period, sections, strict=True)
-        ])
+        motions = zip(found.label.tolist(), found.period.tolist(), sections, strict=True)
+        return np.array([self._number(*motion) for motion in motions])
 
     def _number(self, label: int, period: int, section: np.ndarray) -> int:
         for number, (other, n, points) in enumerate(self.known):
@@ -90,45 +66,30 @@ class _Attractors:
 
 
 def track_edge(
-    family: ParameterFamily, values: np.ndarray, first: np.ndarray, second: np.ndarray, *, period: int,
-    rounds: int = 60, settings: Classification | None = None,
-) -> Edge:
-    """Follow the boundary between the basins of two attractors to its edge state.
+    family: ParameterFamily, first: np.ndarray, second: np.ndarray, *, period: int, rounds: int,
+    settings: Classification | None = None,
+) -> EdgeState:
+    """Follow the boundary between the basins of two attractors, to which two states (d,) at phase 0 lead, to its edge
+    state of at most this period. The states are brought together at most ``rounds`` times.
 
-    Parameters
-    ----------
-    family : ParameterFamily
-    values : (Q,)
-        Values of the parameters.
-    first, second : (d,)
-        States at phase 0 that lead to different attractors.
-    period : int
-        Largest period of a periodic edge state.
-    rounds : int
-        Most times the two states are brought together.
-    settings : Classification, optional
-        How the motions are classified.
-
-    Raises
-    ------
-    InputError
-        If both states lead to the same attractor.
+    Raises `InputError` if both lead to the same attractor.
     """
-    flow = family.exact_flow(values[None])
+    flow = family.exact_flow(family.start[None])
     attractors = _Attractors(flow, settings or SINGLE_MOTION)
     own, other = attractors.reached(np.stack([first, second]))
     if own == other:
         raise InputError("second", "must lead to another attractor than the first start", second.tolist(),
                          "See gearchaos.attractors for the attractors and starts of each.")
-    states = []
-    for _ in range(rounds):
+    states, cycle = list[np.ndarray](), None
+    while cycle is None and len(states) < rounds:
+        if states:
+            first, second = _separated(flow, first, second)
         first, second = _brought_together(attractors, first, second, own)
         states.append(0.5 * (first + second))
-        cycle = _saddle_near(family, values, states[-1], period)
-        if cycle is not None:
-            return Edge(np.array(states), cycle)
-        first, second = _separated(flow, first, second)
-    return Edge(np.array(states), None)
+        cycle = _saddle_near(family, flow, states[-1], period)
+    found = as_initial_values(family, family.start[None], np.array([states]))
+    return EdgeState(
+        None if cycle is None else as_orbit(family, cycle), {name: x[0] for name, x in found.items()})
 
 
 def _brought_together(
@@ -155,12 +116,11 @@ def _separated(flow: ExactFlow, first: np.ndarray, second: np.ndarray) -> tuple[
     return w[:, 0], w[:, 1]
 
 
-def _saddle_near(family: ParameterFamily, values: np.ndarray, state: np.ndarray, period: int) -> Cycle | None:
+def _saddle_near(family: ParameterFamily, flow: ExactFlow, state: np.ndarray, period: int) -> Cycle | None:
     """A saddle with one unstable multiplier near a state; None if Newton's method finds none nearby."""
-    flow = family.exact_flow(values[None])
     for n in range(1, period + 1):
         guess = orbits.sections(flow, state[:, None].copy(), np.zeros(1, int), np.array([n]))[0]
-        cycle = converge(family, guess, values)
+        cycle = converge(family, guess, family.start)
         if not cycle.converged or np.linalg.norm(cycle.points[0] - state) > 10 * _APART:
             continue
         cycle = minimal(family, cycle)

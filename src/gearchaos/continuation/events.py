@@ -1,12 +1,16 @@
-"""Events on a branch of periodic orbits: where they are, located between two neighbouring points of the branch.
+"""All events between two neighbouring points of a branch of periodic orbits: changes of stability, grazes, roots of a
+user's functions.
 
 Each kind has a test function that changes its sign there. Its root is found by bracketing (Brent's method or bisection)
 on corrected orbits, never by extrapolation: next to a graze multipliers change with infinite slope.
+
+At a graze an extremum of z touches a boundary of contact. Extrema appear and vanish in pairs, a maximum and a minimum,
+and pass from the end of the cycle to its beginning; `match` says which is which on neighbouring cycles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Any
@@ -15,49 +19,41 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import Cycle, count_unstable
 
 FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
     "fold", "flip", "neimark-sacker", "pitchfork", "neutral-saddle", "graze")
 """The kinds of events."""
 
-_RELATIVE = 1e-14
-"""To this fraction of the distance of the two points an event is located."""
+_CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0}
+"""By how many the number of multipliers outside the unit circle can change at an event."""
+
+_RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
 of the two points."""
 
-MIN_DIVERGENCE = 1e-9
-"""Imaginary part from which a critical pair of multipliers counts as complex."""
+_MIN_DIVERGENCE = 1e-9  # imaginary part from which a critical pair of multipliers counts as complex
+_HALVINGS = 4  # times that the distance of two points is halved to follow what changes between them
 
-HALVINGS = 4
-"""Times that the distance of two points is halved to follow what changes between them."""
+_BISECTIONS = 60
+
+_TOUCHING = 1e-9  # largest distance of an extremum of z from a boundary that it touches
 
 
 @dataclass(frozen=True, eq=False)
 class Event:
     """An event on a branch.
 
-    Attributes
-    ----------
-    kind : str
-        One of `KINDS`, or the name of a user's function.
-    point : Point
-        The point of the branch.
-    boundary : int or None
-        For a graze, the boundary of contact that z touches: 1 or −1.
-    extremum : int or None
-        For a graze, the index of the extremum in `Cycle.extrema`.
-    defect : float
-        How far the defining equation is from being satisfied: the distance of the critical multiplier from its value,
-        or of the extremum of z from the boundary.
+    The defect is how far the defining equation is from being satisfied: the distance of the critical multiplier from
+    its value, or of the extremum of z from the boundary.
     """
 
-    kind: str
+    kind: str  # one of `KINDS`, or the name of a user's function
     point: Point
-    boundary: int | None = None
-    extremum: int | None = None
+    boundary: int | None = None  # for a graze, the boundary of contact that z touches: 1 or −1
+    extremum: int | None = None  # for a graze, the index of the extremum in `Cycle.extrema`
     defect: float = 0.0
 
     @property
@@ -82,19 +78,22 @@ def pair_test(cycle: Cycle) -> float:
     return float(np.prod([a * b - 1.0 for a, b in combinations(cycle.multipliers, 2)]).real)
 
 
+TESTS: dict[str, Callable[[Cycle], float]] = {FOLD: branch_test, FLIP: flip_test, NEIMARK_SACKER: pair_test}
+"""The function of the multipliers that vanishes at an event, by kind."""
+
+
 def of_data(test: Callable[[Any], float]) -> Callable[[Point], float]:
     """A test function of what belongs to a point, such as its cycle, as one of the point."""
     return lambda point: test(point.data)
 
 
-def critical_pair(cycle: Cycle) -> tuple[complex, complex]:
-    """The two multipliers whose product is nearest to 1."""
-    return min(combinations(cycle.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
+def critical_pair(cycle: Cycle) -> tuple[complex, bool]:
+    """The product nearest to 1 of two multipliers, and whether they are complex, not those of a neutral saddle."""
+    a, b = min(combinations(cycle.multipliers, 2), key=lambda pair: abs(pair[0] * pair[1] - 1.0))
+    return a * b, abs(a.imag) > _MIN_DIVERGENCE
 
 
-def locate(
-    equations: Equations, first: Point, last: Point, test: Callable[[Point], float]
-) -> Point | None:
+def locate(equations: Equations, first: Point, last: Point, test: Callable[[Point], float]) -> Point | None:
     """The point between two others where a test function changes its sign; None where it does not, or where the orbits
     cannot be followed."""
     full = along(equations.weights, first, last.u)
@@ -123,9 +122,257 @@ def locate(
         return None
 
 
-def middle(equations: Equations, first: Point, last: Point) -> Point | None:
+def _middle(equations: Equations, first: Point, last: Point) -> Point | None:
     """The point halfway between two others, None where none is found."""
     try:
         return between(equations, first, last, 0.5 * along(equations.weights, first, last.u))
     except Stopped:
         return None
+
+
+def find_events(
+    equations: Equations, first: Point, last: Point, user: dict[str, Callable[[Cycle], float]] | None = None
+) -> list[Event]:
+    """All events between two neighbouring points, in order along the branch."""
+    found = _changes_of_stability(equations, first, last) + _grazes(equations, first, last)
+    for name, function in (user or {}).items():
+        if function(first.data) * function(last.data) < 0:
+            point = locate(equations, first, last, of_data(function))
+            if point is not None:
+                found.append(Event(name, point, defect=abs(function(point.data))))
+    return sorted(found, key=lambda e: along(equations.weights, first, e.point.u))
+
+
+def _changes_of_stability(equations: Equations, first: Point, last: Point, halvings: int = _HALVINGS) -> list[Event]:
+    """The events of multipliers between two points.
+
+    Those of both halves where they do not explain how the number of multipliers outside the unit circle changes, since
+    two of them can hide each other.
+    """
+    located = ((kind, locate(equations, first, last, test)) for kind, test in _tests(first, last))
+    found = [_at_multiplier(kind, point) for kind, point in located if point is not None]
+    change = abs(count_unstable(last.data.multipliers) - count_unstable(first.data.multipliers))
+    if halvings == 0 or change <= sum(_CHANGES[event.kind] for event in found):
+        return found
+    point = _middle(equations, first, last)
+    if point is None:
+        return found
+    halves = ((first, point), (point, last))
+    return [event for a, b in halves for event in _changes_of_stability(equations, a, b, halvings - 1)]
+
+
+def _tests(first: Point, last: Point) -> Iterator[tuple[str, Callable[[Point], float]]]:
+    """The kinds of events of multipliers between two points, and the functions that change their signs there."""
+    if turns_at_branch_point(first, last):
+        yield PITCHFORK, _parameter_slope
+    elif _parameter_slope(first) * _parameter_slope(last) < 0:
+        yield FOLD, _parameter_slope
+    elif first.orientation * last.orientation < 0:
+        crosses = branch_test(first.data) * branch_test(last.data) < 0
+        yield PITCHFORK, of_data(branch_test) if crosses else lambda p: float(p.orientation)
+    if flip_test(first.data) * flip_test(last.data) < 0:
+        yield FLIP, of_data(flip_test)
+    if len(first.data.multipliers) > 2 and pair_test(first.data) * pair_test(last.data) < 0:
+        yield NEIMARK_SACKER, of_data(pair_test)
+
+
+def _parameter_slope(point: Point) -> float:
+    """Change of the parameter along the branch, which changes its sign at a fold."""
+    return float(point.tangent[-1])
+
+
+def turns_at_branch_point(first: Point, last: Point) -> bool:
+    """Whether a branch turns back between two points where it meets another one: from a branch of asymmetric orbits to
+    that of their mirror images, at a pitchfork of the symmetric one."""
+    return first.orientation * last.orientation < 0 and _parameter_slope(first) * _parameter_slope(last) < 0
+
+
+def _at_multiplier(kind: str, point: Point) -> Event:
+    """The event at a point; a pair of real multipliers with the product 1 is that of a neutral saddle."""
+    if kind == NEIMARK_SACKER:
+        product, is_complex = critical_pair(point.data)
+        return Event(kind if is_complex else NEUTRAL_SADDLE, point, defect=float(abs(product - 1.0)))
+    critical = -1.0 if kind == FLIP else 1.0
+    return Event(kind, point, defect=float(np.abs(point.data.multipliers - critical).min()))
+
+
+def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HALVINGS) -> list[Event]:
+    """The grazes between two points.
+
+    Those of both halves where extrema cannot be followed so far, or one may touch a boundary twice.
+    """
+    index, new = match(first.data.extrema, last.data.extrema, first.data.period)
+    if not (halvings and _may_touch_twice(equations, first, last, index)):
+        found = list[Event | None]()
+        for event in _touched(equations, first, last, index, new):
+            found.append(event)
+            if event is None and halvings:
+                break
+        else:
+            return [event for event in found if event is not None]
+    point = _middle(equations, first, last)
+    if point is None:
+        return []
+    return _grazes(equations, first, point, halvings - 1) + _grazes(equations, point, last, halvings - 1)
+
+
+def _touched(
+    equations: Equations, first: Point, last: Point, index: np.ndarray, new: list[tuple[int, int]]
+) -> Iterator[Event | None]:
+    """The graze, None if it is not found, of each extremum and each pair of them that appears or vanishes, that must
+    touch a boundary."""
+    for number, other in enumerate(index):
+        for boundary in (1, -1) if other >= 0 else ():
+            gap = first.data.extrema[number, 1] - boundary
+            if gap * (last.data.extrema[other, 1] - boundary) < 0:
+                yield _graze(equations, first, last, number, boundary)
+    vanished = np.flatnonzero(index < 0).tolist()
+    for point, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
+        for pair in pairs:
+            for boundary in (1, -1):
+                low, high = sorted(point.data.extrema[list(pair), 1])
+                if low < boundary < high:
+                    yield _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
+
+
+def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
+    """Whether an extremum is on one side of a boundary at both points, but perhaps on the other side between them.
+
+    The values of the extrema between the points are interpolated by cubic polynomials in Bernstein form, whose values
+    lie between the least and the largest coefficient.
+    """
+    kept = np.flatnonzero(index >= 0)
+    before, after = first.data.extrema[kept, 1], last.data.extrema[index[kept], 1]
+    full = along(equations.weights, first, last.u)
+    turned = max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
+    slopes = (first.data.extremum_slopes(first.tangent)[kept] * full / 3,
+              last.data.extremum_slopes(last.tangent)[index[kept]] * full / (3 * turned))
+    coefficients = np.stack([before, before + slopes[0], after - slopes[1], after])
+    for boundary in (1, -1):
+        beyond = coefficients > boundary
+        if np.any((beyond[0] == beyond[3]) & (np.any(beyond, axis=0) != np.all(beyond, axis=0))):
+            return True
+    return False
+
+
+def _graze(equations: Equations, first: Point, last: Point, number: int, boundary: int) -> Event | None:
+    """The graze of an extremum of the first point that is also one of the last; None if it cannot be followed there."""
+
+    def gap(point: Point) -> float:
+        other = _matched(first, point, number)
+        return float("nan") if other < 0 else float(point.data.extrema[other, 1] - boundary)
+
+    point = locate(equations, first, last, gap)
+    return None if point is None else _graze_at(point, _matched(first, point, number), boundary)
+
+
+def _graze_at(point: Point, number: int, boundary: int) -> Event | None:
+    """The graze of an extremum, −1 for none, at a point; None unless it touches the boundary."""
+    defect = abs(float(point.data.extrema[number, 1] - boundary)) if number >= 0 else np.inf
+    return Event(GRAZE, point, boundary, number, defect) if defect < _TOUCHING else None
+
+
+def _matched(first: Point, point: Point, number: int) -> int:
+    """Index at another point of an extremum of the first one, −1 if it is not there."""
+    if point is first:
+        return number
+    return int(match(first.data.extrema, point.data.extrema, first.data.period)[0][number])
+
+
+def _graze_of_new_pair(
+    equations: Equations, first: Point, last: Point, forward: bool, boundary: int, pair: tuple[int, int]
+) -> Event | None:
+    """The graze of one of two extrema that exist only at the last point (``forward``), or only at the first one.
+
+    Between, they are born with one value of z; from there on one of them passes the boundary. None if the pair cannot
+    be followed to that place.
+    """
+    full = along(equations.weights, first, last.u)
+    here, there = (full, 0.0) if forward else (0.0, full)
+    own = (last if forward else first).data.extrema[list(pair), 0].mean()
+    nearest: tuple[Point, int] | None = None
+    try:
+        for _ in range(_BISECTIONS):
+            halfway = 0.5 * (here + there)
+            point = between(equations, first, last, halfway)
+            straddling = _straddling_pair(point.data, own, boundary)
+            if straddling is None:
+                there = halfway
+            else:
+                here, nearest = halfway, (point, straddling)
+    except Stopped:
+        return None
+    return None if nearest is None else _graze_at(*nearest, boundary)
+
+
+def _straddling_pair(cycle: Cycle, instant: float, boundary: int) -> int | None:
+    """The index of that extremum, of the neighbouring pair nearest to an instant, that is nearer to the boundary, if
+    the boundary lies between both."""
+    extrema, nearest, least = cycle.extrema, None, 0.1
+    for i in range(len(extrema)):
+        j = (i + 1) % len(extrema)
+        a, b = extrema[i], extrema[j]
+        lag = abs(cycle.lag(0.5 * (a[0] + b[0]), instant))
+        if (a[1] - boundary) * (b[1] - boundary) < 0 and lag < least:
+            nearest, least = i if abs(a[1] - boundary) < abs(b[1] - boundary) else j, lag
+    return nearest
+
+
+def match(before: np.ndarray, after: np.ndarray, period: int) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Match the extrema of two neighbouring cycles, (E, 3) and (F, 3) as in `Cycle.extrema`.
+
+    Returns the index (E,) in ``after`` of each extremum of ``before``, −1 if it has vanished, and the pairs of extrema
+    of ``after`` that are new, by their indices.
+    """
+    kept, left, new = np.arange(len(before)), np.arange(len(after)), []
+    while len(kept) > len(left):
+        kept, _ = _without_pair(before, kept, after, left, period)
+    while len(left) > len(kept):
+        left, pair = _without_pair(after, left, before, kept, period)
+        new.append(pair)
+    found = np.full(len(before), -1)
+    if len(kept):
+        shift, cost = _best_rotation(before[kept], after[left], period)
+        if np.isfinite(cost):
+            found[kept] = np.roll(left, -shift)
+    return found, new
+
+
+def _best_rotation(before: np.ndarray, after: np.ndarray, period: int) -> tuple[int, float]:
+    """By how many places equally many extrema are rotated, and the sum of the differences that then remain.
+
+    The cost is infinite if maxima and minima do not alternate alike.
+    """
+    count, best = len(before), (0, np.inf)
+    if count == 0:
+        return 0, 0.0
+    for shift in range(-min(count, 4), min(count, 4) + 1):
+        rolled = np.roll(after, -shift, axis=0)
+        if np.any(rolled[:, 2] != before[:, 2]):
+            continue
+        lag = rolled[:, 0] - before[:, 0]
+        lag -= period * np.round(lag / period)
+        cost = float(np.abs(lag).sum() + np.abs(rolled[:, 1] - before[:, 1]).sum())
+        if cost < best[1]:
+            best = (shift, cost)
+    return best
+
+
+def _without_pair(
+    many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray, period: int
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Leave out the neighbouring pair of ``many[index]`` whose absence makes it most like ``few[others]``.
+
+    Returns the indices that remain, and the pair.
+    """
+    if len(index) - len(others) == 1:  # one extremum lies at the seam of the cycle, where it may be lost to rounding
+        costs = [_best_rotation(many[np.delete(index, i)], few[others], period)[1] for i in range(len(index))]
+        i = int(np.argmin(costs))
+        return np.delete(index, i), (int(index[i]), int(index[i]))
+    pairs, costs = [(i, (i + 1) % len(index)) for i in range(len(index))], [np.inf]
+    if len(index) - len(others) == 2:
+        costs = [_best_rotation(many[np.delete(index, pair)], few[others], period)[1] for pair in pairs]
+    if not np.any(np.isfinite(costs)):  # or too many to try all combinations: the flattest pairs go first
+        costs = [abs(many[index[i], 1] - many[index[j], 1]) for i, j in pairs]
+    pair = pairs[int(np.argmin(costs))]
+    return np.delete(index, pair), (int(index[pair[0]]), int(index[pair[1]]))

@@ -20,8 +20,7 @@ _WEIGHTS = np.array([0, -1, 9, -45, 45, -9, 1]) / 60
 """Central differences of sixth order. The arrays of a system are polynomials, sines or simple fractions of each
 parameter, so that the differences are exact to about 1e-12."""
 
-_STEP = 5e-3
-"""Step of the differences, relative to the parameter."""
+_STEP = 5e-3  # step of the differences, relative to the parameter
 
 _LEAST = 0.1
 """Least magnitude to which the step is relative, for parameters by which the equations do not divide; the largest is 1,
@@ -29,21 +28,10 @@ since a phase of any size is an argument of sines."""
 
 
 class ParameterFamily:
-    """A model along Q parameters.
+    """A model, with its initial values, along Q parameters ``axes``, named as in `MeshModel.with_values`; Q may be 0.
 
-    Parameters
-    ----------
-    model : MeshModel
-        Has all other parameters, and the initial values.
-    axes : sequence of str
-        Names of the Q parameters, as in `MeshModel.with_values`; there may be none.
-    names : tuple of str, optional
-        The coordinates of the dynamic state, if they are those of a family along more axes.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The d coordinates of the dynamic state, the same along the whole axes.
+    ``names`` are the d coordinates of the dynamic state, the same along the whole axes. They are given if they are
+    those of a family along more axes.
     """
 
     def __init__(self, model: MeshModel, axes: Sequence[str], names: tuple[str, ...] | None = None) -> None:
@@ -119,20 +107,9 @@ class ParameterFamily:
 
 
 def as_initial_values(family: ParameterFamily, values: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
-    """The initial values of the model with which motions begin in dynamic states at phase 0.
+    """The initial values (P, n) of the model with which motions begin in dynamic states (P, n, d) at phase 0.
 
-    Parameters
-    ----------
-    family : ParameterFamily
-    values : (P, Q)
-        Values of the parameters.
-    states : (P, n, d)
-        n states at each parameter point.
-
-    Returns
-    -------
-    dict of str to (P, n)
-        By the names of the coordinates that the model has.
+    They have the names of the coordinates that the model has; ``values`` (P, Q) are those of the parameters.
     """
     batch = family.batch(values)
     error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))

@@ -18,16 +18,14 @@ from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.model.switched import reversed_in_time, velocity_signs
 
-_DISTANCE = 1e-5
-"""Distance from the saddle at which the fundamental segment begins, in half backlashes."""
+_DISTANCE = 1e-5  # distance from the saddle at which the fundamental segment begins, in half backlashes
 
 _FIRST_POINTS = 17
 _SHARPEST = 0.3
 """Largest angle between neighbouring pieces of a resolved curve, in radians; pieces shorter than a tenth of the largest
 distance may turn more."""
 
-_MAX_POINTS = 100_000
-"""Most points of one branch of a manifold."""
+_MAX_POINTS = 100_000  # most points of one branch of a manifold
 
 _MAX_IMAGES = 200
 _ENDED = 1e-2
@@ -38,20 +36,13 @@ _ENDED = 1e-2
 class Manifold:
     """One branch of a manifold.
 
-    Attributes
-    ----------
-    saddle : Cycle
-    stable : bool
-    points : (P, 2)
-        z and z' at phase 0, in order from the saddle.
-    complete : bool
-        Whether the manifold was followed over the length asked for, or ended before: outside the region, or on an
-        attractor.
+    It is complete if it was followed over the length asked for, or ended before: outside the region, or on an
+    attractor.
     """
 
     saddle: Cycle
     stable: bool
-    points: np.ndarray
+    points: np.ndarray  # (P, 2) z and z' at phase 0, in order from the saddle
     complete: bool
 
 
@@ -66,24 +57,11 @@ def saddles(family: ParameterFamily, values: np.ndarray, period: int) -> list[Cy
 def saddle_manifolds(
     family: ParameterFamily, saddle: Cycle, *, length: float, spacing: float, region: np.ndarray
 ) -> list[Manifold]:
-    """All branches of the stable and unstable manifolds of a saddle, at all its n points.
+    """All branches of the stable and unstable manifolds of a saddle, at all its n points; raises `InputError` unless
+    d = 2.
 
-    Parameters
-    ----------
-    family : ParameterFamily
-        A model with d = 2.
-    saddle : Cycle
-    length : float
-        Arclength of each branch inside the region.
-    spacing : float
-        Largest distance of neighbouring points inside the region.
-    region : (2, 2)
-        Least and largest z, and least and largest z'.
-
-    Raises
-    ------
-    InputError
-        If the model does not have d = 2.
+    The length of each branch, and the largest distance of neighbouring points, the spacing, count inside the region
+    (2, 2) of least and largest z, and least and largest z'.
     """
     if family.dimension != 2:
         raise InputError("model", "must have two coordinates for manifolds that are curves", family.dimension,
@@ -167,9 +145,8 @@ class _Growth:
         relevant = inside[:-1] | inside[1:]
         turn = np.abs(np.arctan2(
             steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0], (steps[:-1] * steps[1:]).sum(axis=1)))
-        bent = np.zeros(len(size), bool)
-        bent[:-1] |= turn > _SHARPEST
-        bent[1:] |= turn > _SHARPEST
+        sharp = np.concatenate([[False], turn > _SHARPEST, [False]])
+        bent = sharp[:-1] | sharp[1:]
         return relevant & np.isfinite(size) & ((size > self.spacing) | (bent & (size > 0.1 * self.spacing)))
 
     def _inside(self, points: np.ndarray) -> np.ndarray:

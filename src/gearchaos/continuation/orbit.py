@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.same_orbit import minimal, passes, same_cycle
-from gearchaos.continuation.shooting import Cycle, converge
+from gearchaos.continuation.shooting import Cycle, converge, count_unstable, minimal, passes, same_cycle
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics import orbits as polishing
@@ -18,23 +17,17 @@ from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.dynamics.orbits import SAME_POINT
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.flow import OK, ExactFlow
+from gearchaos.flow import OK
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, state_names
 from gearchaos.validation import to_float
 
-LONGEST_PERIOD = 1024
-"""Largest period of an orbit, in mesh periods."""
-
-_STARTS = 256
-"""Number of further initial states from which the nearest orbit is searched where Newton's method fails."""
+LONGEST_PERIOD = 1024  # largest period of an orbit, in mesh periods
+_STARTS = 256  # number of further initial states from which the nearest orbit is searched where Newton's method fails
 
 _MAX_STARTS = 100_000
 _LATER = (1, 2, 4, 8, 16, 32, 64)
 """Mesh periods after which the motions from the initial states are taken as further guesses."""
-
-_UNIT_CIRCLE = 1e-9
-"""Distance from 1 up to which the modulus of a multiplier counts as 1."""
 
 
 class Switch(NamedTuple):
@@ -97,7 +90,7 @@ class Orbit(HasCard):
         """All attributes except the model as JSON-ready values; multipliers as [re, im]."""
         return {
             "period": self.period, "state": self.state, "unstable": self.unstable,
-            "multipliers": pairs(self.multipliers), "residual": self.residual,
+            "multipliers": [[float(m.real), float(m.imag)] for m in self.multipliers], "residual": self.residual,
             "points": {name: values.tolist() for name, values in self.points.items()},
             "switches": [s._asdict() for s in self.switches], "extrema": [e._asdict() for e in self.extrema],
         }
@@ -106,16 +99,6 @@ class Orbit(HasCard):
         stability = "stable" if self.unstable == 0 else f"{self.unstable} unstable"
         state = ", ".join(f"{name}={value:.6g}" for name, value in self.state.items())
         return f"Orbit({self.period}T, {stability}, {state})"
-
-
-def pairs(multipliers: np.ndarray) -> list[list[float]]:
-    """Complex numbers as [re, im]."""
-    return [[float(m.real), float(m.imag)] for m in multipliers]
-
-
-def count_unstable(multipliers: np.ndarray) -> int:
-    """Number of multipliers outside the unit circle."""
-    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
 def orbit(
@@ -159,8 +142,7 @@ def orbit(
     >>> found.unstable, round(found.state["z"], 4)
     (1, 1.2799)
     """
-    family, cycle = find_cycle(as_model(model), (), period, near, settings)
-    return as_orbit(family, cycle)
+    return as_orbit(*find_cycle(as_model(model), (), period, near, settings))
 
 
 def orbits(model: AnyModel, *, period: int = 1, starts: int = _STARTS) -> list[Orbit]:
@@ -288,35 +270,32 @@ def _no_orbit(
 
     ``name`` is that of the motion that the start leads to, if known.
     """
-    rule, start = f"must be near an orbit of minimal period {len(guess)}", guess[0]
-    if not found:
-        return InputError("start", rule, _text(family, values, start),
-                          f"None was found from {_STARTS} other states either"
-                          + (f", and the motion from there is {name}" if name else "") + "; try another period.")
-    points = _nearest(found, start).points
-    distance = np.linalg.norm(points - start, axis=1)
-    nearest = points[np.argmin(distance)]
-    return InputError(
-        "start", rule, _text(family, values, start),
-        f"The nearest one found is at a distance of {distance.min():.3g}: {_text(family, values, nearest)}.")
+
+    def text(state: np.ndarray) -> str:
+        named = as_initial_values(family, values[None], state[None, None])
+        return ", ".join(f"{name}={x[0, 0]:.6g}" for name, x in named.items())
+
+    advice = f"None was found from {_STARTS} other states either" + (
+        f", and the motion from there is {name}" if name else "") + "; try another period."
+    if found:
+        points = _nearest(found, guess[0]).points
+        distance = np.linalg.norm(points - guess[0], axis=1)
+        nearest = text(points[np.argmin(distance)])
+        advice = f"The nearest one found is at a distance of {distance.min():.3g}: {nearest}."
+    return InputError("start", f"must be near an orbit of minimal period {len(guess)}", text(guess[0]), advice)
 
 
-def _text(family: ParameterFamily, values: np.ndarray, state: np.ndarray) -> str:
-    """A state in the names of initial values."""
-    named = as_initial_values(family, values[None], state[None, None])
-    return ", ".join(f"{name}={x[0, 0]:.6g}" for name, x in named.items())
-
-
-def search(
-    family: ParameterFamily, values: np.ndarray, period: int, starts: int = _STARTS
-) -> list[Cycle]:
+def search(family: ParameterFamily, values: np.ndarray, period: int, starts: int = _STARTS) -> list[Cycle]:
     """The orbits of minimal period n that Newton's method reaches from many initial states, each once.
 
     It also begins with later states of the motions from there, which pass near saddles and end on attractors.
     """
     flow = family.exact_flow(values[None])
-    model = family.at(values)
-    w = _guesses(flow, family.states_of(values, spread(default_box(model), starts, seed=0)))
+    later = [family.states_of(values, spread(default_box(family.at(values)), starts, seed=0))]
+    for periods in np.diff((0, *_LATER)).tolist():
+        done = flow.advance(later[-1], periods, points=np.zeros(later[-1].shape[1], int))
+        later.append(done.w[:, done.status == OK])
+    w = np.concatenate(later, axis=1)
     points = np.zeros(w.shape[1], int)
     found = polishing.polish(flow, w, points, np.full(w.shape[1], period))
     cycles: list[Cycle] = []
@@ -329,13 +308,3 @@ def search(
         if minimal_period and not any(same_cycle(cycle, c) for c in cycles):
             cycles.append(cycle)
     return cycles
-
-
-def _guesses(flow: ExactFlow, w: np.ndarray) -> np.ndarray:
-    """Initial states (d, L) and the states of their motions after each number of mesh periods in `_LATER`, (d, L')."""
-    points, out = np.zeros(w.shape[1], int), [w]
-    for periods in np.diff((0, *_LATER)).tolist():
-        done = flow.advance(w, periods, points=points)
-        w, points = done.w[:, done.status == OK], points[done.status == OK]
-        out.append(w)
-    return np.concatenate(out, axis=1)

@@ -2,6 +2,11 @@
 
 All n points are unknowns (multiple shooting), so that an orbit with large multipliers is found as precisely as a stable
 one: rounding errors grow over one mesh period only.
+
+Two tolerances decide when two orbits are the same, up to a shift by whole mesh periods. Cycles that `converge` has
+found are known to nearly all digits: they are the same up to `SAME_POINT`. The attractor of a classification is
+polished by the n-th iterate alone. Near the end of its stability it is known to no more than 1e-10/(1 − |μ|), so that
+attractors are the same up to `SAME_ATTRACTOR`.
 """
 
 from __future__ import annotations
@@ -12,31 +17,33 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE
+from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Point, along, between, length
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.dynamics.orbits import floquet_multipliers
+from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
 from gearchaos.flow import OK, PeriodResult
 
-_MAX_CHANGE = 0.25
-"""Largest change of `_positions` in a step."""
+_UNIT_CIRCLE = 1e-9  # distance from 1 up to which the modulus of a multiplier counts as 1
+
+_ITERATIONS = 30
+_MAX_CHANGE = 0.25  # largest change of `_positions` in a step
+
+SAME_ATTRACTOR = 1e-4
+"""An orbit is an attractor known already if one of its points is one of the attractor's, up to this distance."""
+
+_RETURNED = 1e-3
+"""A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
+
+_LEAST_DIFFERENCE = 1e-8
+"""Distance of the first point of an orbit from that half a period later, below which the orbit has half the period."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """A candidate for a periodic orbit: n points and their images under the stroboscopic map.
+    """A candidate for a periodic orbit: n points and their images under the stroboscopic map."""
 
-    Attributes
-    ----------
-    points : (n, d)
-    values : (Q,)
-        Values of the parameters.
-    result : PeriodResult
-        One mesh period from each point.
-    """
-
-    points: np.ndarray
-    values: np.ndarray
-    result: PeriodResult
+    points: np.ndarray  # (n, d)
+    values: np.ndarray  # (Q,) of the parameters
+    result: PeriodResult  # one mesh period from each point
 
     @property
     def period(self) -> int:
@@ -97,18 +104,20 @@ class Cycle:
     @cached_property
     def extrema(self) -> np.ndarray:
         """Extrema of z over all n periods, (E, 3): instant in mesh periods from 0 to n, z, 1 maximum or −1 minimum."""
-        return np.concatenate([
-            np.column_stack([k + rows[:, 0], rows[:, 1:3]])
-            for k, rows in enumerate(self._trimmed("extrema", "extremum"))
-        ])
+        return np.concatenate(
+            [np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._extrema)])
 
     @cached_property
     def switches(self) -> np.ndarray:
         """Contact switches over all n periods, (S, 3): instant in mesh periods, boundary 1 or −1, 1 into contact."""
-        return np.concatenate([
-            np.column_stack([k + rows[:, 0], rows[:, 1:3]])
-            for k, rows in enumerate(self._trimmed("switches", "switch"))
-        ])
+        counted = zip(self.result.switches, self.result.switch_count, strict=True)
+        return np.concatenate(
+            [np.column_stack([k + rows[:count, 0], rows[:count, 1:3]]) for k, (rows, count) in enumerate(counted)])
+
+    @cached_property
+    def _extrema(self) -> list[np.ndarray]:
+        """The records of the extrema in each mesh period, see `PeriodResult`."""
+        return [r[:count] for r, count in zip(self.result.extrema, self.result.extremum_count, strict=True)]
 
     def lag(self, instant: Any, reference: float) -> Any:
         """By how much instants are later than another one, in mesh periods from −n/2 to n/2."""
@@ -120,7 +129,7 @@ class Cycle:
 
     def extremum_derivatives(self, number: int) -> np.ndarray:
         """Derivatives (n d + Q,) of z at an extremum by the points and the parameters."""
-        (n, d), rows = self.points.shape, self._trimmed("extrema", "extremum")
+        (n, d), rows = self.points.shape, self._extrema
         period = int(np.searchsorted(np.cumsum([len(r) for r in rows]), number, side="right"))
         row = rows[period][number - sum(len(r) for r in rows[:period]), 3:]
         out = np.zeros(n * d + len(self.values))
@@ -129,15 +138,15 @@ class Cycle:
 
     def extremum_slopes(self, direction: np.ndarray) -> np.ndarray:
         """Derivatives (E,) of z at the extrema in a direction (n d + Q,) of points and parameters."""
-        (n, d), rows = self.points.shape, self._trimmed("extrema", "extremum")
+        n, d = self.points.shape
         states, parameters = direction[: n * d].reshape(n, d), direction[n * d :]
-        pairs = zip(rows, states, strict=True)
+        pairs = zip(self._extrema, states, strict=True)
         return np.concatenate([r[:, 3 : 3 + d] @ state + r[:, 3 + d :] @ parameters for r, state in pairs])
 
-    def _trimmed(self, name: str, singular: str) -> list[np.ndarray]:
-        """The records of this name in each mesh period."""
-        counts = getattr(self.result, f"{singular}_count")
-        return [rows[:count] for rows, count in zip(getattr(self.result, name), counts, strict=True)]
+
+def count_unstable(multipliers: np.ndarray) -> int:
+    """Number of multipliers outside the unit circle."""
+    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
 def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
@@ -146,14 +155,14 @@ def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) ->
     return Cycle(np.array(points), np.array(values), result)
 
 
-def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray, iterations: int = 30) -> Cycle:
+def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
     """The cycle that Newton's method with halved steps reaches from points (n, d) at fixed parameter values (Q,).
 
     The best cycle found is returned whether it has converged or not: see its ``residual``.
     """
     flow, index = family.flow(values[None]), np.zeros(len(points), np.int64)
     best = Cycle(np.array(points, dtype=float), np.array(values, dtype=float), flow.advance(points, index))
-    for _ in range(iterations):
+    for _ in range(_ITERATIONS):
         if best.residual <= TOLERANCE or not np.isfinite(best.residual):
             break
         try:
@@ -162,30 +171,26 @@ def converge(family: ParameterFamily, points: np.ndarray, values: np.ndarray, it
             break
         if not np.all(np.isfinite(step)):
             break
-        improved = None
         for halving in range(6):
             moved = best.points + step.reshape(points.shape) / 2**halving
             trial = Cycle(moved, best.values, flow.advance(moved, index))
             if trial.residual < best.residual:
-                improved = trial
+                best = trial
                 break
-        if improved is None:
+        else:
             break
-        best = improved
     return best
 
 
-class CycleEquations:
-    """Orbits of period n along one parameter: n d equations for n points and the parameter.
+def unknowns(cycle: Cycle) -> np.ndarray:
+    """The points and parameter values of a cycle as one vector (n d + Q,)."""
+    return np.append(cycle.points.ravel(), cycle.values)
 
-    Parameters
-    ----------
-    family : ParameterFamily
-        A model along Q = 1 parameter.
-    period : int
-        n, in mesh periods.
-    span : float
-        The change of the parameter that counts as much as a change of all points by one half backlash.
+
+class CycleEquations:
+    """Orbits of period n along one parameter (Q = 1): n d equations for n points and the parameter.
+
+    A change of the parameter by ``span`` counts as much as a change of all points by one half backlash.
     """
 
     def __init__(self, family: ParameterFamily, period: int, span: float) -> None:
@@ -221,6 +226,63 @@ def _positions(multipliers: np.ndarray) -> np.ndarray:
     ])
 
 
-def unknowns(cycle: Cycle) -> np.ndarray:
-    """The points and parameter values of a cycle as one vector (n d + Q,)."""
-    return np.append(cycle.points.ravel(), cycle.values)
+def passes(points: np.ndarray, state: np.ndarray) -> bool:
+    """Whether a state (d,) is one of the points (n, d) of an orbit."""
+    return bool(np.abs(points - state).max(axis=1).min() < SAME_POINT)
+
+
+def shift_difference(first: np.ndarray, second: np.ndarray) -> float:
+    """Largest difference of a coordinate of two orbits (n, d), at the shift by whole mesh periods where it is least."""
+    return min(float(np.abs(np.roll(first, -k, axis=0) - second).max()) for k in range(len(first)))
+
+
+def same_cycle(first: Cycle, second: Cycle) -> bool:
+    """Whether two cycles are one orbit, up to a shift of phase by whole mesh periods."""
+    return first.period == second.period and shift_difference(first.points, second.points) < SAME_POINT
+
+
+def minimal(family: ParameterFamily, cycle: Cycle) -> Cycle:
+    """The cycle over its minimal period."""
+    n = cycle.period
+    for k in (k for k in range(1, n) if n % k == 0):
+        if np.abs(np.roll(cycle.points, -k, axis=0) - cycle.points).max() < SAME_POINT:
+            return converge(family, cycle.points[:k], cycle.values)
+    return cycle
+
+
+def has_half_period(cycle: Cycle) -> bool:
+    """Whether an orbit with an even number of points is one of half the period."""
+    return cycle.period % 2 == 0 and float(np.linalg.norm(cycle.half_period_difference)) < _LEAST_DIFFERENCE
+
+
+def joins_half_period(last: Cycle, cycle: Cycle) -> bool:
+    """Whether orbits pass one of half the period between two neighbouring ones, beyond which both halves are exchanged,
+    or reach it."""
+    if cycle.period % 2:
+        return False
+    before, after = last.half_period_difference, cycle.half_period_difference
+    opposite = float(before @ after) < -0.5 * float(np.linalg.norm(before) * np.linalg.norm(after))
+    return opposite or has_half_period(cycle)
+
+
+def returned_start(equations: Any, start: Point, last: Point, point: Point) -> Point | None:
+    """The point at the start, between two neighbouring points, if the branch passes it there; else None.
+
+    The start may be shifted by whole mesh periods. The first ``size`` unknowns are the n points of the orbit.
+    """
+
+    def shifted(u: np.ndarray, shift: int) -> np.ndarray:
+        points = u[: equations.size].reshape(equations.period, -1)
+        return np.append(np.roll(points, -shift, axis=0).ravel(), u[equations.size :])
+
+    weights = equations.weights
+    size = length(weights, point.u - last.u)
+    for shift in range(equations.period):
+        u, tangent = shifted(start.u, shift), shifted(start.tangent, shift)
+        before, after = (float(np.sum(weights * tangent * (v - u))) for v in (last.u, point.u))
+        near = max(length(weights, point.u - u), length(weights, last.u - u)) < 2 * size
+        if near and before < 0 <= after and float(np.sum(weights * tangent * point.tangent)) > 0:
+            at = between(equations, last, point, along(weights, last, u))
+            if length(weights, at.u - u) < _RETURNED * size:
+                return at
+    return None

@@ -5,12 +5,10 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.exact import ExactFlow, FlowResult, combine_measures
-from gearchaos.flow.kernels.cancellation import StoppedError, cancel_event
+from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH, Measure
-from gearchaos.flow.kernels.newton import RESIDUAL, NewtonSearch, newton_iteration
-from gearchaos.flow.orbits import near_returns, start_newton_search
+from gearchaos.flow.kernels.orbits import RESIDUAL, NewtonSearch, near_returns, newton_iteration, start_newton_search
 from gearchaos.flow.sensitivity import PeriodResult, SensitivityFlow, differentiate
 from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period
 from gearchaos.flow.tables import steps_share_matrices

@@ -5,6 +5,8 @@ The measures: how they begin, and how those of parts of motions are combined to 
 
 from __future__ import annotations
 
+import threading
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -12,10 +14,44 @@ import numpy as np
 
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
-from gearchaos.flow.kernels.cancellation import raise_if_cancelled
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
 from gearchaos.flow.system import SwitchedSystem
 from gearchaos.flow.tables import prepare_points
+
+cancel_event: ContextVar[threading.Event | None] = ContextVar("cancel_event", default=None)
+"""The event that cancels computations of the flow in the current context.
+
+Set the variable in the context in which the computation runs. The computation raises `StoppedError` some hundredths of
+a second after the event is set. If the variable is None, it cannot be cancelled.
+"""
+
+
+class StoppedError(Exception):
+    """The computation was cancelled through `cancel_event`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import threading
+    >>> from gearchaos.flow import StoppedError, cancel_event
+    >>> event = threading.Event()
+    >>> token = cancel_event.set(event)
+    >>> event.set()
+    >>> try:
+    ...     gc.simulate(gc.MeshModel.of(q0=0.1), periods=100)
+    ... except StoppedError:
+    ...     print("stopped")
+    stopped
+    >>> cancel_event.reset(token)
+    """
+
+
+def raise_if_cancelled() -> None:
+    """Raise `StoppedError` if the event of the current context is set."""
+    event = cancel_event.get()
+    if event is not None and event.is_set():
+        raise StoppedError
+
 
 _FIRST: dict[np.ufunc, float] = {np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}
 """The value with which each way of combining begins."""
@@ -76,8 +112,7 @@ _CACHE = 2 << 20
 """Bytes of step matrices that the packs advanced together may use, if there are at least `_MIN_SLOTS` of them: a part
 of the last-level cache. Where contact states change often, matrices that do not fit took up to five times as long."""
 
-_MIN_SLOTS = 4
-"""Fewest packs that are advanced together."""
+_MIN_SLOTS = 4  # fewest packs that are advanced together
 
 _MAX_BUFFER_BYTES = 4 << 20
 """Most bytes of the matrix buffers of one pack; where a buffer for each entry would take more, there is one."""
@@ -261,7 +296,7 @@ class ExactFlow(Generic[System]):
         count = min(max(_MIN_SLOTS, min(SLOTS, _CACHE // (buffers * buffer + tables))), len(call.packs))
         saved = points.harmonics.point_rows if measuring else 0
         lanes = new_lanes(self.dimension, len(call.tangent), points.table.shape[2], buffers, count, saved)
-        slots, work = new_slots(count), new_workspace(points.harmonics)
+        slots, work = new_slots(count), new_workspace(points.harmonics.rows.total)
         raise_if_cancelled()
         while advance_packs(dims, points, call, lanes, slots, work, measuring, _STEPS_BETWEEN_CANCEL_CHECKS):
             raise_if_cancelled()

@@ -9,25 +9,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.kernels.cancellation import raise_if_cancelled
-from gearchaos.flow.kernels.offsets import sensitivity_rows
+from gearchaos.flow.exact import raise_if_cancelled
+from gearchaos.flow.kernels.arrays import new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
-from gearchaos.flow.kernels.sensitivity import (
-    SensitivityCall,
-    advance_with_sensitivities,
-    new_sensitivity_workspace,
-)
+from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import equation_array, harmonics_of, step_counts, step_values, steps_in_parts
+from gearchaos.flow.tables import harmonics_of, parameter_array, step_counts, step_values, steps_in_parts
 
-_MIN_RECORDS = 32
-"""Least numbers of contact switches and of extrema of z that are recorded in a mesh period."""
+_MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
 
 
 class Derivatives(NamedTuple):
     """Derivatives of the equations by Q parameters at P points."""
 
-    equations: np.ndarray  # (P, Q, total) of the columns of `tables.equation_array`
+    equations: np.ndarray  # (P, Q, total) of the columns of `tables.parameter_array`
     starts: np.ndarray  # (P, Q, N) of the starts of the parts of the period
 
 
@@ -105,7 +100,7 @@ class SensitivityFlow:
 
     def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
         self._harmonics, self.dimension = harmonics_of(system), system.dimension
-        self._parameters = equation_array(system)
+        self._parameters = parameter_array(system, bounded=False)
         sizes = (self._parameters.shape[1], system.levels.shape[1])
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
         self._derivatives, self._starts = derivatives or none
@@ -143,7 +138,7 @@ class SensitivityFlow:
             np.empty((count, records, 4)), np.zeros(count, np.int64),
             np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
         )
-        work, segment, steps = new_sensitivity_workspace(self._rows.total), new_segment(), self.step_count[points]
+        work, segment, steps = new_workspace(self._rows.total), new_segment(), self.step_count[points]
         for number in np.unique(steps):
             lanes = np.flatnonzero(steps == number)
             advance_with_sensitivities((0,) * d, self._harmonics, self._rows, call, int(number), lanes, work, segment)
@@ -184,7 +179,7 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
     (1, 2, 1)
     """
     (points, parameters), size = steps.shape, len(weights)
-    found = (equation_array(neighbours), neighbours.starts)
+    found = (parameter_array(neighbours, bounded=False), neighbours.starts)
     columns, starts = (a.reshape(points, parameters, size, -1) for a in found)
     return Derivatives(*(np.ascontiguousarray(
         np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))

@@ -9,9 +9,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, Grids, Points, Steps, new_workspace
-from gearchaos.flow.kernels.offsets import Harmonics, ParameterColumns, harmonics
-from gearchaos.flow.kernels.tabulate import tabulate_steps
+from gearchaos.flow.kernels.affine import tabulate_steps
+from gearchaos.flow.kernels.arrays import (
+    COS_SIN,
+    LENGTH,
+    LEVEL,
+    Grids,
+    Harmonics,
+    ParameterColumns,
+    Points,
+    Steps,
+    harmonics,
+    new_workspace,
+)
 from gearchaos.flow.system import SwitchedSystem, bounds, min_steps_per_period
 
 _MAX_SHARED_HARMONICS = 4
@@ -24,19 +34,12 @@ def harmonics_of(system: SwitchedSystem) -> Harmonics:
     return harmonics(system.dimension, system.f_cos.shape[1], system.chi_cos.shape[1], system.levels.shape[1])
 
 
-def parameter_array(system: SwitchedSystem) -> np.ndarray:
-    """The arrays of a system and its bounds side by side, (P, total), in the order of `offsets.ParameterColumns`."""
-    return _side_by_side(system, dict(zip(("bound0", "bound"), bounds(system), strict=True)))
-
-
-def equation_array(system: SwitchedSystem) -> np.ndarray:
-    """`parameter_array` with zeros in place of the bounds, which are not needed where every step is resolved."""
-    points, d = system.points, system.dimension
-    return _side_by_side(system, {"bound0": np.zeros((points, 2)), "bound": np.zeros((points, d))})
-
-
-def _side_by_side(system: SwitchedSystem, computed: dict[str, np.ndarray]) -> np.ndarray:
-    """The arrays of a system, or those ``computed`` from it, in the order of `offsets.ParameterColumns`."""
+def parameter_array(system: SwitchedSystem, bounded: bool) -> np.ndarray:
+    """The arrays of a system side by side, (P, total), in the order of `ParameterColumns`: with its bounds, or with
+    zeros in their place, since they are not needed where every step is resolved."""
+    points = system.points
+    found = bounds(system) if bounded else (np.zeros((points, 2)), np.zeros((points, system.dimension)))
+    computed = dict(zip(("bound0", "bound"), found, strict=True))
     *names, _ = ParameterColumns._fields  # the last one is the total
     columns = [computed[name] if name in computed else getattr(system, name) for name in names]
     return np.ascontiguousarray(np.concatenate([c.reshape(system.points, -1) for c in columns], axis=1))
@@ -76,31 +79,18 @@ def tabulated_harmonics(system: SwitchedSystem) -> int:
 
 
 def tabulate(system: SwitchedSystem, parameters: np.ndarray, steps: Steps, count: int) -> np.ndarray:
-    """Compute the step tables of points with the same grid.
+    """The step tables (P, entries, 3, rows) of P points with the same grid and ``count`` steps in a period.
 
-    Parameters
-    ----------
-    system : SwitchedSystem
-        The P points.
-    parameters : (P, total)
-        `parameter_array` of the system.
-    steps : Steps
-        The steps of one period, used by all points, or those of one period for each point in turn.
-    count : int
-        Number of steps in a period.
-
-    Returns
-    -------
-    (P, entries, 3, rows)
-        Axis 2: contact states in the order back, free, front. Rows: E (d * d), constant (d), the responses to all cos
-        jωτ (d each), then those to all sin jωτ (d each), j = 1, ..., `tabulated_harmonics`.
+    ``parameters`` is their `parameter_array`, ``steps`` those of one period, used by all points, or of one period for
+    each point in turn. Axis 2: contact states in the order back, free, front. Rows: E (d * d), constant (d), the
+    responses to all cos jωτ (d each), then those to all sin jωτ (d each), j = 1, ..., `tabulated_harmonics`.
     """
     d, tabulated = system.dimension, tabulated_harmonics(system)
     first_of_entry = np.searchsorted(steps.entry[:count], np.arange(steps.entry[count - 1] + 1))
     table = np.zeros((system.points, len(first_of_entry), 3, d * d + d + 2 * tabulated * d))
     per_point = count if len(steps.entry) > count else 0  # 0 if all points use the same steps
     first, offsets = per_point * np.arange(system.points), harmonics_of(system)
-    work = new_workspace(offsets)
+    work = new_workspace(offsets.rows.total)
     tabulate_steps((0,) * d, parameters, offsets, steps.values, first, first_of_entry, tabulated, work, table)
     return table
 
@@ -127,7 +117,7 @@ def prepare_points(system: SwitchedSystem, samples: int) -> tuple[Points, np.nda
     layouts, grid = np.unique(
         np.column_stack([step_counts(system), orthonormalisations(system)]), axis=0, return_inverse=True
     )
-    grid, parameters = grid.ravel(), parameter_array(system)
+    grid, parameters = grid.ravel(), parameter_array(system, bounded=True)
     grids = Grids(*(np.zeros(system.points, np.int64) for _ in Grids._fields))
     parts, tables, steps_before, entries_before = [], [], 0, 0
     for i, (*counts, orthonormalised) in enumerate(layouts.tolist()):

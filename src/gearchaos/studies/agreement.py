@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.continuation.agreement import BASIN, CURVE, UNEXPLAINED, Sides, explain_sides
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.skeleton import CurveData
 from gearchaos.datasets import flag_attributes, model_from_json, new_dataset, provenance, variables
 from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError

@@ -12,13 +12,12 @@ import numpy as np
 
 from gearchaos.continuation.arclength import length
 from gearchaos.continuation.branch import Branch as Followed
-from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.branch import cascade as follow_cascade
+from gearchaos.continuation.branch import follow_asymmetric, follow_branch
 from gearchaos.continuation.events import FLIP, FOLD, KINDS, PITCHFORK, Event
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.orbit import Orbit, as_orbit, count_unstable, find_cycle
-from gearchaos.continuation.shooting import Cycle, CycleEquations
-from gearchaos.continuation.switching import cascade as follow_cascade
-from gearchaos.continuation.switching import follow_asymmetric
+from gearchaos.continuation.orbit import Orbit, as_orbit, find_cycle
+from gearchaos.continuation.shooting import Cycle, CycleEquations, count_unstable
 from gearchaos.datasets import describe, new_dataset, provenance, variables
 from gearchaos.dynamics import Label, classify, orbits
 from gearchaos.dynamics.response import compute_response

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from gearchaos.continuation.arclength import Settings, Stopped
-from gearchaos.continuation.curve import SETTINGS, event_at, find_event, follow_curve
+from gearchaos.continuation.curve import SETTINGS, CurveData, event_at, find_event, follow_curve
 from gearchaos.continuation.defining import seed_of
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
-from gearchaos.continuation.skeleton import CurveData, as_data
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError
 from gearchaos.studies.axis import Axis
@@ -110,7 +109,7 @@ class Curve(FollowingStudy):
             event = find_event(along_x, cycle, self.event, (x.start, x.stop), Settings())
             seed = seed_of(event, np.array([event.cycle.values[0], family.start[1]]))
         try:
-            found = as_data(follow_curve(family, seed, ((x.start, x.stop), (y.start, y.stop)), settings))
+            found = follow_curve(family, seed, ((x.start, x.stop), (y.start, y.stop)), settings)
         except Stopped as stop:
             raise InputError("event", "must be one whose curve can be followed", seed.kind,
                              f"At {x.name} = {seed.values[0]:.10g} it cannot: {stop}.") from None

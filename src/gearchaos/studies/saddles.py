@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearchaos.continuation.edge import EdgeState, track_edge
-from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.manifolds import saddle_manifolds, saddles
-from gearchaos.continuation.orbit import as_orbit, check_period, checked_state
+from gearchaos.continuation.orbit import check_period, checked_state
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import checked_box
@@ -205,11 +205,8 @@ class EdgeTracking(ClassifyingStudy, WholeStudy):
         family = ParameterFamily(self.model, ())
         starts = [ParameterFamily(self.model.with_values(state), ()) for state in (self.first, self.second)]
         first, second = (start.initial_states(start.start[None])[0] for start in starts)
-        edge = track_edge(family, family.start, first, second, period=self.period, rounds=self.rounds,
-                          settings=self.classification)
-        found = as_initial_values(family, family.start[None], edge.states[None])
-        return EdgeState(
-            None if edge.cycle is None else as_orbit(family, edge.cycle), {name: x[0] for name, x in found.items()})
+        return track_edge(
+            family, first, second, period=self.period, rounds=self.rounds, settings=self.classification)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         found = self.result()

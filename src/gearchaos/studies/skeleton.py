@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.defining import EventSeed
-from gearchaos.continuation.skeleton import CurveData, Search, find_curves
+from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores

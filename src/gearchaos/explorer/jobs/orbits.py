@@ -10,9 +10,9 @@ import xarray as xr
 
 from gearchaos.continuation.arclength import Settings
 from gearchaos.continuation.branch import follow_branch
-from gearchaos.continuation.lines import Line, line_seeds
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.orbit import find_cycle
-from gearchaos.continuation.skeleton import CurveData, CurveWork, on_curve, same_curve
+from gearchaos.continuation.skeleton import CurveWork, Line, line_seeds, on_curve, same_curve
 from gearchaos.datasets import provenance, variable
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.point import PointMotion, in_units

@@ -33,7 +33,7 @@ vector
     `WIDTH` floats, one for each lane of a pack (`simd.py`). Row r of a flat array of vectors is the floats
     r * `WIDTH` to (r + 1) * `WIDTH` - 1; element l of a row belongs to the lane at position l.
 ws
-    The rows of a `Workspace`, a flat array of vectors in the order of `offsets.Rows`.
+    The rows of a `Workspace`, a flat array of vectors in the order of `Rows`.
 parity
     0 or 1: states at even and at odd ticks have separate memory, so that a step reads one and writes the other.
 """

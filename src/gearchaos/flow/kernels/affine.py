@@ -1,4 +1,5 @@
-"""One affine step of the pack in a slot, and the test for lanes in which contact may have changed.
+"""The affine step: its tables, from Taylor polynomials; the step of the pack in a slot; and the test for lanes in which
+contact may have changed.
 
 Positions without an active lane are computed too, and their results ignored.
 """
@@ -7,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import COS_SIN, position_of, slot_of
-from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.constants import TWO_PI, WIDTH
+from gearchaos.flow.kernels.arrays import COS_SIN, position_of, rows, slot_of
+from gearchaos.flow.kernels.compilation import inlined, kernel, subroutine
+from gearchaos.flow.kernels.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.simd import (
     bits,
     broadcast,
@@ -23,6 +24,16 @@ from gearchaos.flow.kernels.simd import (
     vabs,
     vfma,
 )
+from gearchaos.flow.kernels.taylor import (
+    add_sinusoid,
+    end_state,
+    excitation_series,
+    fill_level,
+    fill_point,
+    fill_step,
+    set_amplitudes,
+    state_series,
+)
 
 _POSITIONS = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
                        for mask in range(1 << WIDTH)], dtype=np.int8)
@@ -34,10 +45,8 @@ _COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.in
 
 @inlined
 def append_lanes(mask, slot, listed, count):
-    """Append the lanes of a slot whose bits are set to the ``count`` listed ones; returns the new count.
-
-    Always writes `WIDTH` numbers, so ``listed`` must have room for ``count`` + `WIDTH`.
-    """
+    """Append the lanes of a slot whose bits are set to the ``count`` listed ones; returns the new count. It always
+    writes `WIDTH` numbers, so ``listed`` must have room for them."""
     for i in range(WIDTH):
         store_scalar(listed, count + i, slot * WIDTH + _POSITIONS[mask, i])
     return count + _COUNTS[mask]
@@ -74,7 +83,7 @@ def update_matrices(dims, points, lanes, slots, listed, count, tick):
 @subroutine
 def load_bounds(dims, values, columns, length, vectors, first):
     """Write the bounds of one lane that `find_suspects` uses to every `WIDTH`-th float of the vectors from index
-    ``first`` on: those of |z''| and |z'''| and the factors of |w_i|, i >= 2 (see `rates.bounds`), all times h² / 8.
+    ``first`` on: those of |z''| and |z'''| and the factors of |w_i|, i >= 2 (see `system.bounds`), all times h² / 8.
 
     ``values`` (total,) are the parameters of the lane's point, ``columns`` their `ParameterColumns`, ``length`` the
     length of the step as a fraction of the period.
@@ -141,3 +150,90 @@ def list_suspects(suspects, slots, listed):
         active = (1 << load_scalar(slots.active, slot)) - 1
         count = append_lanes(load_scalar(suspects, slot) & active, slot, listed, count)
     return count
+
+
+@subroutine
+def _clear(ws, first, count):
+    """Set ``count`` rows to zero."""
+    for i in range(first * WIDTH, (first + count) * WIDTH):
+        ws[i] = 0.0
+
+
+@subroutine
+def _respond(dims, ws, forced, varying, table, points, entry, state, first, stride):
+    """Advance the pack from the start rows over the step; write coordinate i at its end to ``table[point, entry, state,
+    first + i * stride]``. ``points`` (WIDTH,) are the indices of the lanes' points."""
+    end = rows(dims).end
+    state_series(dims, ws, forced, varying)
+    end_state(dims, ws)
+    for l in range(WIDTH):
+        for i in range(len(dims)):
+            table[points[l], entry, state, first + i * stride] = ws[(end + i) * WIDTH + l]
+
+
+@subroutine
+def _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated, work, table):
+    """Compute all rows of one entry in one contact state, for the pack of points ``work.points`` at ``work.steps``."""
+    d, varying = len(dims), harmonics.stiffness > 0
+    at, ws = rows(dims), work.rows
+    fill_point(dims, parameters, harmonics, work.points, False, ws)
+    fill_level(dims, parameters, harmonics, values, work.points, work.steps, ws)
+    fill_step(dims, harmonics, values, work.steps, ws)
+    for l in range(WIDTH):
+        ws[at.sigma * WIDTH + l] = state - 1.0
+        ws[at.end_fraction * WIDTH + l] = 1.0
+    excitation_series(dims, harmonics, ws)
+    _clear(ws, at.start, d)
+    if tabulated > 0:
+        _clear(ws, at.forcing, ORDER + 1)
+    _respond(dims, ws, True, varying, table, work.points, entry, state, d * d, 1)
+    for j in range(d):
+        _clear(ws, at.start, d)
+        for l in range(WIDTH):
+            ws[(at.start + j) * WIDTH + l] = 1.0
+        _respond(dims, ws, False, varying, table, work.points, entry, state, j, d)
+    if tabulated > 0:
+        _tabulate_responses(dims, parameters, harmonics, entry, state, work, table)
+
+
+@subroutine
+def _tabulate_responses(dims, parameters, harmonics, entry, state, work, table):
+    """Compute the responses, from rest, to the forcing harmonics as factors of cos jωτ and sin jωτ at the start of the
+    step: to the forcing at phase 0, and to the forcing a quarter period later."""
+    d = len(dims)
+    at, ws, column, cos_sin = rows(dims), work.rows, harmonics.columns, harmonics.rows.cos_sin
+    _clear(ws, at.start, d)
+    _clear(ws, at.constant, d)
+    _clear(ws, at.sigma, 1)
+    for j in range(harmonics.forcing):
+        angle = load(ws, at.duration) * load(ws, at.omega) * broadcast(j + 1.0)
+        for l in range(WIDTH):
+            ws[cos_sin * WIDTH + l] = 1.0
+            ws[(cos_sin + 1) * WIDTH + l] = 0.0
+        for quarter in range(2):
+            cos, sin = column.f_cos + j, column.f_sin + j
+            if quarter == 0:
+                set_amplitudes(parameters, work.points, cos, sin, 1.0, ws, at.amplitudes)
+            else:
+                set_amplitudes(parameters, work.points, sin, cos, -1.0, ws, at.amplitudes)
+            add_sinusoid(ws, at.forcing, load(ws, at.amplitudes), load(ws, at.amplitudes + 1), cos_sin, angle, True)
+            first = d * d + d + (quarter * harmonics.forcing + j) * d
+            _respond(dims, ws, True, False, table, work.points, entry, state, first, 1)
+
+
+@kernel
+def tabulate_steps(dims, parameters, harmonics, values, first, first_of_entry, tabulated, work, table):
+    """Compute the step tables (P, entries, 3, rows) of the points of one grid, see `tables.tabulate`, `WIDTH` points at
+    a time.
+
+    ``first`` (P,) is the index of each point's first step in the `Steps.values` of the grid, ``first_of_entry``
+    (entries,) the one within the grid of the first step with each entry; ``tabulated`` is `Points.tabulated`.
+    """
+    for base in range(0, table.shape[0], WIDTH):
+        for l in range(WIDTH):
+            work.points[l] = min(base + l, table.shape[0] - 1)
+        for entry in range(table.shape[1]):
+            for l in range(WIDTH):
+                work.steps[l] = first[work.points[l]] + first_of_entry[entry]
+            for state in range(3):
+                _tabulate_step(dims, parameters, harmonics, values, entry, state, tabulated, work, table)

@@ -25,11 +25,76 @@ from typing import Any
 import numba
 import platformdirs
 from filelock import FileLock
+from llvmlite.binding import Linkage, ModuleRef
 from numba import config, njit
 from numba.core import event
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
-from gearchaos.flow.kernels.linking import KernelCompiler, SubroutineCompiler, ThoroughCompiler
+
+class _NoEnvironments:
+    """Replacement for the code generator in a subroutine's library. Numba calls `set_env` to give compiled code the
+    address of the Python objects that it needs to raise exceptions; subroutines raise none."""
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing."""
+
+
+class _SubroutineLibrary(JITCodeLibrary):
+    """The LLVM code of a subroutine and of those that it calls, neither optimised nor turned into machine code."""
+
+    codegen = _NoEnvironments()
+
+    def _optimize_functions(self, ll_module: ModuleRef) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class _KernelLibrary(JITCodeLibrary):
+    """The code of a kernel and of its subroutines."""
+
+    passes = 1
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr:  # not called from outside: LLVM may remove it once inlined
+                function.linkage = Linkage.internal
+        for _ in range(self.passes):
+            super()._optimize_final_module()
+
+
+class SubroutineCompiler(Compiler):
+    """Numba's compiler for a function that only kernels call."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.library = _SubroutineLibrary(self.state.targetctx.codegen(), "subroutine")
+
+
+class KernelCompiler(Compiler):
+    """Numba's compiler for a kernel."""
+
+    passes = 1
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.library = _KernelLibrary(self.state.targetctx.codegen(), "kernel")
+        self.state.library.passes = self.passes
+        self.state.library.enable_object_caching()
+
+
+class ThoroughCompiler(KernelCompiler):
+    """A `KernelCompiler` with two optimisation passes: in the second one LLVM unrolls loops that contain unrolled
+    loops."""
+
+    passes = 2
+
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """Kernels release the GIL, divide by zero as NumPy does, and allocate no arrays; they need no C wrapper, because no C
@@ -58,8 +123,7 @@ def cache_directory() -> Path:
     return Path(base) / digest.hexdigest()[:16]
 
 
-LONGEST_WAIT = 300.0
-"""Seconds that a process waits for another one to compile a kernel; then it compiles for itself."""
+LONGEST_WAIT = 300.0  # seconds that a process waits for another one to compile a kernel; then it compiles for itself
 
 
 class _SharedCache(FunctionCache):

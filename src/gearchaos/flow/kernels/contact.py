@@ -1,19 +1,41 @@
-"""Where a segment of motion leaves its contact state: the first root of the gap, never a later one.
+"""Steps in which contact may change, from switch to switch, by Taylor polynomials.
 
-Method and proof are in docs/method.md, "Resolving a step". All arguments are vectors, except ``ws`` and row indices. s
-in [0, 1] is the fraction of the segment; derivatives are with respect to s. The *gap* is the distance of z from the
+A segment of motion leaves its contact state at the first root of the gap, never a later one. Method and proof are in
+docs/method.md, "Resolving a step". Up to `find_exits` all arguments are vectors, except ``ws`` and row indices. s in
+[0, 1] is the fraction of the segment; derivatives are with respect to s. The *gap* is the distance of z from the
 boundary of its contact state, positive inside. The root search advances s by *increments*.
 """
 
 from __future__ import annotations
 
-from gearchaos.flow.kernels.compilation import subroutine
-from gearchaos.flow.kernels.constants import ORDER
-from gearchaos.flow.kernels.offsets import rows
-from gearchaos.flow.kernels.simd import any_true, broadcast, load, select, smaller, store, vabs, vfma, vsqrt
+from gearchaos.flow.kernels.arrays import position_of, rows, rows_per_slot, slot_of
+from gearchaos.flow.kernels.compilation import inlined, subroutine
+from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, ORDER, WIDTH
+from gearchaos.flow.kernels.measures import gather_measures, measure_segment, output_series, scatter_measures
+from gearchaos.flow.kernels.simd import (
+    any_true,
+    broadcast,
+    load,
+    load_scalar,
+    select,
+    smaller,
+    store,
+    store_scalar,
+    vabs,
+    vfma,
+    vsqrt,
+)
+from gearchaos.flow.kernels.taylor import (
+    advance_phases,
+    end_state,
+    excitation_series,
+    fill_level,
+    fill_point,
+    fill_step,
+    state_series,
+)
 
-_EXACT = 1e-15
-"""Largest error of an exit, as a fraction of the segment."""
+_EXACT = 1e-15  # largest error of an exit, as a fraction of the segment
 
 _GRAZING_SPEED = 1e-8
 """Where the motion reaches the boundary with a smaller |dz/ds|, it touches it; whether it crosses is decided `_PROBE`
@@ -23,15 +45,11 @@ _PROBE = 1e-3
 """Distance beyond a touch at which the sign of the gap decides whether it was a crossing, as a fraction of the
 segment."""
 
-_SMALLEST_WINDOW = 1e-9
-"""Smallest window of an increment, see `_next_window`, as a fraction of the segment."""
+_SMALLEST_WINDOW = 1e-9  # smallest window of an increment, see `_next_window`, as a fraction of the segment
 
 _MAX_INCREMENTS = 400
-_BEYOND_END = 2.0
-"""A value of s beyond the end of every segment, which is at 1."""
-
-SEARCH_FAILED = 2.0
-"""Value of ``next_sigma`` for a lane whose exit was not found within `_MAX_INCREMENTS` increments."""
+_BEYOND_END = 2.0  # a value of s beyond the end of every segment, which is at 1
+SEARCH_FAILED = 2.0  # value of ``next_sigma`` for a lane whose exit was not found within `_MAX_INCREMENTS` increments
 
 
 @subroutine
@@ -54,10 +72,8 @@ def _safe_increment(gap, slope, second):
 
 @subroutine
 def _signs(sigma):
-    """Derivatives with respect to z of the distances from the upper and from the lower boundary.
-
-    For a lane in contact, which has one boundary, both are the derivative of its one gap.
-    """
+    """Derivatives with respect to z of the distances from the upper and from the lower boundary; both are that of its
+    one gap for a lane in contact."""
     free = sigma == broadcast(0.0)
     return select(free, broadcast(-1.0), sigma), select(free, broadcast(1.0), sigma)
 
@@ -206,3 +222,133 @@ def find_exits(dims, ws):
     next_sigma = select(s <= broadcast(1.0), broadcast(SEARCH_FAILED), next_sigma)
     store(ws, at.end_fraction, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
     store(ws, at.next_sigma, next_sigma)
+
+
+@inlined
+def _gather(dims, vectors, length, first, listed, count, ws):
+    """Copy d vectors of the listed lanes, from ``first`` on of the ``length`` vectors of each slot, to the start rows;
+    positions without a lane receive a copy of the first lane."""
+    start = rows(dims).start * WIDTH
+    for l in range(WIDTH):
+        lane = load_scalar(listed, l if l < count else 0)
+        index = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
+        for i in range(len(dims)):
+            store_scalar(ws, start + i * WIDTH + l, load_scalar(vectors, index + i * WIDTH))
+
+
+@inlined
+def _scatter(dims, vectors, length, first, listed, count, ws, row):
+    """The reverse of `_gather`, from the rows of the workspace from ``row`` on."""
+    for l in range(count):
+        lane = load_scalar(listed, l)
+        index = (slot_of(lane) * length + first) * WIDTH + position_of(lane)
+        for i in range(len(dims)):
+            store_scalar(vectors, index + i * WIDTH, load_scalar(ws, (row + i) * WIDTH + l))
+
+
+@subroutine
+def _advance_tangents(dims, tangents, before, after, listed, count, ws, varying):
+    """Advance the tangent vectors of the listed lanes over the segment, from parity ``before`` to parity ``after``.
+
+    The right-hand side is continuous, so that they do not change at a contact switch. ``tangents`` is `Lanes.tangents`.
+    """
+    d, vectors = len(dims), tangents.shape[2]
+    for c in range(vectors):
+        _gather(dims, tangents, 2 * vectors * d, (before * vectors + c) * d, listed, count, ws)
+        state_series(dims, ws, False, varying)
+        end_state(dims, ws)
+        _scatter(dims, tangents, 2 * vectors * d, (after * vectors + c) * d, listed, count, ws, rows(dims).end)
+
+
+@subroutine
+def switch_contact(dims, harmonics, ws):
+    """Put switching lanes on the boundary in their new contact state, with the rest of the step as their next segment;
+    the others get a segment of duration 0 and do not move. Returns whether any lane switches."""
+    at, zero = rows(dims), broadcast(0.0)
+    sigma, beyond = load(ws, at.sigma), load(ws, at.next_sigma)
+    switching = ((sigma < beyond) | (beyond < sigma)) & (beyond < broadcast(SEARCH_FAILED))
+    advance_phases(dims, harmonics, ws)
+    rest = load(ws, at.duration) * (broadcast(1.0) - load(ws, at.end_fraction))
+    store(ws, at.duration, select(switching, rest, zero))
+    store(ws, at.sigma, select(switching, beyond, sigma))
+    boundary = select(sigma == zero, beyond, sigma)
+    store(ws, at.start, select(switching, boundary, load(ws, at.start)))
+    return any_true(switching)
+
+
+@inlined
+def _mark_failed_searches(dims, lanes, listed, count, ws):
+    """Give lanes whose exit was not found the status `CHATTER`."""
+    row = rows(dims).next_sigma
+    for l in range(count):
+        if ws[row * WIDTH + l] == SEARCH_FAILED:
+            lanes.status[listed[l]] = CHATTER
+
+
+@inlined
+def _run_segment(dims, points, lanes, listed, count, work, parity, first, measuring):
+    """Advance the pack from the start rows to the next switch or the end of the step, into the start rows; ``parity``
+    is that of the tick, and ``first`` says that this is the first segment of the step."""
+    ws, at, harmonics = work.rows, rows(dims), points.harmonics
+    excitation_series(dims, harmonics, ws)
+    state_series(dims, ws, True, harmonics.stiffness > 0)
+    find_exits(dims, ws)
+    if measuring:
+        output_series(dims, harmonics, ws)
+        measure_segment(dims, ws, work.measures, 0)
+    end_state(dims, ws)
+    if lanes.tangents.shape[2] > 0:
+        after, length = 1 - parity, rows_per_slot(lanes)
+        before = parity if first else after
+        _scatter(dims, lanes.vectors, length, after * len(dims), listed, count, ws, at.end)
+        _advance_tangents(dims, lanes.tangents, before, after, listed, count, ws, harmonics.stiffness > 0)
+        _gather(dims, lanes.vectors, length, after * len(dims), listed, count, ws)
+    else:
+        for i in range(len(dims)):
+            store(ws, at.start + i, load(ws, at.end + i))
+
+
+@inlined
+def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring):
+    """Fill the workspace with the states and parameters of the listed lanes at the start of the step."""
+    ws, at, parity = work.rows, rows(dims), tick & 1
+    for l in range(WIDTH):
+        lane = load_scalar(listed, l if l < count else 0)
+        work.points[l] = load_scalar(lanes.point, lane)
+        work.steps[l] = load_scalar(lanes.first_step, lane) + load_scalar(slots.step_minus_tick, slot_of(lane)) + tick
+        ws[at.sigma * WIDTH + l] = load_scalar(lanes.sigma, lane)
+        if measuring:
+            gather_measures(work.measures, lanes.measures, lane, l)
+    fill_point(dims, points.parameters, points.harmonics, work.points, measuring, ws)
+    fill_level(dims, points.parameters, points.harmonics, points.steps.values, work.points, work.steps, ws)
+    fill_step(dims, points.harmonics, points.steps.values, work.steps, ws)
+    _gather(dims, lanes.vectors, rows_per_slot(lanes), parity * len(dims), listed, count, ws)
+
+
+@inlined
+def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuring):
+    """Advance up to `WIDTH` listed lanes over one step."""
+    ws, at, parity = work.rows, rows(dims), tick & 1
+    _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring)
+    switching, segments = True, 0
+    while switching and segments < MAX_SWITCHES:
+        _run_segment(dims, points, lanes, listed, count, work, parity, segments == 0, measuring)
+        _mark_failed_searches(dims, lanes, listed, count, ws)
+        switching = switch_contact(dims, points.harmonics, ws)
+        segments += 1
+    length = rows_per_slot(lanes)
+    _scatter(dims, lanes.vectors, length, (1 - parity) * len(dims), listed, count, ws, at.start)
+    for l in range(count):
+        lanes.sigma[listed[l]] = ws[at.sigma * WIDTH + l]
+        if switching and ws[at.duration * WIDTH + l] > 0.0:
+            lanes.status[listed[l]] = CHATTER
+        if measuring:
+            scatter_measures(work.measures, lanes.measures, listed[l], l)
+
+
+@inlined
+def resolve(dims, points, slots, lanes, work, total, tick, measuring):
+    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it."""
+    for first in range(0, total, WIDTH):
+        count, listed = min(WIDTH, total - first), work.listed[first : first + WIDTH]
+        _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuring)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import measure_index, rows_per_slot
+from gearchaos.flow.kernels.arrays import measure_index, rows, rows_per_slot
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import ORDER, WIDTH, Measure
-from gearchaos.flow.kernels.offsets import rows
 from gearchaos.flow.kernels.simd import (
     any_true,
     broadcast,
@@ -24,17 +23,20 @@ from gearchaos.flow.kernels.simd import (
 from gearchaos.flow.kernels.taylor import (
     add_sinusoid,
     excitation_series,
+    fill_level,
+    fill_point,
+    fill_step,
     horner,
     horner3,
+    restore_point_rows,
+    save_point_rows,
     spring_extension,
     state_series,
     stiffness_variation,
 )
-from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step, restore_point_rows, save_point_rows
 
 _COUNT = len(Measure)
-_GAUSS = 6
-"""Nodes of the Gauss–Legendre rule on a segment."""
+_GAUSS = 6  # nodes of the Gauss–Legendre rule on a segment
 _LEGENDRE = np.polynomial.legendre.leggauss(_GAUSS)
 _NODES = tuple(float(x) for x in (_LEGENDRE[0] + 1) / 2)
 _WEIGHTS = tuple(float(x) for x in _LEGENDRE[1] / 2)

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearchaos.flow.kernels.arrays import rows
 from gearchaos.flow.kernels.compilation import subroutine
 from gearchaos.flow.kernels.constants import CHATTER, ORDER, WIDTH
 from gearchaos.flow.kernels.contact import SEARCH_FAILED
-from gearchaos.flow.kernels.offsets import rows
 
 _BISECTIONS = 100
 

@@ -18,29 +18,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, Workspace
+from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, rows
 from gearchaos.flow.kernels.compilation import kernel, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, MAX_SWITCHES, ORDER, TWO_PI, WIDTH
-from gearchaos.flow.kernels.contact import find_exits
-from gearchaos.flow.kernels.memory import PAGE, aligned
-from gearchaos.flow.kernels.offsets import rows
+from gearchaos.flow.kernels.contact import find_exits, switch_contact
 from gearchaos.flow.kernels.recording import extremum_derivatives, record_extrema, record_switches
-from gearchaos.flow.kernels.resolve import switch_contact
 from gearchaos.flow.kernels.simd import broadcast, load, store, vfma
 from gearchaos.flow.kernels.taylor import (
     add_sinusoid,
     end_state,
     excitation_series,
+    fill_level,
+    fill_point,
+    fill_step,
     state_series,
     stiffness_variation,
 )
-from gearchaos.flow.kernels.workspace import fill_level, fill_point, fill_step
 
 
 class SensitivityCall(NamedTuple):
     """Arguments and results for L trajectories over one mesh period, with derivatives by Q parameters."""
 
-    parameters: np.ndarray  # (P, total), columns as in `offsets.ParameterColumns`
+    parameters: np.ndarray  # (P, total), columns as in `ParameterColumns`
     derivatives: np.ndarray  # (P, Q, total) their derivatives
     start_derivatives: np.ndarray  # (P, Q, N) derivatives of the starts of the parts of the period
     values: np.ndarray  # (T, 2 + 2 * harmonics), see `arrays.Steps`
@@ -204,10 +203,8 @@ def _shorten_segments(ws, at, segment):
 
 @subroutine
 def _jump_sensitivities(dims, harmonics, call, work, row):
-    """Change the sensitivities at the start of a step on which the stiffness has another level than before.
-
-    They jump by (F before − F after) times the derivative of that instant.
-    """
+    """Change the sensitivities at the start of a step on which the stiffness has another level than before, by (F
+    before − F after) times the derivative of that instant."""
     ws, at, d, column = work.rows, rows(dims), len(dims), harmonics.columns
     for l in range(WIDTH):
         step, point, sigma = work.steps[l], work.points[l], ws[at.sigma * WIDTH + l]
@@ -279,21 +276,10 @@ def _end_pack(dims, call, lanes, count, work, row):
 
 @kernel
 def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, work, segment):
-    """Advance trajectories by one mesh period, `WIDTH` at a time.
+    """Advance trajectories by one mesh period, `WIDTH` at a time, and overwrite the results of the call.
 
-    Parameters
-    ----------
-    harmonics : Harmonics
-    row : SensitivityRows
-    call : SensitivityCall
-        Its results are overwritten.
-    step_count : int
-        Steps in the period, the same for all of these trajectories.
-    lanes : (B,)
-        Their indices in the arrays of the call.
-    work : Workspace
-        With rows up to ``row.total``.
-    segment : Segment
+    ``lanes`` (B,) are their indices in its arrays; all have the same number of steps in the period. The `Workspace` has
+    rows up to ``row.total``, with ``row`` the `SensitivityRows`.
     """
     pack = work.listed
     for first in range(0, len(lanes), WIDTH):
@@ -308,9 +294,3 @@ def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, wo
                 _jump_sensitivities(dims, harmonics, call, work, row)
             _run_step(dims, harmonics, call, pack, count, work, row, segment)
         _end_pack(dims, call, pack, count, work, row)
-
-
-def new_sensitivity_workspace(total: int) -> Workspace:
-    """A workspace with this number of rows."""
-    listed, points, steps = np.zeros((3, WIDTH), np.int64)
-    return Workspace(aligned(total * WIDTH, to=PAGE), listed, np.zeros(0, np.int64), np.zeros(0), points, steps)

@@ -8,6 +8,7 @@ the compiler off (NUMBA_DISABLE_JIT) the same functions work on NumPy arrays.
 from __future__ import annotations
 
 import operator
+from inspect import Parameter, Signature
 
 import numpy as np
 from llvmlite import ir
@@ -27,30 +28,19 @@ _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 class _VectorType(types.Type):
     """WIDTH floats."""
 
-    def __init__(self):
-        super().__init__(name=f"Vector{WIDTH}")
-
 
 class _MaskType(types.Type):
     """WIDTH truth values."""
 
-    def __init__(self):
-        super().__init__(name=f"Mask{WIDTH}")
 
-
-vector, mask = _VectorType(), _MaskType()
+vector, mask = _VectorType(name=f"Vector{WIDTH}"), _MaskType(name=f"Mask{WIDTH}")
 
 
 @register_model(_VectorType)
-class _VectorModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, _DOUBLES)
-
-
 @register_model(_MaskType)
-class _MaskModel(models.PrimitiveModel):
+class _Model(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, _BITS)
+        super().__init__(dmm, fe_type, _DOUBLES if fe_type is vector else _BITS)
 
 
 def _call(builder, name, args):
@@ -141,11 +131,8 @@ def store_affine(typingctx, dims, array, matrix, before, after, cos, sin):
 
 @intrinsic
 def store_linear(typingctx, dims, array, matrix, tangents, before, after):
-    """Write E v to d = len(dims) rows of ``tangents`` from row ``after`` on.
-
-    E (d, d) is in consecutive rows of the array from row ``matrix`` on, v (d,) in rows of ``tangents`` from row
-    ``before`` on.
-    """
+    """Write E v to d = len(dims) rows of ``tangents`` from row ``after`` on, with E (d, d) in consecutive rows of the
+    array from row ``matrix`` on, and v (d,) in rows of ``tangents`` from row ``before`` on."""
     d = len(dims)
 
     def codegen(context, builder, signature, args):
@@ -160,10 +147,8 @@ def store_linear(typingctx, dims, array, matrix, tangents, before, after):
 
 @intrinsic
 def load_scalar(typingctx, array, index):
-    """Element ``index`` of a contiguous array of any shape, flattened.
-
-    The index must not be negative. This is faster than indexing by brackets, which tests for negative indices.
-    """
+    """Element ``index``, not negative, of a contiguous array of any shape, flattened: faster than indexing by brackets,
+    which tests for negative indices."""
 
     def codegen(context, builder, signature, args):
         data = context.make_array(signature.args[0])(context, builder, args[0]).data
@@ -184,71 +169,41 @@ def store_scalar(typingctx, array, index, value):
     return types.void(array, types.intp, array.dtype), codegen
 
 
-@intrinsic
-def broadcast(typingctx, value):
-    """The vector with this float in every element."""
+def _operation(emit, result, *operands):
+    """A Numba intrinsic on values of these types, whose LLVM code ``emit(builder, *values)`` writes."""
 
     def codegen(context, builder, signature, args):
-        first = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        return builder.shuffle_vector(first, ir.Constant(_DOUBLES, ir.Undefined), zeros)
+        return emit(builder, *args)
 
-    return vector(types.float64), codegen
+    def definition(typingctx, *given):
+        return result(*operands), codegen
 
-
-@intrinsic
-def any_true(typingctx, value):
-    """Whether any element of the mask is true."""
-
-    def codegen(context, builder, signature, args):
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
-
-    return types.boolean(mask), codegen
+    # Numba passes as many arguments as the signature has
+    names = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("typingctx", *"abc"[: len(operands)])]
+    vars(definition)["__signature__"] = Signature(names)
+    return intrinsic(definition)
 
 
-@intrinsic
-def bits(typingctx, value):
-    """The mask as an integer, its first element in the lowest bit."""
-
-    def codegen(context, builder, signature, args):
-        return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
-
-    return types.int64(mask), codegen
+def _emit_broadcast(builder, value):
+    undefined = ir.Constant(_DOUBLES, ir.Undefined)
+    first = builder.insert_element(undefined, value, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
 
 
-@intrinsic
-def select(typingctx, condition, yes, no):
-    """The elements of ``yes`` where the mask is true, else those of ``no``."""
-
-    def codegen(context, builder, signature, args):
-        return builder.select(*args)
-
-    return vector(mask, vector, vector), codegen
+def _emit_bits(builder, value):
+    return builder.bitcast(value, ir.IntType(WIDTH))
 
 
-def _elementwise(name, arity):
-    """A Numba intrinsic for an LLVM intrinsic on vectors."""
-
-    def codegen(context, builder, signature, args):
-        return _call(builder, name, args)
-
-    if arity == 1:
-
-        @intrinsic
-        def function(typingctx, a):
-            return vector(vector), codegen
-
-    else:
-
-        @intrinsic
-        def function(typingctx, a, b, c):
-            return vector(vector, vector, vector), codegen
-
-    return function
-
-
-vfma, vsqrt, vabs = _elementwise("fma", 3), _elementwise("sqrt", 1), _elementwise("fabs", 1)
+# the vector with this float in every element
+broadcast = _operation(_emit_broadcast, vector, types.float64)
+# whether any element of the mask is true; the mask as an integer, its first element in the lowest bit
+any_true = _operation(
+    lambda b, x: b.icmp_unsigned("!=", _emit_bits(b, x), ir.Constant(ir.IntType(WIDTH), 0)), types.boolean, mask)
+bits = _operation(lambda b, x: b.zext(_emit_bits(b, x), ir.IntType(64)), types.int64, mask)
+# the elements of the second where the mask is true, else those of the third
+select = _operation(ir.IRBuilder.select, vector, mask, vector, vector)
+vfma = _operation(lambda b, *x: _call(b, "fma", x), vector, vector, vector, vector)
+vsqrt, vabs = (_operation(lambda b, x, name=name: _call(b, name, [x]), vector, vector) for name in ("sqrt", "fabs"))
 
 
 def _overload_operator(python, operand, method, result):

@@ -1,5 +1,9 @@
-"""One iteration of Newton's method for periodic orbits, w = P(w) with P the map over one period, for many
-trajectories."""
+"""Periodic orbits of a batch of trajectories: candidates for the period from near returns, and Newton's method for
+w = P(w) with P the map over one period.
+
+Each Newton iteration needs one call of the flow: the caller advances states and unit tangent vectors by the period of
+the orbit, and hands the result to `newton_iteration`.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,79 @@ import numpy as np
 from gearchaos.flow.kernels.compilation import inlined, kernel, subroutine
 from gearchaos.flow.kernels.constants import OK
 
+BLOCK = 64  # lanes compared together, so that their scales stay in the first-level cache
+
+
+@kernel
+def search_returns(sections, longest, tolerance, previous_tolerance, scale, close, found):
+    """Fill ``found`` (count, L), see `near_returns`.
+
+    ``sections`` is (S, d, L); ``scale`` (d + 1, BLOCK) and ``close`` (BLOCK,), booleans, are overwritten.
+    """
+    lanes = sections.shape[2]
+    for first in range(0, lanes, BLOCK):
+        count = min(BLOCK, lanes - first)
+        _spread(sections, first, count, scale)
+        for n in range(1, longest + 1):
+            _compare(sections, first, count, n, tolerance, scale, close)
+            for l in range(count):
+                if close[l] and _returned_before(sections, first, l, n, previous_tolerance, scale):
+                    _append(found, first + l, n)
+
+
+@inlined
+def _spread(sections, first, count, scale):
+    """Write the range of each coordinate over all sections, or 1 if that is larger, to ``scale``; its last row is
+    scratch."""
+    d = sections.shape[1]
+    for i in range(d):
+        for l in range(count):
+            scale[i, l] = scale[d, l] = sections[0, i, first + l]
+        for n in range(1, sections.shape[0]):
+            for l in range(count):
+                scale[i, l] = max(scale[i, l], sections[n, i, first + l])
+                scale[d, l] = min(scale[d, l], sections[n, i, first + l])
+        for l in range(count):
+            scale[i, l] = max(scale[i, l] - scale[d, l], 1.0)
+
+
+@inlined
+def _compare(sections, first, count, n, tolerance, scale, close):
+    """Which lanes of the block were, n periods before their last section, within ``tolerance`` of it."""
+    end = sections.shape[0] - 1
+    for l in range(count):
+        close[l] = True
+    for i in range(sections.shape[1]):
+        for l in range(count):
+            gap = abs(sections[end - n, i, first + l] - sections[end, i, first + l]) / scale[i, l]
+            close[l] &= gap < tolerance
+
+
+@inlined
+def _returned_before(sections, first, l, n, previous_tolerance, scale):
+    """Whether the sections n and 2 n periods before the last one, of lane l of the block, are within
+    ``previous_tolerance``."""
+    end, close = sections.shape[0] - 1, True
+    for i in range(sections.shape[1]):
+        gap = abs(sections[end - n, i, first + l] - sections[end - 2 * n, i, first + l]) / scale[i, l]
+        close &= gap < previous_tolerance
+    return close
+
+
+@inlined
+def _append(found, lane, n):
+    """Write n to the first element of a lane's column that is still 0."""
+    for i in range(len(found)):
+        if found[i, lane] == 0:
+            found[i, lane] = n
+            return
+
+
 RESIDUAL = 1e-10
 """An orbit has converged when P changes no coordinate by more than this."""
 
-_EXACT = 1e-13
-"""Residual below which no further iteration is made."""
-
-_MAX_STALLS = 2
-"""Number of iterations that do not halve the residual after which the search ends."""
+_EXACT = 1e-13  # residual below which no further iteration is made
+_MAX_STALLS = 2  # number of iterations that do not halve the residual after which the search ends
 
 _SQUARINGS = 16
 
@@ -217,3 +286,69 @@ def _expands(matrix, scratch, max_multiplier):
                     matrix[j, c] += scratch[j, m] * scratch[m, c]
     size = _norm(matrix, d)
     return size > 0.0 and (logarithm + np.log(size)) / 2**_SQUARINGS >= np.log(max_multiplier)
+
+
+def near_returns(
+    sections: np.ndarray, longest: int, tolerance: float, previous_tolerance: float, count: int
+) -> np.ndarray:
+    """The smallest numbers of periods n after which each motion returned close to its state, twice in succession.
+
+    The distance of two sections is the largest difference of a coordinate, divided by its range over all sections or by
+    1, whichever is larger.
+
+    Parameters
+    ----------
+    sections : (S, d, L)
+        States of L motions after S successive mesh periods, S > 2 ``longest``.
+    longest : int
+        Largest n considered.
+    tolerance : float
+        Largest distance between the last section and the one n periods before it.
+    previous_tolerance : float
+        Largest distance between the sections n and 2 n periods before the last one.
+    count : int
+        Largest number of values n reported for each motion.
+
+    Returns
+    -------
+    (count, L)
+        The values n in ascending order, padded with zeros.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import near_returns
+    >>> sections = np.tile([[0.0], [1.0], [2.0]], (4, 2))[:, :, None]  # three points again and again
+    >>> near_returns(sections, 5, 1e-6, 1e-6, 1).tolist()
+    [[3]]
+    """
+    found = np.zeros((count, sections.shape[2]), dtype=np.int64)
+    if longest < 1:
+        return found
+    scale, close = np.empty((sections.shape[1] + 1, BLOCK)), np.empty(BLOCK, bool)
+    search_returns(sections, longest, tolerance, previous_tolerance, scale, close, found)
+    return found
+
+
+def start_newton_search(w: np.ndarray) -> NewtonSearch:
+    """Begin a search for periodic orbits, to be continued with `newton_iteration`.
+
+    Parameters
+    ----------
+    w : (d, L)
+        Guesses of a point on each orbit.
+
+    Returns
+    -------
+    NewtonSearch
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import start_newton_search
+    >>> start_newton_search(np.zeros((2, 3))).monodromy.shape
+    (3, 2, 2)
+    """
+    d, count = w.shape
+    return NewtonSearch(w.copy(), w.copy(), w.copy(), np.full(count, np.inf), np.zeros((count, d, d)),
+                        np.zeros(count, np.int64), np.zeros((2, d, d + 1)))

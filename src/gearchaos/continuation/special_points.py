@@ -1,0 +1,361 @@
+"""Points of codimension 2 on the curve of an event: where a second condition holds.
+
+Names as in Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, 2004, and for grazing as in M. di Bernardo et al.,
+Piecewise-smooth Dynamical Systems, 2008.
+
+Where a curve has a corner, it is followed beyond. On one side of a graze multipliers change with the square root of the
+penetration, on the other side smoothly. So the curve of a fold, a flip or a Neimark–Sacker point that reaches a graze
+has a corner there: it arrives at an angle and leaves at a tangent to the graze curve, or the other way round. The
+corner is the root, along the graze curve, of the test function of the event. The curve beyond is the root on a half
+circle about it.
+
+Where a contact switch falls on a jump of the stiffness, the derivatives of P have a kink, and curves a corner too. The
+curve beyond is then searched on a whole circle about the last point, in the surface of orbits over both parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import combinations, pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gearchaos.continuation.arclength import Equations, Point, Stopped, along, correct, length
+from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
+from gearchaos.continuation.events import (
+    FLIP,
+    FOLD,
+    GRAZE,
+    NEIMARK_SACKER,
+    TESTS,
+    branch_test,
+    critical_pair,
+    flip_test,
+    locate,
+    match,
+    of_data,
+    pair_test,
+)
+from gearchaos.continuation.shooting import Cycle, evaluate
+
+_RESONANCES = {"1:1": 0.0, "1:4": np.pi / 2, "1:3": 2 * np.pi / 3, "1:2": np.pi}
+"""Arguments of the multipliers at the strong resonances of a Neimark–Sacker curve."""
+
+_NOISE = {"generalised flip": 1e-3}
+"""Least magnitude of a test function that counts; the coefficient of a flip is 0 in permanent contact or free flight,
+where the equations are linear."""
+
+_STEP = 1e-3  # step of the differences for the normal form of a flip, in half backlashes
+
+_REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
+"""Distances from the last point, along the graze curve, between which the corner is searched."""
+
+_RADII = (1e-3, 3e-3, 3e-4, 1e-2)  # radii of the half circle
+
+_STEEP = np.logspace(-7, -0.5, 14)
+_ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STEEP[::-1]])
+"""Angles on the half circle between which the curve is searched, dense near the graze curve."""
+
+_WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)  # angles on the circle about a corner that is no graze
+_RECENT = 40  # number of the last points of a curve with which points beyond a corner are compared
+_SEPARATE = 0.3  # least distance of these from each other, relative to the radius
+
+
+class SpecialPoint(NamedTuple):
+    """A point of codimension 2."""
+
+    kind: str  # such as "cusp" or "grazing-fold"
+    point: Point  # of the curve; its data is an `EventState`
+
+
+def find_special_points(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
+    """All points of codimension 2 between two neighbouring points of the curve of an event, in order along it."""
+    found = []
+    for name, test in _tests(kind, first.data, equations):
+        before, after = test(first.data), test(last.data)
+        if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
+            point = locate(equations, first, last, of_data(test))
+            if point is None or (name.endswith("neimark-sacker") and not critical_pair(point.data.cycle)[1]):
+                continue
+            found.append(SpecialPoint(name, point))
+    found += _second_grazes(equations, first, last, kind)
+    return sorted(found, key=lambda s: along(equations.weights, first, s.point.u))
+
+
+def _tests(
+    kind: str, reference: EventState, equations: Equations
+) -> Iterator[tuple[str, Callable[[EventState], float]]]:
+    """Names and test functions of the points that a curve of this kind can have."""
+    if kind == FOLD:
+        yield "cusp", lambda s: _aligned_curvature(s, reference)
+        yield "1:1 resonance", lambda s: _others(s, 1.0)
+        yield "fold-flip", lambda s: flip_test(s.cycle)
+        yield "fold-neimark-sacker", lambda s: _pairs(s, 1.0)
+    elif kind == FLIP:
+        yield "generalised flip", lambda s: flip_coefficient(s, equations)
+        yield "1:2 resonance", lambda s: _others(s, -1.0)
+        yield "fold-flip", lambda s: branch_test(s.cycle)
+        yield "flip-neimark-sacker", lambda s: _pairs(s, -1.0)
+    elif kind == NEIMARK_SACKER:
+        for name, angle in _RESONANCES.items():
+            yield f"{name} resonance", partial(lambda angle, s: float(s.angle or 0.0) - angle, angle)
+    elif kind == GRAZE:
+        yield "grazing-fold", lambda s: branch_test(s.cycle)
+        yield "grazing-flip", lambda s: flip_test(s.cycle)
+        if len(reference.cycle.multipliers) > 2:
+            yield "grazing-neimark-sacker", lambda s: pair_test(s.cycle)
+
+
+def _others(state: EventState, value: float) -> float:
+    """Π (μ − value) over all multipliers but the nearest one."""
+    m = state.cycle.multipliers
+    return float(np.prod(np.delete(m, np.argmin(np.abs(m - value))) - value).real)
+
+
+def _pairs(state: EventState, critical: float) -> float:
+    """Π (μ_i μ_j − 1) over the pairs of multipliers other than the critical one."""
+    m = state.cycle.multipliers
+    m = np.delete(m, np.argmin(np.abs(m - critical)))
+    return float(np.prod([a * b - 1.0 for a, b in combinations(m, 2)]).real) if len(m) > 1 else 1.0
+
+
+def _aligned_curvature(state: EventState, reference: EventState) -> float:
+    """w* D²P[v, v] with the sign of w chosen as at the reference."""
+    assert state.covector is not None and reference.covector is not None and state.curvature is not None
+    return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
+
+
+def flip_coefficient(state: EventState, equations: Equations) -> float:
+    """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
+
+    From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
+    w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
+    where another multiplier is 1, or a graze is so near that the differences reach across it.
+    """
+    cycle, family = state.cycle, equations.family  # type: ignore[attr-defined]
+    flow = family.flow(cycle.values[None])
+    a = cycle.monodromy
+    values, vectors = np.linalg.eig(a)
+    adjoint_values, adjoint = np.linalg.eig(a.T)
+    v = vectors[:, np.argmin(np.abs(values + 1.0))].real
+    w = adjoint[:, np.argmin(np.abs(adjoint_values + 1.0))].real
+    w = w / (w @ v)
+
+    switches = set[int]()
+
+    def image(offset: np.ndarray) -> np.ndarray:
+        x, count = (cycle.points[0] + offset)[None], 0
+        for _ in range(cycle.period):
+            result = flow.advance(x, np.zeros(1, np.int64))
+            x, count = result.w, count + int(result.switch_count[0])
+        switches.add(count)
+        return x[0]
+
+    h, base = _STEP, image(np.zeros(len(v)))
+    one, minus, two, minus_two = (image(k * h * v) for k in (1, -1, 2, -2))
+    b = (one + minus - 2 * base) / h**2
+    c = (two - 2 * one + 2 * minus - minus_two) / (2 * h**3)
+    try:
+        y = np.linalg.solve(np.eye(len(v)) - a, b)
+    except np.linalg.LinAlgError:
+        return float("nan")
+    size = np.linalg.norm(y) or 1.0
+    y = y / size
+    mixed = (image(h * (v + y)) - image(h * (v - y)) - image(h * (y - v)) + image(-h * (v + y))) / (4 * h**2) * size
+    return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
+
+
+def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
+    """Where another extremum of z touches a boundary."""
+    period, found = first.data.cycle.period, []
+    before, after = first.data.cycle.extrema, last.data.cycle.extrema
+    index, _ = match(before, after, period)
+    name = "double graze" if kind == GRAZE else f"grazing-{kind}"
+    for number, other in enumerate(index):
+        if other < 0 or number == first.data.extremum or other == last.data.extremum:
+            continue
+        for boundary in (1, -1):
+            if (before[number, 1] - boundary) * (after[other, 1] - boundary) < 0:
+
+                def gap(p: Point, number: int = number, boundary: int = boundary) -> float:
+                    at = int(match(before, p.data.cycle.extrema, period)[0][number])
+                    return float("nan") if at < 0 else float(p.data.cycle.extrema[at, 1] - boundary)
+
+                point = locate(equations, first, last, gap)
+                if point is not None:
+                    found.append(SpecialPoint(name, point))
+    return found
+
+
+def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[SpecialPoint, Point | None] | None:
+    """The corner of a curve, not of a graze, at a graze, and the first point of the curve beyond it, None if it is not
+    found again.
+
+    At the last of the points, the curve so far, z nearly touches a boundary. The tangent leads away from the corner.
+    """
+    try:
+        grazes = _Grazes(equations, points[-1])
+        corner = grazes.corner()
+        if corner is None:
+            return None
+        gaps = [grazes.gap(point.data.cycle) for point in points[-_RECENT:]]
+        side = -float(np.sign(gaps[int(np.argmax(np.abs(gaps)))])) or 1.0
+        found = grazes.beyond(corner, side, points) or grazes.beyond(corner, -side, points)
+        return SpecialPoint(f"grazing-{equations.kind}", corner), found
+    except Stopped:
+        return None
+
+
+class _Grazes:
+    """Orbits near a graze: their extremum of z lies at a given distance beyond the boundary."""
+
+    def __init__(self, equations: EventEquations, point: Point) -> None:
+        self.equations, extrema = equations, point.data.cycle.extrema
+        number = int(np.argmin(np.abs(np.abs(extrema[:, 1]) - 1.0)))
+        self.boundary, self.instant = int(np.sign(extrema[number, 1])), float(extrema[number, 0])
+        normal = point.tangent[: equations.size + 2]
+        self.origin = correct(self.at(0.0), point.u[: equations.size + 2], normal, normal)
+
+    def at(self, gap: float) -> GrazeEquations:
+        """The equations of orbits whose extremum lies this much above the boundary."""
+        e = self.equations
+        x, y = 1.0 / np.sqrt(e.weights[e.size : e.size + 2])
+        return GrazeEquations(e.family, e.period, (x, y), self.boundary + gap, self.instant)
+
+    def gap(self, cycle: Cycle) -> float:
+        """How far the extremum of an orbit lies above the boundary."""
+        return float(cycle.extrema[cycle.nearest_extremum(self.instant, self.boundary), 1] - self.boundary)
+
+    def point(self, origin: Point, distance: float, gap: float) -> Point:
+        """The orbit at a distance from a graze along its curve, with a gap."""
+        return correct(self.at(gap), origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
+
+    def corner(self) -> Point | None:
+        """The graze at which the event occurs too, nearest to the origin."""
+
+        def value(distance: float) -> float:
+            return TESTS[self.equations.kind](self.point(self.origin, distance, 0.0).data.cycle)
+
+        for inner, outer in pairwise(_REACH):
+            for sign in (1.0, -1.0):
+                a, b = sign * float(inner), sign * float(outer)
+                if value(a) * value(b) <= 0:
+                    return self.point(self.origin, float(brentq(value, a, b, xtol=1e-14)), 0.0)
+        return None
+
+    def beyond(self, corner: Point, side: float, points: Sequence[Point]) -> Point | None:
+        """The first point of the curve on one side of the graze: gap positive or negative."""
+
+        def on_circle(radius: float, angle: float) -> Point:
+            return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
+
+        return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points)
+
+
+class _Slice:
+    """Orbits along the two parameters of an event's equations, in the plane through ``origin`` (n d + 2,) at a right
+    angle to ``across`` (n d + 2,)."""
+
+    def __init__(self, equations: EventEquations, origin: np.ndarray, across: np.ndarray) -> None:
+        self.family, self.period = equations.family, equations.period
+        self.weights = equations.weights[: len(origin)]
+        self.origin, self.row = origin, self.weights * across
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+        """Defects and the distance from the plane, their derivatives, and the orbit."""
+        cycle = evaluate(self.family, u[:-2].reshape(self.period, -1), u[-2:])
+        defect = np.append(cycle.defect.ravel(), float(self.row @ (u - self.origin)))
+        return defect, np.vstack([cycle.jacobian, self.row]), EventState(cycle)
+
+    def amplitude(self, u: np.ndarray) -> float:
+        """The largest coordinate of the points."""
+        return float(np.abs(u[:-2]).max())
+
+    def resolved(self, first: EventState, last: EventState) -> bool:
+        """Two points of a slice are not compared."""
+        return True
+
+
+def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | None:
+    """The first point of a curve beyond the last one, where it has a corner that is no graze; None if there is none."""
+    size = equations.size + 2
+    origin, weights = points[-1].u[:size], equations.weights[:size]
+    _, _, right = np.linalg.svd(points[-1].data.cycle.jacobian / np.sqrt(weights))
+    first, second = (v / np.sqrt(weights) for v in right[-2:])
+
+    def on_circle(radius: float, angle: float) -> Point:
+        along = np.cos(angle) * first + np.sin(angle) * second
+        across = -np.sin(angle) * first + np.cos(angle) * second
+        return correct(_Slice(equations, origin, across), origin + radius * along, along, along)
+
+    return _first_on_circles(equations, origin, on_circle, _RADII[:2], _WHOLE_CIRCLE, points)
+
+
+def _first_on_circles(
+    equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
+    radii: Sequence[float], angles: np.ndarray, points: Sequence[Point],
+) -> Point | None:
+    """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles."""
+    test = of_data(lambda state: TESTS[equations.kind](state.cycle))
+    for radius in radii:
+        for root in roots_on_circle(test, partial(on_circle, radius), angles):
+            found = _first_point(equations, corner, root.u, points, radius)
+            if found is not None:
+                return found
+    return None
+
+
+def roots_on_circle(
+    test: Callable[[Point], float], on_circle: Callable[[float], Point], angles: np.ndarray
+) -> Iterator[Point]:
+    """The points of a circle at which a test function changes its sign between two of these angles."""
+
+    def value(angle: float) -> float:
+        try:
+            return test(on_circle(angle))
+        except Stopped:
+            return float("nan")
+
+    values = [value(float(angle)) for angle in angles]
+    for i in range(len(angles) - 1):
+        if values[i] * values[i + 1] < 0:
+            try:
+                yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
+            except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
+                continue
+
+
+def _first_point(
+    equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point], radius: float
+) -> Point | None:
+    """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,).
+
+    Its tangent leads away from the corner. None if Newton's method leads elsewhere, or it belongs to the curve so far.
+    """
+    size, weights = len(u), equations.weights[: len(u)]
+    if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):
+        return None
+    if _between(weights, points[-_RECENT:], u) < _SEPARATE * radius:
+        return None
+    rest = points[-1].u[size:]
+    away = np.append(u - corner, np.zeros(len(rest)))
+    away /= length(equations.weights, away)
+    try:
+        found = correct(equations, np.append(u, rest), away, away, radius)
+    except Stopped:
+        return None
+    near = length(weights, found.u[:size] - u) < _SEPARATE * radius
+    return found if near else None
+
+
+def _between(weights: np.ndarray, points: Sequence[Point], u: np.ndarray) -> float:
+    """Distance of unknowns (N,) from the line through recent points of a curve."""
+    nearest = np.inf
+    for a, b in pairwise(p.u[: len(u)] for p in points):
+        direction, offset = b - a, u - a
+        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
+        nearest = min(nearest, length(weights, offset - share * direction))
+    return nearest
