@@ -1,4 +1,4 @@
-"""Checks of the finished site: every internal link leads somewhere, and no page loads anything from another host.
+"""Checks of the finished site: links lead somewhere, nothing is loaded from another host, tutorials show their results.
 
 ``python docs/_ext/check_site.py build/docs`` prints what is wrong, one line each, and exits with 1 if anything is.
 """
@@ -14,6 +14,9 @@ from urllib.parse import unquote, urlsplit
 LOADING = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "audio": "src",
            "embed": "src", "object": "data"}
 """Elements that load a file as the page is shown, and the attribute with its address."""
+
+PICTURES = {"paper_in_ten_figures": 10}
+"""Least number of pictures on the page of a tutorial; 1 on the others. Each has a card, too."""
 
 _LOADING_LINKS = {"stylesheet", "preload", "modulepreload", "icon", "shortcut icon", "preconnect", "dns-prefetch"}
 _CSS_ADDRESS = re.compile(r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)")
@@ -77,6 +80,16 @@ def broken(site: Path, name: str, address: str, pages: dict[str, Page]) -> bool:
     return page is not None and unquote(parts.fragment) not in page.anchors
 
 
+def unshown(name: str, html: str, page: Page) -> list[str]:
+    """What the page of a tutorial does not show of what its cells return."""
+    folder, _, file = name.rpartition("/")
+    if folder != "tutorials" or file == "index.html":
+        return []
+    found, least = len({a for a in page.loaded if a.endswith(".png")}), PICTURES.get(file.removesuffix(".html"), 1)
+    return [f"{name}: no card"] * ("gearchaos-card" not in html) + (
+        [f"{name}: {found} pictures, not {least}"] if found < least else [])
+
+
 def pages_of(site: Path) -> list[Path]:
     """The pages of a site; the theme's templates are none."""
     return [file for file in sorted(site.rglob("*.html")) if "_static" not in file.relative_to(site).parts]
@@ -85,10 +98,12 @@ def pages_of(site: Path) -> list[Path]:
 def problems(site: Path) -> list[str]:
     """Everything that is wrong with the site in a folder, one line each."""
     files = {f.relative_to(site).as_posix(): f for f in pages_of(site)}
-    pages = {name: Page(file.read_text(encoding="utf-8")) for name, file in files.items()}
+    texts = {name: file.read_text(encoding="utf-8") for name, file in files.items()}
+    pages = {name: Page(html) for name, html in texts.items()}
     out = [] if pages else [f"{site}: no pages"]
     for name, page in pages.items():
         out += [f"{name}: loads {a}" for a in page.loaded if is_foreign(a)]
+        out += unshown(name, texts[name], page)
         out += [f"{name}: {a} does not exist" for a in (*page.links, *page.loaded) if broken(site, name, a, pages)]
     for sheet in sorted(site.rglob("*.css")):
         addresses = css_addresses(sheet.read_text(encoding="utf-8"))

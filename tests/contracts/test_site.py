@@ -107,6 +107,17 @@ def test_the_check_of_links(tmp_path, body, problem):
     assert found == ([] if problem is None else [f"index.html: {problem}"])
 
 
+@pytest.mark.parametrize(("name", "body", "problems"), [
+    ("a_long_run", "", ["no card", "0 pictures, not 1"]),
+    ("a_long_run", '<b class="gearchaos-card"><img src="1.png">', []),
+    ("paper_in_ten_figures", '<b class="gearchaos-card">' + '<img src="1.png">' * 10, ["1 pictures, not 10"]),
+    ("index", "", [])])
+def test_the_check_of_tutorials(tmp_path, name, body, problems):
+    (tmp_path / "tutorials").mkdir()
+    (tmp_path / "tutorials" / "1.png").touch()
+    assert _site(tmp_path, "", **{f"tutorials/{name}": body}) == [f"tutorials/{name}.html: {p}" for p in problems]
+
+
 def test_the_check_of_style_sheets(tmp_path):
     (tmp_path / "site.css").write_text("@font-face { src: url(https://fonts.example.org/a.woff2); }")
     assert _site(tmp_path, "") == ["site.css: loads https://fonts.example.org/a.woff2"]
