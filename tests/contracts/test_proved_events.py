@@ -160,12 +160,14 @@ def beside(rng, event_value, side):
     return event_value + side * (width * 10 ** rng.uniform(-2, 0.5) + 1e-11 + width / 2), width
 
 
-@pytest.mark.slow
-def test_no_fold_is_proved_in_random_intervals_beside_it(branches):
+@pytest.mark.parametrize("counts", [
+    pytest.param((3, 1, 10, 2), marks=pytest.mark.slow), pytest.param((10, 1, 35, 4), marks=pytest.mark.exhaustive)])
+def test_no_fold_is_proved_in_random_intervals_beside_it(branches, counts):
     rng, located = np.random.default_rng(3), event(branches, "single", "fold")
     near = {n: float(located[f"event_section_{n}"]) for n in ("z", "z_dot")}
     of_1, of_3 = (SINGLE, float(located["event_value"]), near, 1), (TRIPLE, *FOLD_OF_3, 3)
-    for (model, fold, start, period), side, count in ((of_3, 1, 10), (of_3, -1, 1), (of_1, -1, 35), (of_1, 1, 4)):
+    cases = ((of_3, 1), (of_3, -1), (of_1, -1), (of_1, 1))
+    for ((model, fold, start, period), side), count in zip(cases, counts, strict=True):
         for _ in range(count):
             value, width = beside(rng, fold, side)
             found = gc.prove_event(model, "fold", "omega", value, period=period, near=start, width=width)
