@@ -1,6 +1,7 @@
 """Scripts and SymPy equations that are written for a model, against the exact flow and the oracle's right sides."""
 
 import io
+import json
 import subprocess
 import sys
 
@@ -27,20 +28,36 @@ MODELS = {
     "on both flanks": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
     "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 20),
 }
-RUN = ("import runpy, sys; sys.argv[1:] = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__'); "
-       "assert not [m for m in sys.modules if m.split('.')[0] == 'gearchaos']")
+RUN = """
+import contextlib, io, json, runpy, sys
+tables = {}
+for file, periods in json.loads(sys.argv[1]):
+    sys.argv, printed = [file, str(periods)], io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        runpy.run_path(file, run_name="__main__")
+    tables[file] = printed.getvalue()
+assert not [m for m in sys.modules if m.split(".")[0] == "gearchaos"]
+json.dump(tables, sys.stdout)
+"""
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """What the script of each model prints, in a process of their own that does not import gearchaos."""
+    folder = tmp_path_factory.mktemp("scripts")
+    for name, (model, _) in MODELS.items():
+        (folder / name).write_text(gc.script(model, "scipy"), encoding="utf-8")
+    asked = json.dumps([(name, periods) for name, (_, periods) in MODELS.items()])
+    run = subprocess.run([sys.executable, "-I", "-c", RUN, asked], stdout=subprocess.PIPE, text=True, timeout=300,
+                         check=True, cwd=folder)
+    return json.loads(run.stdout)
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_the_script_for_scipy_reproduces_a_simulation(name, tmp_path):
-    """In a process of its own that does not import gearchaos. Errors of 1e-12 grow in chaotic motions."""
+def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
+    """Errors of 1e-12 grow in chaotic motions."""
     model, periods = MODELS[name]
-    file = tmp_path / "script.py"
-    file.write_text(gc.script(model, "scipy"), encoding="utf-8")
-    code = RUN.replace("sys.argv[1:] = sys.argv[1:]", "sys.argv = sys.argv[1:]")
-    command = [sys.executable, "-I", "-c", code, str(file), str(periods)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True, cwd=tmp_path)
-    table = np.genfromtxt(io.StringIO(run.stdout), delimiter=",", names=True)
+    table = np.genfromtxt(io.StringIO(printed[name]), delimiter=",", names=True)
     expected = gc.simulate(model, periods)
     assert len(table) == periods and set(COORDINATES[model.kind]) <= set(table.dtype.names)
     assert np.abs(table["tau"] - expected["tau_section"].values).max() < 1e-12 * expected["tau_section"].values.max()
