@@ -51,8 +51,8 @@ def visit_pair(chromium, pair_server):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_page_loads_at_every_size_and_nothing_is_wider_than_it(visit, size):
-    page = visit(f"?{MAP}&at=1.0,0.206", size).page
+def test_the_page_loads_at_every_size_nothing_is_wider_than_it_and_numbers_can_be_read_whole(visit, size):
+    page = visit(f"?{MAP}&at=0.9742702675,0.206&zeta=0.0249231594", size).page
     page.wait_for_selector("[data-stride]", state="attached")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     if size == "phone":  # folded away, right after the map
@@ -66,6 +66,10 @@ def test_the_page_loads_at_every_size_and_nothing_is_wider_than_it(visit, size):
         assert box["width"] > 200 and box["height"] > 100
     assert page.locator("header").bounding_box()["height"] < (100 if size == "phone" else 60)
     assert page.locator("canvas").count() >= 7
+    page.locator("#controls").evaluate("fold => { fold.open = true }")
+    assert page.locator(".field-omega input[type=text]").input_value() == "0.97427027"
+    clipped = "fields => fields.filter((f) => f.scrollWidth > f.clientWidth).map((f) => f.value)"
+    assert page.locator(".field input[type=text]").evaluate_all(clipped) == []
 
 
 @pytest.mark.parametrize("kind", ["torsional", "full"])
@@ -237,15 +241,6 @@ def test_the_preset_of_basins_computes_them_and_stays_chosen(visit):
     sync_api.expect(chosen).to_have_value("3c")
     one.after(lambda: one.type("zeta", "0.06"))
     sync_api.expect(chosen).to_have_value("")
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_numbers_can_be_read_whole_in_their_fields(visit, size):
-    one = visit(f"?{CALM}&at=0.9742702675,0.206&zeta=0.0249231594", size)
-    one.page.locator("#controls").evaluate("fold => { fold.open = true }")
-    assert one.page.locator(".field-omega input[type=text]").input_value() == "0.97427027"
-    clipped = "fields => fields.filter((f) => f.scrollWidth > f.clientWidth).map((f) => f.value)"
-    assert one.page.locator(".field input[type=text]").evaluate_all(clipped) == []
 
 
 def test_the_spectral_class_says_that_the_verdict_does_not_rest_on_it(visit):
