@@ -14,9 +14,7 @@ from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
 from gearchaos.gears.units import RPM
-from gearchaos.model import MeshModel
 from gearchaos.quantities import quantity
-from gearchaos.studies.regime import Verdict
 
 _MEASURES = {
     **{name: quantity(name).title for name in ("v_rms", "z_rms", "z_peak_to_peak", "contact_fraction")},
@@ -50,46 +48,33 @@ class VerdictText(NamedTuple):
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     """What the page says of the motion at a point beside its label and reason, in these units."""
-    v, names = found.verdict, (view.x.name, view.y.name)
-    where = ", ".join(f"{symbol(n)} = {at:g}{units.after(n)}" for n, at in zip(names, view.at, strict=True))
-    return VerdictText(
-        motion_colour(v.label), where, [*_operation(v.model, units), *_rows(v, units)],
-        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
-        evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
-        obstacle=obstacle(found),
-    )
-
-
-def _operation(model: MeshModel, units: Units) -> list[tuple[str, str]]:
-    """Speed, frequency, torque and static force of gears, each with its name; nothing for a dimensionless model."""
-    if units.gears is None or not isinstance(model, OperatingModel):
-        return []
-    values, pair = gear_values(model), pair_of(units.gears)
-    frequency, force = values["speed"] * RPM * pair.n1 / (2 * np.pi), values["torque"] / pair.R1
-    return [
-        (name, units.number(f"{value:.5g}", unit_text)) for name, value, unit_text in (
-            ("speed of wheel 1", values["speed"], "rpm"), ("mesh frequency", frequency, "Hz"),
-            ("torque at wheel 1", values["torque"], "N m"), ("static mesh force", force, "N"))
-    ]
-
-
-def _rows(v: Verdict, units: Units) -> list[tuple[str, str]]:
-    """Evidence and response measures, each with its name."""
+    v, model, number = found.verdict, found.verdict.model, units.number
+    where = ", ".join(f"{symbol(axis.name)} = {at:g}{units.after(axis.name)}"
+                      for axis, at in zip((view.x, view.y), view.at, strict=True))
     rows = []
+    if units.gears is not None and isinstance(model, OperatingModel):
+        values, pair = gear_values(model), pair_of(units.gears)
+        frequency, force = values["speed"] * RPM * pair.n1 / (2 * np.pi), values["torque"] / pair.R1
+        rows += [(name, number(f"{value:.5g}", unit_text)) for name, value, unit_text in (
+            ("speed of wheel 1", values["speed"], "rpm"), ("mesh frequency", frequency, "Hz"),
+            ("torque at wheel 1", values["torque"], "N m"), ("static mesh force", force, "N"))]
     if v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
     titles = _MEASURES | (_FORCES if units.gears is not None else {})
     known = {n: x for n in titles if (x := getattr(v, n)) is not None}
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
-    rows += [(titles[n], units.number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]
+    rows += [(titles[n], number(f"{float(value):.5g}", unit(value))) for n, value in measures.items()]
     if v.multipliers:
-        largest = max(map(abs, v.multipliers))
-        rows.append((_MULTIPLIER, units.number(f"{largest:.6f}", "")))
-        rows.append((quantity("residual").title, units.number(f"{v.residual:.2g}", "")))
+        rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
+        rows.append((quantity("residual").title, number(f"{v.residual:.2g}", "")))
     elif v.lyapunov:
-        value, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))
-        text = f"{value:+.3g} ({low:+.3g} to {high:+.3g})"
+        exponent, low, high = (units.one("lyapunov") * x for x in (v.lyapunov[0], *v.lyapunov_ci[0]))
         mark = "1/s" if units.gears is not None else "ω₀" if units.marked else ""
-        rows.append((quantity("lyapunov").long_name, units.number(text, mark)))
-    rows.append((quantity("periods_spent").title, units.number(f"{v.periods_spent:,}", "")))
-    return rows
+        rows.append((quantity("lyapunov").long_name, number(f"{exponent:+.3g} ({low:+.3g} to {high:+.3g})", mark)))
+    rows.append((quantity("periods_spent").title, number(f"{v.periods_spent:,}", "")))
+    return VerdictText(
+        motion_colour(v.label), where, rows,
+        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
+        evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
+        obstacle=obstacle(found),
+    )

@@ -262,8 +262,19 @@ class Page:
         if found.verdict.section and key != self._portrait_key:
             self._portrait_key = key
             self.portrait.show(found, units)
-        if found.trajectory is not None:
-            self._show_trajectory(found.trajectory, units)
+        if (trajectory := found.trajectory) is not None:
+            trajectory_key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
+            if trajectory_key != self._trajectory_key:  # it is not drawn already
+                self._trajectory_key = trajectory_key
+                tau, period = motion.times(trajectory)
+                shown = units.scaled(trajectory)
+                self.spectrum.show(trajectory, shown["z_dot"], units)
+                self.history.show(shown, tau, period, units)
+                self.phase.show(shown, units)
+                if self.force is not None and view.gears is not None:
+                    self.force.show(shown, tau, period, units, view.gears)
+                elif self.force is not None:
+                    self.force.clear()
         elif not found.verdict.section:  # it diverged
             for figure in (self.history, self.phase, self.portrait, self.spectrum, self.force):
                 if figure is not None:
@@ -271,22 +282,6 @@ class Page:
             self._trajectory_key = self._portrait_key = None
         text = verdict_text(found, view, units)
         self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=HINTS)
-
-    def _show_trajectory(self, trajectory: xr.Dataset, units: Units) -> None:
-        """Draw the motion in time, unless it is drawn already."""
-        key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
-        if key == self._trajectory_key:
-            return
-        self._trajectory_key = key
-        tau, period = motion.times(trajectory)
-        shown = units.scaled(trajectory)
-        self.spectrum.show(trajectory, shown["z_dot"], units)
-        self.history.show(shown, tau, period, units)
-        self.phase.show(shown, units)
-        if self.force is not None and self.view.gears is not None:
-            self.force.show(shown, tau, period, units, self.view.gears)
-        elif self.force is not None:
-            self.force.clear()
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
