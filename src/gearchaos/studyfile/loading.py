@@ -97,7 +97,7 @@ def load_study(
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
     gears = _gears_of(tables, of_gears, Path(path or ".").parent, given)
-    options = {} if tables.study is None else tables.study.model_dump(exclude_none=True)
+    options: dict[str, Any] = {} if tables.study is None else tables.study.model_dump(exclude_none=True)
     study_kind = options.pop("kind", None)
     known = file_options(study_class(study_kind)) if study_kind else {}
     for key in options.keys() - known.keys():

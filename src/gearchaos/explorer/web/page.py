@@ -14,7 +14,6 @@ from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
 from gearchaos.explorer.panels.style import Units, hint, symbol, title
-from gearchaos.explorer.panels.verdict import HINTS, verdict_text
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
@@ -280,8 +279,8 @@ class Page:
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
-        text = verdict_text(found, view, units)
-        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=HINTS)
+        text = motion.verdict_text(found, view, units)
+        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
