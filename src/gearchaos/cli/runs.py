@@ -143,7 +143,12 @@ def info(store: StorePath, json_out: Json = False) -> None:
     found = summary(open_store(store))
     if json_out:
         print_json(found)
-        return
+    else:
+        _print_run(found)
+
+
+def _print_run(found: dict[str, Any]) -> None:
+    """Print the progress of a run from `gearchaos.store.reading.info.summary`; its ``pieces`` are work items."""
     table = output.facts_table()
     table.add_row("study", found["study"])
     table.add_row("state", _state(found))
