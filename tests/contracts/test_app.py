@@ -355,8 +355,8 @@ def test_ctrl_c_ends_the_explorer_also_where_python_ignores_exceptions(monkeypat
 
 
 def test_everything_on_the_page_is_explained_in_words():
+    from gearchaos.explorer.panels.motion import HINTS
     from gearchaos.explorer.panels.style import hint, motion_hint, title
-    from gearchaos.explorer.panels.verdict import HINTS
     from gearchaos.explorer.web.page import parameter_form
     from gearchaos.plot import CONTACT_CLASSES, MOTION_CLASSES
 

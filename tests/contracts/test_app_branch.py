@@ -17,8 +17,8 @@ from gearchaos.explorer.jobs.orbits import PeriodicMotion, branch, obstacle, per
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import SkeletonCurves, skeleton_text
+from gearchaos.explorer.panels.motion import verdict_text
 from gearchaos.explorer.panels.style import Units, empty_figure
-from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.studyfile import load_study

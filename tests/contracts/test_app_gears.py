@@ -12,9 +12,8 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.map import MapGrid, physical_measures
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.motion import ForceFigure, times
+from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text
 from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.panels.verdict import verdict_text
 from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import view_of

@@ -15,19 +15,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gearchaos import installation
 from gearchaos.cli import app
 from gearchaos.flow import cache_directory, processor
 from gearchaos.flow import target as processor_module
-from gearchaos.installation import checks, packages
-from gearchaos.installation.packages import report
 from tests.oracles import scipy_oracle
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-def outcome(name: str) -> checks.Check:
-    return next(c for c in checks.checks() if c.name == name)
+def outcome(name: str) -> installation.Check:
+    return next(c for c in installation.checks() if c.name == name)
 
 
 def doctor(*options: str, environment: dict[str, str] | None = None, before: str = "") -> subprocess.CompletedProcess:
@@ -45,13 +44,13 @@ def test_a_good_installation_is_called_good():
     required = ["packages", "temporary folder", "clock", "kernel cache", "kernels", "orbit", "files"]
     status = {c["name"]: c["status"] for c in found["checks"]}
     assert list(status)[:7] == required and {status[n] for n in required} == {"ok"}
-    assert set(status) - set(required) == {*packages.extras(), "a proof"}
+    assert set(status) - set(required) == {*installation.extras(), "a proof"}
     assert all((c["mend"] == "") == (c["status"] == "ok") for c in found["checks"])
     assert "bit for bit" in outcome("orbit").detail or re.search(r"values to \de-1[3-6]$", outcome("orbit").detail)
 
 
 def test_only_extras_that_serve_a_user_are_checked():
-    assert set(packages.extras()) == packages.EXTRAS.keys() and "docs" not in packages.EXTRAS
+    assert set(installation.extras()) == installation.EXTRAS.keys() and "docs" not in installation.EXTRAS
 
 
 def test_what_cannot_be_imported_is_named_with_what_to_do():
@@ -78,24 +77,24 @@ def test_a_cache_that_cannot_be_written_is_named_with_what_to_do():
 
 
 def test_a_wrong_orbit_fails(monkeypatch):
-    (z, v), *others = checks.STORED
+    (z, v), *others = installation.STORED
     for stored, difference in ((((z + 2e-12, v), *others), "2.0e-12"), (((z, v - 1e-3), *others), "1.0e-03"),
-                               (checks.STORED[:2], "inf")):
-        monkeypatch.setattr(checks, "STORED", stored)
+                               (installation.STORED[:2], "inf")):
+        monkeypatch.setattr(installation, "STORED", stored)
         check = outcome("orbit")
         assert check.status == "failed"
         assert check.detail.startswith(f"it differs by {difference} from its stored values")
         assert "Do not use results of this installation" in check.mend
-    monkeypatch.setattr(checks, "STORED", ((z + 5e-13, v), *others))
+    monkeypatch.setattr(installation, "STORED", ((z + 5e-13, v), *others))
     assert outcome("orbit").detail == "equal to its stored values to 5e-13"
-    monkeypatch.setattr(checks, "computed", lambda: [(np.nan, np.nan)] * 3)
+    monkeypatch.setattr(installation, "computed", lambda: [(np.nan, np.nan)] * 3)
     assert outcome("orbit").status == "failed", "not a number is not near"
 
 
 def test_the_stored_orbit_is_that_of_the_oracle():
-    found = scipy_oracle.section(checks.model(), 3, transient=200)
+    found = scipy_oracle.section(installation.model(), 3, transient=200)
     states = sorted(zip(found["z"].tolist(), found["z_dot"].tolist(), strict=True))
-    assert np.abs(np.array(states) - np.array(sorted(checks.STORED))).max() < 1e-11
+    assert np.abs(np.array(states) - np.array(sorted(installation.STORED))).max() < 1e-11
 
 
 def test_folders_and_clocks(monkeypatch):
@@ -111,7 +110,7 @@ def test_folders_and_clocks(monkeypatch):
 
 
 def test_an_unexpected_error_is_an_outcome(monkeypatch):
-    monkeypatch.setattr(checks, "computed", lambda: 1 / 0)
+    monkeypatch.setattr(installation, "computed", lambda: 1 / 0)
     assert outcome("kernels").detail == "ZeroDivisionError: division by zero"
     assert "gearchaos --version --verbose" in outcome("kernels").mend
 
@@ -139,20 +138,20 @@ def test_a_version_that_is_too_old_is_a_problem(monkeypatch):
 
 def test_every_extra_is_either_described_or_for_developers():
     declared = set(PROJECT["optional-dependencies"])
-    assert set(packages.DEVELOPERS_EXTRAS) <= declared
-    assert declared - set(packages.DEVELOPERS_EXTRAS) <= set(packages.EXTRAS)
+    assert set(installation.DEVELOPERS_EXTRAS) <= declared
+    assert declared - set(installation.DEVELOPERS_EXTRAS) <= set(installation.EXTRAS)
 
 
 def test_the_requirements_are_those_of_the_project():
     named = {re.match(r"[\w-]+", r)[0] for r in PROJECT["dependencies"]}
-    found = {r.name for r in packages.requirements()}
+    found = {r.name for r in installation.requirements()}
     assert found and found <= named
-    assert {r.name for r in packages.requirements("app")} == {"bokeh", "tomlkit"}
-    assert not packages.requirements("nothing")
+    assert {r.name for r in installation.requirements("app")} == {"bokeh", "tomlkit"}
+    assert not installation.requirements("nothing")
 
 
 def test_a_report_has_versions_processor_and_cache():
-    found = report()
+    found = installation.report()
     assert found["packages"]["numba"] == metadata.version("numba") and "llvmlite" in found["packages"]
     assert found["kernel_cache"]["folder"] == str(cache_directory())
     files = list(cache_directory().rglob("*.nb[ic]"))

@@ -6,10 +6,11 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app, output
+from gearchaos.cli import app
 from gearchaos.datasets import motions, variable
 from gearchaos.plot import level, motion_class, response, zones
 from gearchaos.store.reading import reduce as reducing
@@ -129,7 +130,7 @@ def test_a_large_map_is_reduced_and_a_thin_zone_stays_visible(tmp_path, monkeypa
     monkeypatch.setattr(reducing, "_MOST_CELLS", 64)
     monkeypatch.setattr(reducing, "reduced", partial(reduced, most=32))
     drawn = []
-    monkeypatch.setattr(output, "_write_picture", lambda figure, path, options: drawn.append((figure, options["dpi"])))
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, dpi, **_: drawn.append((figure, dpi)))
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "map.zarr")])
     assert result.exit_code == 0, result.output
     (figure, dpi), = drawn

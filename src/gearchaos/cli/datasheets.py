@@ -92,6 +92,8 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
 
     Quantities are in groups, each above its formula and source, then the reasons why others have no value.
     """
+    from gearchaos.gears.dynamic_factor import standards
+
     first = answers[0]
     for answer in answers:
         entries, absent = first.entries, first.absent
@@ -110,21 +112,14 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
             print("\nNot computed")
         for reason, names in absent:
             print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
-        if answer.speeds is not None:
-            _print_standards(answer.speeds)
-
-
-def _print_standards(speeds: SpeedsToAvoid) -> None:
-    """Print the largest computed dynamic factor beside K_v of the standards at a few speeds, both ends included."""
-    from gearchaos.gears.dynamic_factor import standards
-
-    ds = speeds.dataset
-    few = sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)})
-    print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
-    largest = ds["dynamic_factor"].max("motion")
-    columns = {"computed": largest, "over quasi-static": largest / speeds.quasi_static_ratio,
-               **{each.heading: ds[each.name] for each in standards()}}
-    table = plain_table("rpm", *columns)
-    for i in few:
-        table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(float(each[i])) for each in columns.values()))
-    print_table(table)
+        if answer.speeds is None:
+            continue
+        print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
+        ds = answer.speeds.dataset
+        largest = ds["dynamic_factor"].max("motion")
+        columns = {"computed": largest, "over quasi-static": largest / answer.speeds.quasi_static_ratio,
+                   **{each.heading: ds[each.name] for each in standards()}}
+        table = plain_table("rpm", *columns)
+        for i in sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)}):
+            table.add_row(f"{float(ds['speed'][i]):.0f}", *(measured(float(each[i])) for each in columns.values()))
+        print_table(table)

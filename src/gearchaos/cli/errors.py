@@ -72,9 +72,25 @@ def say(message: str) -> None:
         print(message, file=sys.stderr, flush=True)
 
 
+own_process = False
+"""Whether this process runs a command and nothing else; `gearchaos.cli.main` says so."""
+
+_BLAS = "scipy.linalg.cython_blas"
+
+
 def load_kernels() -> None:
-    """Import Numba, and print a message whenever the compilation of a kernel begins, and how many there are at most."""
-    _load_numba()
+    """Import Numba, and print a message whenever the compilation of a kernel begins, and how many there are at most.
+
+    In a command's own process it is imported without SciPy's linear algebra, which takes up to a quarter of a second.
+    With its first compiled function Numba imports SciPy's BLAS, for functions that use `numpy.dot` or `numpy.linalg`.
+    The kernels use neither, and no other compiled functions run there. SciPy itself can be imported afterwards.
+    """
+    if own_process and _BLAS not in sys.modules:
+        sys.modules[_BLAS] = None  # type: ignore[assignment]  # importing it fails, and Numba goes on without
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            del sys.modules[_BLAS]
     from gearchaos.flow import on_compile
 
     count = itertools.count(1)
@@ -88,24 +104,3 @@ def load_kernels() -> None:
         say(f"compiling kernel {number} of at most 5{', which takes the longest' if number == 2 else ''}")
 
     on_compile(announce)
-
-
-own_process = False
-"""Whether this process runs a command and nothing else; `gearchaos.cli.main` says so."""
-
-_BLAS = "scipy.linalg.cython_blas"
-
-
-def _load_numba() -> None:
-    """Import Numba; in a command's own process without SciPy's linear algebra, which takes up to a quarter of a second.
-
-    With its first compiled function Numba imports SciPy's BLAS, for functions that use `numpy.dot` or `numpy.linalg`.
-    The kernels use neither, and no other compiled functions run there. SciPy itself can be imported afterwards.
-    """
-    if not own_process or _BLAS in sys.modules:
-        return
-    sys.modules[_BLAS] = None  # type: ignore[assignment]  # importing it fails, and Numba goes on without
-    try:
-        import numba.np.arraymath  # noqa: F401
-    finally:
-        del sys.modules[_BLAS]

@@ -57,7 +57,7 @@ def warmup() -> None:
 @app.command(rich_help_panel="Install")
 def doctor(json_out: Json = False) -> None:
     """Check this installation: packages, folders, kernels, a known orbit, optional parts; say what to mend."""
-    from gearchaos.installation.checks import Check, checks
+    from gearchaos.installation import Check, checks
 
     found: list[Check] = []
     for check in checks():
@@ -79,7 +79,7 @@ def print_version(verbose: bool, json_out: bool) -> None:
     """Print the version on stdout; ``verbose`` adds what a report of an error should say of the installation."""
     from importlib.metadata import version
 
-    from gearchaos.installation.packages import report
+    from gearchaos.installation import report
 
     found: dict[str, Any] = report() if verbose else {"gearchaos": version("gearchaos")}
     if json_out:

@@ -25,12 +25,9 @@ if TYPE_CHECKING:
 RANGE = 2
 """Number of values of an axis of which only the ends count, as `gearchaos.studies.options` says."""
 
-app = typer.Typer(
-    cls=Commands,
-    help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-)
+app = typer.Typer(cls=Commands,
+                  help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
+                  no_args_is_help=True, pretty_exceptions_enable=False)
 
 # readable=False: typer does not check files; gearchaos does, with its own error messages
 StudyPath = Annotated[Path | None, typer.Argument(metavar="STUDY", help="Study file, TOML.", readable=False)]
@@ -72,9 +69,7 @@ Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZO
 _OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
 Out = Annotated[Path, _OUT]
 OutIfWanted = Annotated[Path | None, _OUT]
-Plot = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)
-]
+Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
 Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
 
@@ -92,9 +87,7 @@ def axes_option(counts: Sequence[int | None]) -> Any:
         list[str] | None, typer.Option("--axis", metavar=metavar, help=words, autocompletion=completion.ranges)]
 
 
-def load(
-    study: Path | None, sets: list[str] | None, physical: bool = False, axes: Iterable[Axis] = ()
-) -> LoadedStudy:
+def load(study: Path | None, sets: list[str] | None, physical: bool = False, axes: Iterable[Axis] = ()) -> LoadedStudy:
     """The content of a study file with the values of ``--set``; also lets the user know when kernels are compiled.
 
     ``physical`` says that it must describe gears; ``axes`` are those of the command line.

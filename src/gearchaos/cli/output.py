@@ -79,47 +79,35 @@ def write_certificate(result: Certificate | ChaoticSet | Unproved, path: Path | 
 def draw(
     dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI,
     style: str | None = None, width: str | None = None, hatch: bool = False, over: xr.Dataset | None = None,
+    dossier: str | None = None,
 ) -> None:
     """Write the picture of a result as a complete file, in the format of its suffix, if there is a path.
 
     The ``note`` stands below the lower right corner. For ``style`` and ``width``, which may be a number as text, see
-    `gearchaos.plot.style`; for the others `gearchaos.plot.result`.
+    `gearchaos.plot.style`; for the others `gearchaos.plot.result`. One motion with a title ``dossier`` is drawn as
+    history, phase trajectory, portrait and spectrum.
     """
     if path is None:
         return
     import matplotlib
 
     matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
     from gearchaos import plot
     from gearchaos.plot.theme import adapt
 
     in_mm: str | float | None = width
     with suppress(TypeError, ValueError):
         in_mm = float(width)  # type: ignore[arg-type]  # None is one of the values without a number
+    picture, size = io.BytesIO(), {"dpi": dpi, "bbox_inches": "tight"} if style is None else {}
     with nullcontext() if style is None else plot.style(style, in_mm):
-        figure = plot.result(dataset, colour, hatch=hatch, over=over)
+        figure: Any = (plot.result(dataset, colour, hatch=hatch, over=over) if dossier is None
+                       else plot.dossier(dataset, title=dossier))
         if note:
             below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
             figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")
-        _write_picture(figure, path, {"dpi": dpi, "bbox_inches": "tight"} if style is None else {})
-
-
-def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
-    """Write the picture of one motion (history, phase trajectory, portrait, spectrum) as a complete file."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from gearchaos import plot
-
-    _write_picture(plot.dossier(dataset, title=title), path, {"dpi": _DPI, "bbox_inches": "tight"})
-
-
-def _write_picture(figure: Any, path: Path, options: dict[str, Any]) -> None:
-    """Write a figure as a complete file, with these options of ``savefig``, and close it."""
-    import matplotlib.pyplot as plt
-
-    picture = io.BytesIO()
-    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **options)
+        figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **size)
     plt.close(figure)
     write_bytes(path, picture.getvalue())
     say_written(path)

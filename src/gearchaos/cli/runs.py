@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from gearchaos.store.running.run import Outcome
     from gearchaos.store.store import Store
-    from gearchaos.studies.study import Study
-
 
 StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
 # paths of stores are text: Path would make s3:// into s3:/
@@ -67,9 +65,18 @@ def run(
     from gearchaos.execute.pools import pool_from_options
     from gearchaos.store.running.run import WORKER_MODULES, run_into_store
     from gearchaos.store.writers.shards import Shard
+    from gearchaos.studies.registry import study_class
 
     pool = pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES)
-    chosen = _study(study, sets, axis, refine)
+    given_axes = parse_axes(axis)
+    loaded = load(study, sets, axes=given_axes)
+    if loaded.kind is None:
+        raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
+    axes = study_axes(loaded.kind, loaded, given_axes)
+    if refine and loaded.kind != "zones":
+        raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
+    coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
+    chosen = loaded.study(study_class(loaded.kind), **axes, **coarse)
     part = None if shard is None else Shard.parse(shard)
     _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
 
@@ -85,14 +92,22 @@ def finish(store: StorePath, json_out: Json = False) -> None:
 def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     """Print what a run has done, and exit with its code."""
     from gearchaos.store.files.folder import open_folder
+    from gearchaos.store.store import open_store
 
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
     folder = open_folder(store)
     say(f"{folder}: {outcome.done} of {outcome.count} tiles are done")
+    proofs: dict[str, Any] = {}
     if not outcome.finished:
         _say_missing(str(folder), outcome)
-    proofs = _proofs(store) if outcome.finished else {}
+    elif "proved" in (found := open_store(store)).arrays:
+        from gearchaos.store.layout.lazy import parts
+        from gearchaos.studies.proved_cells import proof_counts
+
+        maps = found.dataset()[["proved", "proof_reason"]]
+        proofs = {"proofs": proof_counts(part for _, part in parts(maps, found.block))}
+        output.say_proofs(proofs)
     if json_out:
         print_json({"store": str(folder), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed),
                     "finished": outcome.finished, "missing": outcome.missing, **proofs})
@@ -113,37 +128,6 @@ def _say_missing(store: str, outcome: Outcome) -> None:
         say(f"the store is not finished; missing tiles: {parts}{f' and of {more} more shards' if more > 0 else ''}")
         options = ", ".join(f"--shard {shard}" for shard in shards[:_NAMED])
         say(f"The last shard to end finishes it. Run those that are not running: {options}{', …' if more > 0 else ''}")
-
-
-def _proofs(store: str) -> dict[str, Any]:
-    """The summary of the proofs in a finished store, which is printed; empty if no proofs were asked for."""
-    from gearchaos.store.store import open_store
-
-    found = open_store(store)
-    if "proved" not in found.arrays:
-        return {}
-    from gearchaos.store.layout.lazy import parts
-    from gearchaos.studies.proved_cells import proof_counts
-
-    proofs = found.dataset()[["proved", "proof_reason"]]
-    summary = {"proofs": proof_counts(part for _, part in parts(proofs, found.block))}
-    output.say_proofs(summary)
-    return summary
-
-
-def _study(path: Path | None, sets: list[str] | None, texts: list[str] | None, refine: bool) -> Study:
-    """The study that a file describes, over the axes of ``--axis``; raises `InputError` unless it is complete."""
-    given_axes = parse_axes(texts)
-    loaded = load(path, sets, axes=given_axes)
-    if loaded.kind is None:
-        raise InputError("study.kind", "must be given", None, "Write [study] with a kind in the study file.")
-    from gearchaos.studies.registry import study_class
-
-    axes = study_axes(loaded.kind, loaded, given_axes)
-    if refine and loaded.kind != "zones":
-        raise InputError("--refine", "must be left out for a study that is no map of zones", loaded.kind)
-    coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
-    return loaded.study(study_class(loaded.kind), **axes, **coarse)
 
 
 @app.command(rich_help_panel="Runs")
@@ -193,8 +177,15 @@ def _print_run(found: dict[str, Any]) -> None:
         more = missing["file_count"] - len(missing["files"])
         table.add_row("missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)]))
     for name, writer in ({} if found["finished"] else found["writers"]).items():
-        if not writer["ended"]:
-            table.add_row(f"writer {name}", _activity(writer))
+        if writer["ended"]:
+            continue
+        activity = "has begun and not ended; its lock does not tell whether it is running"
+        if writer["running"]:
+            ago = timedelta(seconds=max(0, round(time.time() - writer["at"])))
+            activity = f"running, last entry in its journal {ago} ago"
+        elif writer["running"] is not None:
+            activity = "not running; it stopped before its end, e.g. since it was killed"
+        table.add_row(f"writer {name}", activity)
     output.print_table(table)
 
 
@@ -209,15 +200,6 @@ def _state(found: dict[str, Any]) -> str:
         return f"{'damaged' if damaged else 'not finished'}; to continue: gearchaos finish {store}"
     shard = " --shard I/N" if writers and "all" not in writers else ""
     return f"not finished; to continue: gearchaos run STUDY.toml --out {store}{shard}"
-
-
-def _activity(writer: dict[str, Any]) -> str:
-    """Whether a writer that has not ended is running."""
-    if writer["running"] is None:
-        return "has begun and not ended; its lock does not tell whether it is running"
-    if not writer["running"]:
-        return "not running; it stopped before its end, e.g. since it was killed"
-    return f"running, last entry in its journal {timedelta(seconds=max(0, round(time.time() - writer['at'])))} ago"
 
 
 @app.command(rich_help_panel="Runs")

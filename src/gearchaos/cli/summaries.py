@@ -105,7 +105,10 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
         for q in OPERATION:
             table.add_row(q.long_name, f"{shown(loaded.model.value(q.name))} {q.unit.replace('*', ' ')}")
         table.add_row(quantity("omega").title, _measured("omega", loaded.model.omega, scales))
-    table.add_row("Lyapunov exponents", _exponents(values, scales))
+    (factor, unit, digits) = (1.0, "", 5) if scales is None else (scales.rate, " 1/s", 1)
+    exponents = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)]
+                 for v, ends in zip(values["lyapunov"], values["lyapunov_ci"], strict=True)]
+    table.add_row("Lyapunov exponents", "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in exponents))
     table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
     for q in (*RESPONSES, *VERDICTS):
         if q.title:
@@ -129,15 +132,6 @@ def _measured(name: str, value: Any, scales: Scales | None) -> str:
     """A value, in its physical unit if there are scales and it has one."""
     unit = None if scales is None or value is None else unit_of(name, scales)
     return shown(value) if unit is None else f"{measured(value * unit[0])} {unit[1]}"
-
-
-def _exponents(values: dict[str, Any], scales: Scales | None) -> str:
-    """A line for each Lyapunov exponent with its interval, per unit of τ; with scales, per second."""
-    factor, unit = (1.0, "") if scales is None else (scales.rate, " 1/s")
-    digits = 5 if scales is None else 1
-    rows = zip(values["lyapunov"], values["lyapunov_ci"], strict=True)
-    numbers = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)] for v, ends in rows]
-    return "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in numbers)
 
 
 def attractor_list(dataset: xr.Dataset) -> dict[str, Any]:
@@ -205,8 +199,8 @@ _TEETH = {"permanent": "in contact", "one-sided": "separate", "two-sided": "hit 
 
 
 def map_document(dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and the largest dynamic
-    factor; for basins, the attractors and their shares, and how finely the basins are mixed."""
+    """The JSON summary of a map: the numbers of cells with each motion and each contact state, and where the largest
+    dynamic factor is, or without static load V_RMS; for basins, the attractors, their shares, and how they mix."""
     if "basin_entropy" in dataset:
         shares = dataset["attractor_fraction"].values.tolist()
         names = motions(dataset["attractor_label"], dataset["attractor_period"])
@@ -214,21 +208,18 @@ def map_document(dataset: xr.Dataset) -> dict[str, Any]:
         return {"attractors": [{"label": n, "fraction": s} for n, s in zip(names, shares, strict=True)], **measures}
     names = motions(dataset["label"], dataset["period"])
     codes = dataset["contact_worst" if "contact_worst" in dataset else "contact"].values.ravel().tolist()
-    return {
+    document: dict[str, Any] = {
         "cells": {name: names.count(name) for name in sorted(set(names))},
         "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
-        "largest": _largest(dataset), **({"proofs": proof_counts([dataset])} if "proved" in dataset else {}),
+        "largest": None,
     }
-
-
-def _largest(dataset: xr.Dataset) -> dict[str, Any] | None:
-    """The largest dynamic factor, or without static load V_RMS, of a map, and where; None if all diverge."""
     for name in ("dynamic_factor", "v_rms"):
         known = dataset[name].where(abs(dataset[name]) < math.inf)
         if known.notnull().any():
-            at, names = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
-            return {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in names}}
-    return None
+            at, axes = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
+            document["largest"] = {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in axes}}
+            break
+    return document | ({"proofs": proof_counts([dataset])} if "proved" in dataset else {})
 
 
 def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
@@ -283,11 +274,6 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
     print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
 
 
-def _attractors(found: Found) -> dict[str, Any]:
-    document = attractor_list(found.dataset)
-    return {**document, "units": attractor_units(found.dataset)} if found.physical else document
-
-
 def _map(found: Found) -> dict[str, Any]:
     """The JSON document of a map; how many cells are proved is also said on stderr."""
     document = map_document(found.dataset)
@@ -298,7 +284,9 @@ def _map(found: Found) -> dict[str, Any]:
 
 SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {
     "section": (section_document, lambda found, _: print_section(found.in_units)),
-    "attractors": (_attractors, lambda found, _: print_attractors(found.in_units, found.loaded.model)),
+    "attractors": (lambda found: attractor_list(found.dataset) | (
+                       {"units": attractor_units(found.dataset)} if found.physical else {}),
+                   lambda found, _: print_attractors(found.in_units, found.loaded.model)),
     "map": (_map, lambda found, content: print_map(content, found.dataset)),
     "branch": (lambda found: branches.branch_document(found.dataset, found.plain),
                lambda found, content: branches.print_branch(content, found.dataset)),

@@ -1,11 +1,12 @@
-"""Reading of study files: the model, the study and the classification settings that a file describes."""
+"""Reading of study files: the model or gears, the study and the classification settings that a file describes."""
 
 from __future__ import annotations
 
+import copy
 import os
 import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,8 +28,7 @@ from gearchaos.studies.axis import Axis, at_axis_starts
 from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
-from gearchaos.studyfile.gears import gears_of, refuse_without_table, separated
-from gearchaos.studyfile.tables import MODEL_NAMES, ModelTable, StudyFile, validated
+from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, ModelTable, StudyFile, validated
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -93,17 +93,24 @@ def load_study(
     ``torque`` among ``axes``, given beside the file, or else among those of the file. Raises `InputError`.
     """
     tables = _read(Path(path)) if path is not None else StudyFile()
-    of_gears, model_values = separated(values or {})
+    of_gears, model_values = _separated(values or {})
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
-    gears = gears_of(tables, of_gears, Path(path or ".").parent, given)
-    study_kind, options = _study(tables.study)
+    gears = _gears_of(tables, of_gears, Path(path or ".").parent, given)
+    options: dict[str, Any] = {} if tables.study is None else tables.study.model_dump(exclude_none=True)
+    study_kind = options.pop("kind", None)
+    known = file_options(study_class(study_kind)) if study_kind else {}
+    for key in options.keys() - known.keys():
+        raise InputError(f"study.{key}", f"must be left out for kind {study_kind!r}", options[key],
+                         f"It takes {', '.join(('kind', *known))}.")
+    options = {key: option.checked(options[key], f"study.{key}") if option.type is Axis else options[key]
+               for key, option in known.items() if key in options}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if gears is not None:
         gears = at_axis_starts(gears, axes)
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
-        refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
+        _refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
@@ -122,11 +129,11 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     """
     tables = _read(Path(path))
     given = {f"operation.{n}" if n in OPERATING_NAMES else n: v for n, v in (values or {}).items()}
-    of_gears, others = separated(given)
-    gears = gears_of(tables, of_gears, Path(path).parent, {})
+    of_gears, others = _separated(given)
+    gears = _gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):
         raise InputError("study file", "must have a table [design]", str(path))
-    refuse_without_table(gears, others)
+    _refuse_without_table(gears, others)
     for name, value in others.items():
         raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")
     return gears
@@ -142,6 +149,92 @@ def _read(path: Path) -> StudyFile:
     except (ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
     return validated(StudyFile, document)
+
+
+_TABLES = ("gearpair", "design", "operation")
+"""The tables that describe gears; ``--set TABLE.KEY=VALUE`` replaces a value in them."""
+
+
+def _separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+    """Values for the tables of gears, by table and key, and the other values by name."""
+    of_gears: dict[str, dict[str, Any]] = {table: {} for table in _TABLES}
+    rest = {}
+    for name, value in values.items():
+        table, dot, key = name.partition(".")
+        if dot and table in _TABLES:
+            of_gears[table][key] = value
+        else:
+            rest[name] = value
+    return of_gears, rest
+
+
+def _refuse_without_table(gears: Gears, values: Mapping[str, Any], known: Collection[str] = ()) -> None:
+    """Raise `InputError` for a value of the gears that is given without the name of its table.
+
+    ``known`` are the names that need no table: those of the parameters and initial values of the model.
+    """
+    table = "design" if is_design(gears) else "gearpair"
+    own = {f.name for f in fields(gears)} - set(known)  # type: ignore[arg-type]
+    for name, value in values.items():
+        if name.partition(".")[0] in own:
+            raise InputError(name, "must be given with the name of its table", value, f"Write {table}.{name}=VALUE.")
+
+
+def _gears_of(
+    tables: StudyFile, values: Mapping[str, Mapping[str, Any]], folder: Path, default: Mapping[str, Any]
+) -> Gears | None:
+    """The gears of a study file in a folder; None if it describes none.
+
+    ``values`` by table and key replace those of the file; ``default`` has speed and torque of a design without.
+    """
+    for table in _TABLES:
+        for key, value in values[table].items():
+            if getattr(tables, table) is None and not (table == "operation" and tables.design):
+                raise InputError(f"{table}.{key}", f"needs a study file with a [{table}] table", value)
+    if tables.design is None and tables.operation is not None:
+        raise InputError("[operation]", "must be left out without [design]", list(tables.operation),
+                         "[gearpair] has M10 and speed.")
+    if tables.gearpair is not None:
+        _refuse_beside(tables, "gearpair", "model", "design")
+        found = validated(GearPairTable, {**tables.gearpair.model_dump(), **values["gearpair"]}, "gearpair")
+        return GearPair(**found.model_dump(exclude={"kind"}))
+    if tables.design is None:
+        return None
+    _refuse_beside(tables, "design", "model")
+    from gearchaos.gears.design import gear_design  # many modules, for files with a design alone
+
+    design = _replaced(tables.design, values["design"], "design")
+    for name, path in gear_design.FILES:
+        given = design.get(name)
+        if isinstance(given, dict) and isinstance(given.get(path), str):
+            given[path] = str((folder / given[path]).absolute())
+    operation = _replaced(tables.operation or {}, values["operation"], "operation")
+    if any(name in operation for name in gear_design.FREQUENCIES):
+        default = {name: value for name, value in default.items() if name != "speed"}
+    return gear_design.GearDesign.from_tables(design, {**default, **operation})
+
+
+def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:
+    """Raise `InputError` for a table that determines the model, too."""
+    for other in others:
+        if (found := getattr(tables, other)) is not None:
+            given = list(found) if isinstance(found, Mapping) else list(found.model_fields_set)
+            raise InputError(f"[{other}]", f"must be left out beside [{table}]", given,
+                             "The gears determine the model.")
+
+
+def _replaced(table: Mapping[str, Any], values: Mapping[str, Any], title: str) -> dict[str, Any]:
+    """A table with values replaced by key; the key of a value in an inner table is ``quality.grade``."""
+    out = copy.deepcopy(dict(table))
+    for path, value in values.items():
+        *outer, last = path.split(".")
+        inner = out
+        for name in outer:
+            inner = inner.setdefault(name, {})
+            if not isinstance(inner, dict):
+                raise InputError(f"{title}.{path}", f"must not lie in {name}, which is no table", value)
+        inner[last] = value
+    return out
 
 
 def _model(table: Any, stiffness: Stiffness) -> MeshModel:
@@ -171,22 +264,6 @@ def _check_pairs(table: str, values: Mapping[str, Any]) -> None:
             if pair in values and single in values:
                 raise InputError(f"{table}.{pair}", f"must not be given beside {table}.{single}", values[pair],
                                  f"{pair} sets both {' and '.join(singles)}.")
-
-
-def _study(table: Any) -> tuple[str | None, dict[str, Any]]:
-    """The kind of study that ``[study]`` names, None without that table, and the options that it sets."""
-    if table is None:
-        return None, {}
-    given = table.model_dump(exclude_none=True)
-    kind = given.pop("kind")
-    options = file_options(study_class(kind))
-    for key in given.keys() - options.keys():
-        rule, known = f"must be left out for kind {kind!r}", ("kind", *options)
-        raise InputError(f"study.{key}", rule, given[key], f"It takes {', '.join(known)}.")
-    return kind, {
-        key: option.checked(given[key], f"study.{key}") if option.type is Axis else given[key]
-        for key, option in options.items() if key in given
-    }
 
 
 def parse_set(texts: Iterable[str]) -> dict[str, Any]:

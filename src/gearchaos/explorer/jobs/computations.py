@@ -120,11 +120,9 @@ class Computations:
 
         self._pending.add(task)
         self._show_busy()
-        worker.submit(self._owner, task, Job(
-            function, lambda found: self._call_soon(partial(deliver, found)),
-            lambda message: self._call_soon(partial(self._ended, task, message)), delay,
-            lambda: self._call_soon(partial(self._show_busy, compiling=True)),
-        ))
+        worker.submit(self._owner, task, Job(function, lambda found: self._call_soon(partial(deliver, found)),
+                                             lambda message: self._call_soon(partial(self._ended, task, message)),
+                                             delay, lambda: self._call_soon(partial(self._show_busy, compiling=True))))
 
     def _drop(self, worker: Worker, task: str) -> None:
         """Cancel a task that need not be computed again."""

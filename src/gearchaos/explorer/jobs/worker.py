@@ -213,11 +213,10 @@ class WorkerProcess:
     def _start(self) -> None:
         niceness = _NICENESS if self._low_priority else 0
         code = f"from gearchaos.explorer.jobs.worker import main; main({niceness})"
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            creationflags=_LOW_PRIORITY if self._low_priority else 0,
-            env=os.environ | _MALLOC if self._low_priority else None,
-        )
+        self._process = subprocess.Popen([sys.executable, "-P", "-c", code], stdin=subprocess.PIPE,
+                                         stdout=subprocess.PIPE,
+                                         creationflags=_LOW_PRIORITY if self._low_priority else 0,
+                                         env=os.environ | _MALLOC if self._low_priority else None)
 
     def run(self, function: GeneratorFunction, compiling: Callable[[], None] = lambda: None) -> RemoteGenerator:
         """A generator that is run in the process; ``compiling`` is called when it has to compile kernels."""

@@ -170,7 +170,13 @@ class BifurcationFigure(Panel):
         found, units, z = self._diagram, self._units, self._diagram["section_z"]
         axis = str(z.dims[0])
         values = z.transpose(..., "point").values
-        low, high = _limits(values, self._branch)
+        known = values[np.isfinite(values)]
+        low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+        if self._branch is not None:  # at most threefold the range, since unstable orbits may be very large
+            at, height = self._branch["section_z"].values, max(high - low, 1e-6)
+            low, high = max(min(low, float(at.min())), low - height), min(max(high, float(at.max())), high + height)
+        margin = 0.03 * (high - low) or 0.5
+        low, high = low - margin, high + margin
         shades = density(values, low, high, _ROWS).T ** DENSITY_EXPONENT
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
         top = high + _RIBBON * (high - low)
@@ -179,17 +185,3 @@ class BifurcationFigure(Panel):
         self._set(self.ribbon, data=image_data(strip, left, right, high, top))
         self._limit((float(found[axis][0]), float(found[axis][-1])), (low, top))
         self._label(units.parameter(axis), units.label(z, "z"))
-
-
-def _limits(values: np.ndarray, branch: xr.Dataset | None) -> tuple[float, float]:
-    """Limits of the vertical axis, with a margin.
-
-    A branch widens the range of the diagram at most threefold, since unstable orbits may be very large.
-    """
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    if branch is not None:
-        z, height = branch["section_z"].values, max(high - low, 1e-6)
-        low, high = max(min(low, float(z.min())), low - height), min(max(high, float(z.max())), high + height)
-    margin = 0.03 * (high - low) or 0.5
-    return low - margin, high + margin

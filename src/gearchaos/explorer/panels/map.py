@@ -173,30 +173,23 @@ class MapFigure(Panel):
 
     def show(self, found: Map, colour: str, units: Units) -> None:
         """Draw a map coloured by a variable in these units."""
-        if colour == "motion":
-            classes = motion_class(found.labels(), found.dataset["period"])
-            self._show_classes(found, found.shown(classes, NO_CLASS), MOTION_CLASSES, "motion", units)
-        elif colour == "contact":
-            index, kinds = named_classes(found.dataset, colour) or (np.zeros(0), ())
-            classes = np.where(found.measure_source >= 0, index.ravel()[found.measure_source], NO_CLASS)
-            self._show_classes(found, classes, kinds, "contact", units)
-        else:
-            self._show_measure(found, found.measure(colour, units.gears is not None), colour, units)
-
-    def _show_classes(
-        self, found: Map, index: np.ndarray, classes: Sequence[MotionClass], words: str, units: Units,
-    ) -> None:
-        """Draw the class of each cell, ``index`` (rows, columns) into ``classes``."""
-        present = [classes[i] for i in np.unique(index) if i != NO_CLASS]
-        self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
-        self._set(self.mapper, **_scale_of(classes))
-        self._set(self.bar, visible=False)
-        self._draw(found, index.astype(np.uint8), words, units)
-
-    def _show_measure(self, found: Map, measure: xr.Variable, name: str, units: Units) -> None:
-        values, whole = measure.values.astype(np.float32), found.dataset[name].dtype.kind in "iu"
+        if colour in ("motion", "contact"):
+            classes: Sequence[MotionClass] = MOTION_CLASSES
+            if colour == "motion":
+                index = found.shown(motion_class(found.labels(), found.dataset["period"]), NO_CLASS)
+            else:
+                kinds, classes = named_classes(found.dataset, colour) or (np.zeros(0), ())
+                index = np.where(found.measure_source >= 0, kinds.ravel()[found.measure_source], NO_CLASS)
+            present = [classes[i] for i in np.unique(index) if i != NO_CLASS]
+            self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
+            self._set(self.mapper, **_scale_of(classes))
+            self._set(self.bar, visible=False)
+            self._draw(found, index.astype(np.uint8), colour, units)
+            return
+        measure = found.measure(colour, units.gears is not None)
+        values, whole = measure.values.astype(np.float32), found.dataset[colour].dtype.kind in "iu"
         known = values[np.isfinite(values)]
-        words, symbols = label(measure, name).partition(" [")[0], unit(measure)
+        words, symbols = label(measure, colour).partition(" [")[0], unit(measure)
         mark = symbols or (NONE if units.marked else "")
         missing = ((_NO_VALUE, "none" if found.share == 1 else "none yet"),) if known.size < values.size else ()
         self.legend = Legend(f"{words} [{mark}]" if mark else words, missing)
@@ -206,7 +199,7 @@ class MapFigure(Panel):
             shades = np.linspace(0, len(Viridis256) - 1, most - least + 1).round().astype(int)
             palette, low, high = [Viridis256[i] for i in shades], least - 0.5, most + 0.5
         else:
-            palette, (low, high) = list(Viridis256), colour_limits(name, known, _SATURATED, 1.0)
+            palette, (low, high) = list(Viridis256), colour_limits(colour, known, _SATURATED, 1.0)
         self._set(self.mapper, tags=tags, palette=palette, low=low, high=high, high_color=None)
         self._set(self.bar.ticker, min_interval=float(whole))
         self._set(self.bar, visible=True)

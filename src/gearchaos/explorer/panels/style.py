@@ -270,10 +270,8 @@ def empty_figure(title: str = "", ticks: int = 4, **options: Any) -> Any:
 
     By default it has no tools: a figure that was zoomed would keep its ranges for the next motion.
     """
-    plot = figure(
-        title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",
-        **{"tools": "", "toolbar_location": None, **options},
-    )
+    plot = figure(title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",
+                  **{"tools": "", "toolbar_location": None, **options})
     plot.toolbar.logo = None
     plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
     plot.grid.grid_line_color = "#eeeeee"

@@ -173,6 +173,13 @@ class View:
                 view = view.with_value(pair, view.operating_point.parameters()[PARAMETER_PAIRS[pair][0]])
         return view
 
+    def with_other_units(self) -> View:
+        """The view with physical instead of dimensionless units, or the other way round."""
+        if self.gears is None:
+            raise InputError("units", "must be dimensionless for a figure of the paper", "physical",
+                             "Choose the gears in the menu of presets.")
+        return replace(self, physical=not self.physical)
+
     def with_kind(self, kind: str) -> View:
         """The view with another kind of model; axes of parameters that it does not have are replaced by the default."""
         check_known("kind", kind, KINDS)

@@ -130,10 +130,8 @@ class GuardedTornado(BokehTornado):
 
     def __init__(self, applications: Any, host: str, **options: Any) -> None:
         self._host = host
-        super().__init__(
-            applications, websocket_max_message_size_bytes=LARGEST_MESSAGE, sign_sessions=True,
-            secret_key=os.urandom(32), **options,
-        )
+        super().__init__(applications, websocket_max_message_size_bytes=LARGEST_MESSAGE, sign_sessions=True,
+                         secret_key=os.urandom(32), **options)
 
     def get_handler_delegate(
         self, request: HTTPServerRequest, target_class: Any, target_kwargs: Any = None, path_args: Any = None,

@@ -14,7 +14,6 @@ from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
 from gearchaos.explorer.panels.style import Units, hint, symbol, title
-from gearchaos.explorer.panels.verdict import HINTS, verdict_text
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
@@ -262,31 +261,26 @@ class Page:
         if found.verdict.section and key != self._portrait_key:
             self._portrait_key = key
             self.portrait.show(found, units)
-        if found.trajectory is not None:
-            self._show_trajectory(found.trajectory, units)
+        if (trajectory := found.trajectory) is not None:
+            trajectory_key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
+            if trajectory_key != self._trajectory_key:  # it is not drawn already
+                self._trajectory_key = trajectory_key
+                tau, period = motion.times(trajectory)
+                shown = units.scaled(trajectory)
+                self.spectrum.show(trajectory, shown["z_dot"], units)
+                self.history.show(shown, tau, period, units)
+                self.phase.show(shown, units)
+                if self.force is not None and view.gears is not None:
+                    self.force.show(shown, tau, period, units, view.gears)
+                elif self.force is not None:
+                    self.force.clear()
         elif not found.verdict.section:  # it diverged
             for figure in (self.history, self.phase, self.portrait, self.spectrum, self.force):
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
-        text = verdict_text(found, view, units)
-        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=HINTS)
-
-    def _show_trajectory(self, trajectory: xr.Dataset, units: Units) -> None:
-        """Draw the motion in time, unless it is drawn already."""
-        key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
-        if key == self._trajectory_key:
-            return
-        self._trajectory_key = key
-        tau, period = motion.times(trajectory)
-        shown = units.scaled(trajectory)
-        self.spectrum.show(trajectory, shown["z_dot"], units)
-        self.history.show(shown, tau, period, units)
-        self.phase.show(shown, units)
-        if self.force is not None and self.view.gears is not None:
-            self.force.show(shown, tau, period, units, self.view.gears)
-        elif self.force is not None:
-            self.force.clear()
+        text = motion.verdict_text(found, view, units)
+        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""

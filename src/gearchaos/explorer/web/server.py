@@ -83,10 +83,8 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
 
         from gearchaos.explorer.web.application import LARGEST_MESSAGE, GuardedTornado, application
 
-        tornado = GuardedTornado(
-            {"/": application(view, workers)}, host,
-            check_unused_sessions_milliseconds=1000, unused_session_lifetime_milliseconds=_UNUSED_LIFETIME,
-        )
+        tornado = GuardedTornado({"/": application(view, workers)}, host, check_unused_sessions_milliseconds=1000,
+                                 unused_session_lifetime_milliseconds=_UNUSED_LIFETIME)
         sockets, _ = bind_sockets(host, port)
         http = HTTPServer(tornado, max_body_size=LARGEST_MESSAGE)
         http.add_sockets(sockets)

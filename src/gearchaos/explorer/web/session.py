@@ -195,11 +195,19 @@ class Session:
             case "press", "skeleton":
                 computed.ask_skeleton(self._skeleton_period)
             case "press", "alike":
-                self._toggle_alike()
+                # separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1
+                alike = are_alike(page.view.model)
+                page.merge_wheels = merge = not (page.merge_wheels and alike)
+                page.show_form()
+                if merge and not alike:
+                    self.change(View.with_alike_wheels)
             case "press", ("more-eps" | "more-c") as name:
-                self._one_more(name.removeprefix("more-"))
+                family = name.removeprefix("more-")
+                number = 1 + len(harmonics_of(family, page.view.model.parameters()))
+                if number <= HIGHEST_HARMONIC:
+                    self.change(lambda view: view.with_value(f"{family}{number}", 0.01))
             case "press", "units" if self._start.gears is not None:
-                self.change(_with_other_units)
+                self.change(View.with_other_units)
             case "set", [str(name), chosen]:
                 self._set(name, chosen)
 
@@ -210,46 +218,19 @@ class Session:
                 self._skeleton_period = int(chosen)
                 if self.computations.skeleton_period:  # those shown are computed again
                     self.computations.ask_skeleton(self._skeleton_period)
-        elif name == "preset":
-            self._choose_preset(chosen)
+        elif name == "preset" and chosen == GEARS and self._start.gears is not None:
+            self.change(lambda _: self._start)
+        elif name == "preset" and (key := str(chosen)) in presets():
+            preset = presets()[key]
+            self.page.preset = key
+            self.change(lambda _: preset.view)
+            if preset.basins:  # they are computed at once
+                self.computations.ask_basins()
+        elif name == "preset":  # shows the present one again
+            self.change(lambda view: view)
         elif name in _MENUS:
             self.change(lambda view: _MENUS[name](view, str(chosen)))
         elif name in field_values(self.page.view):
             if isinstance(chosen, float):
                 chosen = float(f"{chosen:.10g}")  # without a slider's rounding error
             self.change(lambda view: view.with_value(name, chosen))
-
-    def _choose_preset(self, value: Any) -> None:
-        """The gears loaded, or a figure of the paper, whose basins are computed at once if it shows some."""
-        key = str(value)
-        if value == GEARS and self._start.gears is not None:
-            self.change(lambda _: self._start)
-        elif key not in presets():
-            self.change(lambda view: view)
-        else:
-            self.page.preset, preset = key, presets()[key]
-            self.change(lambda _: preset.view)
-            if preset.basins:
-                self.computations.ask_basins()
-
-    def _toggle_alike(self) -> None:
-        """Show separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1."""
-        alike = are_alike(self.page.view.model)
-        self.page.merge_wheels = merge = not (self.page.merge_wheels and alike)
-        self.page.show_form()
-        if merge and not alike:
-            self.change(View.with_alike_wheels)
-
-    def _one_more(self, family: str) -> None:
-        """Add the next harmonic of a family."""
-        number = 1 + len(harmonics_of(family, self.page.view.model.parameters()))
-        if number <= HIGHEST_HARMONIC:
-            self.change(lambda view: view.with_value(f"{family}{number}", 0.01))
-
-
-def _with_other_units(view: View) -> View:
-    """The view with physical instead of dimensionless units, or the other way round."""
-    if view.gears is None:
-        raise InputError("units", "must be dimensionless for a figure of the paper", "physical",
-                         "Choose the gears in the menu of presets.")
-    return replace(view, physical=not view.physical)

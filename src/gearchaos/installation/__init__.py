@@ -1,1 +1,0 @@
-"""This installation: its versions and machine for reports of errors, and checks that it works."""
