@@ -28,18 +28,15 @@ def checked_box(box: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     """Ranges of initial values as floats; raises `InputError` for anything else. Names are not checked here."""
     if not isinstance(box, Mapping):
         raise InputError("box", "must give a range for each initial value", box, "E.g. {'x1': (-3, 3)}.")
-    return {str(name): _checked_range(f"box {name}", ends) for name, ends in box.items()}
-
-
-def _checked_range(field: str, ends: Any) -> tuple[float, float]:
-    """Two finite numbers in ascending order; raises `InputError` for anything else."""
-    rule, advice = "must be two finite numbers, the smaller one first", "E.g. {'x1': (-3, 3)}."
-    if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable) or len(pair := tuple(ends)) != 2:
-        raise InputError(field, rule, ends, advice)
-    low, high = (to_float(field, end) for end in pair)
-    if low >= high:
-        raise InputError(field, rule, (low, high), advice)
-    return low, high
+    rule, advice, out = "must be two finite numbers, the smaller one first", "E.g. {'x1': (-3, 3)}.", {}
+    for name, ends in box.items():
+        if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable) or len(pair := tuple(ends)) != 2:
+            raise InputError(f"box {name}", rule, ends, advice)
+        low, high = (to_float(f"box {name}", end) for end in pair)
+        if low >= high:
+            raise InputError(f"box {name}", rule, (low, high), advice)
+        out[str(name)] = (low, high)
+    return out
 
 
 def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:

@@ -160,9 +160,15 @@ class ClassificationState:
             if len(tried) == 0:
                 continue
             some, last = motions[tried], w[:, tried]
-            guess = orbits.polish(self.flow, last, self.points[some], period[tried], reach=_NEWTON_REACH,
+            found = orbits.polish(self.flow, last, self.points[some], period[tried], reach=_NEWTON_REACH,
                                   expansion=_NEWTON_EXPANSION)
-            found = self._with_minimal_periods(guess, some)
+            converged = np.flatnonzero(found.converged)
+            points, longer = self.points[some[converged]], found.period[converged]
+            minimal = orbits.minimal_period(self.flow, found.w[:, converged], points, longer)
+            shorter = minimal < longer
+            again = converged[shorter]
+            if len(again):  # monodromy matrices and multipliers are those over the minimal period
+                found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
             distance = np.abs(last - found.w).max(axis=0)
             reached = found.stable & (distance < _MAX_DISTANCE)
             reached[reached] = orbits.approaching(
@@ -170,17 +176,6 @@ class ClassificationState:
             self._assign_orbits(some[reached], found.take(reached), Reason.ORBIT)
             neutral = found.neutral & ~found.stable & (distance < orbits.ON_ORBIT)
             self._assign_orbits(some[neutral], found.take(neutral), Reason.NEUTRAL)
-
-    def _with_minimal_periods(self, found: orbits.Orbits, motions: np.ndarray) -> orbits.Orbits:
-        """The same orbits with their minimal periods, and with monodromy matrices and multipliers over these."""
-        converged = np.flatnonzero(found.converged)
-        points, period = self.points[motions[converged]], found.period[converged]
-        minimal = orbits.minimal_period(self.flow, found.w[:, converged], points, period)
-        shorter = minimal < period
-        again = converged[shorter]
-        if len(again):
-            found.put(again, orbits.polish(self.flow, found.w[:, again], points[shorter], minimal[shorter]))
-        return found
 
     def _assign_orbits(self, motions: np.ndarray, found: orbits.Orbits, reason: Reason) -> None:
         """Classify motions as periodic on their orbits, and record orbit, multipliers and exponents."""

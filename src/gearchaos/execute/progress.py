@@ -29,7 +29,21 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
         finally:
             shown.show()
     else:
-        with _terminal_bar(name, total, done) as advance:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+                   TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+        console = Console(stderr=True)
+        # it vanishes from a terminal when all is done: the answer stands alone there
+        with Progress(*columns, console=console, transient=console.is_terminal) as progress:
+            task = progress.add_task(name, total=total, completed=done, rate="")
+
+            def advance(n: int) -> None:
+                progress.advance(task, n)
+                speed = progress.tasks[0].finished_speed or progress.tasks[0].speed
+                progress.update(task, rate=rate_text(speed) if speed else "")
+
             yield advance
 
 
@@ -83,26 +97,6 @@ class NotebookBar:
         """The same text beside a bar."""
         return (f'<div style="font:13px/1.6 system-ui,sans-serif"><progress value="{self.done}" max="{self.total}" '
                 f'style="width:16em;max-width:100%;vertical-align:middle"></progress> {escape(self.text)}</div>')
-
-
-@contextmanager
-def _terminal_bar(name: str, total: int, done: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on stderr, which vanishes from a terminal when all is done: the answer stands alone there."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-               TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=console.is_terminal) as shown:
-        task = shown.add_task(name, total=total, completed=done, rate="")
-
-        def advance(n: int) -> None:
-            shown.advance(task, n)
-            speed = shown.tasks[0].finished_speed or shown.tasks[0].speed
-            shown.update(task, rate=rate_text(speed) if speed else "")
-
-        yield advance
 
 
 def rate_text(rate: float) -> str:

@@ -14,7 +14,6 @@ from gearchaos.datasets import flag_attributes, model_from_json, new_dataset, pr
 from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import gears_from_json, with_gears
-from gearchaos.model import MeshModel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +83,10 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
     if set(names) != {str(name) for name in skeleton.coords}:
         raise InputError("zones", "must be over the parameters of the skeleton", ", ".join(names),
                          f"Those are {', '.join(map(str, skeleton.coords))}.")
-    first, model = (_model(ds, names) for ds in (skeleton, zones))
+    first, model = (model_from_json(ds.attrs["model"]) for ds in (skeleton, zones))
+    if {"speed", "torque"} & set(names):  # over these the model is that of its gears
+        first, model = (with_gears(each, gears_from_json(ds.attrs["gears"]))
+                        for each, ds in ((first, skeleton), (model, zones)))
     varied = {single for name in names for single in first.set_by(name)}
     own, other = first.parameters(), model.parameters()
     if (first.kind, own.keys()) != (model.kind, other.keys()) or any(own[n] != other[n] for n in own.keys() - varied):
@@ -114,13 +116,6 @@ def _common(settings: dict[str, Any], zones: xr.Dataset, names: tuple[str, str])
             raise InputError("zones", f"must have at least two values of {name} in the window of the skeleton, from "
                              f"{start:g} to {stop:g}", f"{values.min():g} to {values.max():g}, {len(values)} values")
     return zones.isel(inside)
-
-
-def _model(dataset: xr.Dataset, names: tuple[str, str]) -> MeshModel:
-    """The model of a result; over speed or torque that of its gears."""
-    model = model_from_json(dataset.attrs["model"])
-    gears = {"speed", "torque"} & set(names)
-    return with_gears(model, gears_from_json(dataset.attrs["gears"])) if gears else model
 
 
 def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:

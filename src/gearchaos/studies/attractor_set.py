@@ -184,8 +184,13 @@ class AttractorSet:
         members = self.ordered
         out: dict[str, np.ndarray] = {"label": np.array([a.label for a in members], np.int8),
                                       "period": np.array([a.period for a in members], np.int32)}
-        response = self._response(settings) if members else {}
-        out |= {name: response[name][self.order()] if members else np.zeros(0) for name in _RESPONSE}
+        response = dict.fromkeys(_RESPONSE, np.zeros(0))
+        if members:
+            w, points = np.stack([a.section[-1] for a in members], axis=1), np.full(len(members), self.point)
+            state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
+            state.verdicts.label[:], state.verdicts.period[:] = out["label"], out["period"]
+            response = conclude(state).variables()
+        out |= {name: response[name] for name in _RESPONSE}
         out |= {name: np.array([a.verdict_variables[name] for a in members]) for name in _VERDICT_VARIABLES}
         out["reason"], out["periods_spent"] = out["reason"].astype(np.int8), out["periods_spent"].astype(np.int32)
         sections = np.full((2, len(members), max((len(a.section) for a in members), default=0)), np.nan)
@@ -194,15 +199,6 @@ class AttractorSet:
         names = ("attractor_section_z", "attractor_section_z_dot")
         return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), v) for n, v in out.items()} | {
             n: variable(n, ("number", "point"), v) for n, v in zip(names, sections, strict=True)}
-
-    def _response(self, settings: Classification | None) -> dict[str, np.ndarray]:
-        """The response measures of the members, (attractors,) by name."""
-        w = np.stack([a.section[-1] for a in self.members], axis=1)
-        points = np.full(len(self.members), self.point)
-        state = ClassificationState(self.flow, points, settings or Classification(), w, all_exponents=False)
-        state.verdicts.label[:] = [a.label for a in self.members]
-        state.verdicts.period[:] = [a.period for a in self.members]
-        return conclude(state).variables()
 
 
 def final_states(motions: Motions, **options: Any) -> dict[str, np.ndarray]:

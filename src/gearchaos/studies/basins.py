@@ -16,7 +16,7 @@ from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.model import state_names, vary
 from gearchaos.model.coordinates import initial_state
-from gearchaos.studies.attractor_set import NOT_COMPUTED, Attractor, AttractorStudy
+from gearchaos.studies.attractor_set import NOT_COMPUTED, AttractorStudy
 from gearchaos.studies.axis import Axis, at_cells, check_plane
 from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
@@ -103,28 +103,23 @@ class Basins(AttractorStudy):
         if not np.any(plane == NOT_COMPUTED):
             boundary = dict(zip(boundary, (*entropy(plane), uncertainty_exponent(plane)), strict=True))
         share = np.array([a.count for a in known]) / max(1, np.sum(plane != NOT_COMPUTED))
+        x, y, system = self.x, self.y, self.flow.system
+        corners = initial_state(vary(self.model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
+        jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
+        kicks = np.full(len(known), np.nan)  # where attractors do not lie in the plane
+        whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
+        if whole_state and not np.any(plane == NOT_COMPUTED) and min(x.count, y.count) >= 2:
+            sections = [(a.section - corners[0]) @ jacobian for a in known]
+            kicks = smallest_perturbations(plane, x.values, y.values, sections)
         data = {
             "attractor": variable("attractor", tuple(self.grid), plane),
             **attractors.variables(self.classification),
             "attractor_fraction": variable("attractor_fraction", ("number",), share),
-            "attractor_kick": variable("attractor_kick", ("number",), self._kicks(plane, known)),
+            "attractor_kick": variable("attractor_kick", ("number",), kicks),
             **{n: variable(n, (), np.array(v)) for n, v in boundary.items()},
         }
         coords = {a.name: variable(a.name, (a.name,), a.values) for a in self.axes}
         return new_dataset(data, coords, self.provenance())
-
-    def _kicks(self, plane: np.ndarray, known: list[Attractor]) -> np.ndarray:
-        """Lengths (attractors,) of the smallest perturbations that leave each basin of a plane (ny, nx).
-
-        NaN where the plane is not the whole state space, so that attractors do not lie in it.
-        """
-        x, y, system = self.x, self.y, self.flow.system
-        corners = initial_state(vary(self.model, {x.name: [0.0, 1.0, 0.0], y.name: [0.0, 0.0, 1.0]}), system)
-        jacobian = (corners[1:] - corners[0]).T  # of the state with respect to the coordinates of the plane
-        whole_state = system.dimension == 2 and np.allclose(jacobian @ jacobian.T, np.eye(2))
-        if not whole_state or np.any(plane == NOT_COMPUTED) or min(x.count, y.count) < 2:
-            return np.full(len(known), np.nan)
-        return smallest_perturbations(plane, x.values, y.values, [(a.section - corners[0]) @ jacobian for a in known])
 
 
 basins = function_of(Basins)

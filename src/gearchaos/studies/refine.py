@@ -38,7 +38,11 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
     and period of the corners of its block, `Reason.INFERRED`, and fill values elsewhere. The cells that all parts
     request next are computed together, since a few cells cost nearly as much as many.
     """
-    parts = [_Refinement(positions) for positions in _parts(cells, columns)]
+    row, column = np.divmod(cells, columns)
+    number = (row // SIDE) * (columns // SIDE + 1) + column // SIDE
+    order = np.argsort(number, kind="stable")
+    own = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
+    parts = [_Refinement(positions.reshape(len(np.unique(row[positions])), -1)) for positions in own]
     running, found = [part.requests(coarse) for part in parts], dict[str, np.ndarray]()
     requested = [next(part) for part in running]
     while running:
@@ -58,15 +62,6 @@ def refined(compute: Compute, cells: np.ndarray, columns: int, coarse: int) -> d
         found["label"][rest], found["period"][rest] = np.divmod(motions, 2**32)
         found["reason"][rest], found["inferred"][rest] = Reason.INFERRED, 1
     return found
-
-
-def _parts(cells: np.ndarray, columns: int) -> list[np.ndarray]:
-    """The positions in ``cells`` of the cells of each part, (rows, columns)."""
-    row, column = np.divmod(cells, columns)
-    number = (row // SIDE) * (columns // SIDE + 1) + column // SIDE
-    order = np.argsort(number, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
-    return [positions.reshape(len(np.unique(row[positions])), -1) for positions in parts]
 
 
 def put(found: dict[str, np.ndarray], new: dict[str, np.ndarray], positions: np.ndarray, count: int) -> None:
