@@ -28,18 +28,9 @@ _NOT_TOO_SMALL = Rule(lambda v: (v >= SMALLEST) | (v == 0), f"must be at least {
 
 
 def check_rule(field: str, values: Any, rule: Rule, given: Any = None) -> None:
-    """Raise `InputError` unless every value satisfies a rule.
+    """Raise `InputError` unless every value, a float or an array of any shape, satisfies a rule.
 
-    Parameters
-    ----------
-    field : str
-        Name of the value in the error message.
-    values : float or array
-        Any shape.
-    rule : Rule
-        What each number must satisfy.
-    given : object, optional
-        The value as the user gave it, for the message; by default the first number that breaks the rule.
+    ``given`` is the value as the user gave it, for the message; by default the first number that breaks the rule.
     """
     satisfied = rule.holds(values)
     if satisfied is True or np.all(satisfied):  # a float gives True, and np.all would take a hundred times as long
@@ -50,14 +41,8 @@ def check_rule(field: str, values: Any, rule: Rule, given: Any = None) -> None:
 
 
 def check(name: str, value: Any) -> None:
-    """Raise `InputError` unless every element of ``value`` is a finite number that satisfies the rules of its quantity.
-
-    Parameters
-    ----------
-    name : str
-        Name of a parameter or initial value. For any other name only finiteness and magnitude are checked.
-    value : float or array_like of float
-        Any shape.
+    """Raise `InputError` unless every element of ``value``, of any shape, is a finite number and satisfies the rules of
+    its quantity; for a name of none only finiteness and magnitude are checked.
     """
     values = value if isinstance(value, float) else np.asarray(value, dtype=float)
     for rule in _rules(name):

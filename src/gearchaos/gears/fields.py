@@ -24,12 +24,8 @@ T = TypeVar("T")
 
 # units in which a number may have been meant, and their values in SI
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
-    units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
-    units.ANGLE: (("deg", math.pi / 180),),
-    units.STIFFNESS: (("N/um", 1e6),),
-    units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
-    units.DENSITY: (("g/cm^3", 1e3),),
-}
+    units.LENGTH: (("mm", 1e-3), ("um", 1e-6)), units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
+    units.ANGLE: (("deg", math.pi / 180),), units.STIFFNESS: (("N/um", 1e6),), units.DENSITY: (("g/cm^3", 1e3),)}
 
 # takes the name of an input and the value given, and returns the value as it is kept
 Convert = Callable[[str, Any], Any]

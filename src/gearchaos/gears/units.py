@@ -102,15 +102,11 @@ _DOT = r"[-.·⋅*]?"
 # a pound of a torque is a pound-force.
 _SPELLINGS: dict[Dimension, dict[str, str]] = {
     SPEED: {r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM": "rpm", r"(rev|r|U)/s": "turn/s"},
-    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2",
-             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2",
-             rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in"},
+    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2", rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in",
+             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2"},
     BEARING_FRICTION: {r"([kM]?N)m\*?s(/rad)?": r"\1*m*s"},
-    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"},
-    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"},
-    STIFFNESS: {r"lbs?/in": "lbf/in"},
-    DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"},
-}
+    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"}, STIFFNESS: {r"lbs?/in": "lbf/in"},
+    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"}, DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"}}
 # the units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
 # for a gon: both are refused, since German programs mean degrees
 ANGLES = {
@@ -179,8 +175,12 @@ def _registry() -> Any:
 def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
     import pint
 
-    if isinstance(value, str):
-        _check_decimal_point(field, value)
+    if isinstance(value, str) and (match := _DECIMAL_COMMA.fullmatch(value)):
+        whole, decimals, rest = match.groups()
+        readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
+        if len(decimals) == 3 and "." not in whole:
+            readings.append(f"'{whole}{decimals}{rest}'" + " if the comma separates thousands" * len(readings))
+        raise InputError(field, "must have a decimal point, not a comma", value, f"Write {', or '.join(readings)}.")
     unit, own = "", dimension.unit
     try:
         number, unit = _split(value, dimension) if isinstance(value, str) else (value.magnitude, str(value.units))
@@ -206,15 +206,6 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
         speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
         raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
     return Measured(number, unit, size)
-
-
-def _check_decimal_point(field: str, text: str) -> None:
-    if match := _DECIMAL_COMMA.fullmatch(text):
-        whole, decimals, rest = match.groups()
-        readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
-        if len(decimals) == 3 and "." not in whole:
-            readings.append(f"'{whole}{decimals}{rest}'" + " if the comma separates thousands" * len(readings))
-        raise InputError(field, "must have a decimal point, not a comma", text, f"Write {', or '.join(readings)}.")
 
 
 def _split(text: str, dimension: Dimension) -> tuple[float, str]:

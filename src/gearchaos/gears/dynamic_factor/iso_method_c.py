@@ -17,9 +17,7 @@ _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 # K1 by accuracy grade, as in IACS UR M56, Table 1.1
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},
-    "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8},
-}
-
+    "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8}}
 _K2 = {"spur": 0.0193, "helical": 0.0087}
 _K3_VANISHES = 2.071 / 0.357  # (v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0
 _LEAST_LINE_LOAD = 100.0  # least F_t K_A/b of method C, N/mm; smaller ones count as this one
