@@ -12,15 +12,9 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.quantities import Quantity, Rule, find
 
-MAX_HARMONICS = 64
-"""Largest order of a harmonic."""
-
-LARGEST = 1e12
-"""Largest magnitude of a parameter or initial value, so that products of several of them do not overflow."""
-
-SMALLEST = 1e-30
-"""Smallest magnitude, other than 0, of a parameter that the equations divide by."""
-
+MAX_HARMONICS = 64  # largest order of a harmonic
+LARGEST = 1e12  # largest magnitude of a parameter or initial value, so that products of several do not overflow
+SMALLEST = 1e-30  # smallest magnitude, other than 0, of a parameter that the equations divide by
 _ADVICE = "All values are dimensionless, (2.11): check the units they were computed from."
 FINITE = Rule(lambda v: abs(v) < math.inf, "must be a finite number")
 _NOT_TOO_LARGE = Rule(lambda v: abs(v) <= LARGEST, f"must be at most {LARGEST:g}, of either sign", _ADVICE)
@@ -75,11 +69,7 @@ def to_float(name: str, value: Any) -> float:
 def to_floats(
     name: str, values: Iterable[Any], most: int = MAX_HARMONICS, items: str = "harmonics"
 ) -> tuple[float, ...]:
-    """A list of at most ``most`` numbers as floats, each checked as in `to_float`.
-
-    ``items`` says in the message what there are too many of: by default the harmonics of a Fourier series, whose
-    amplitudes or phases these are.
-    """
+    """A list of at most ``most`` numbers as floats, checked as in `to_float`; ``items`` are what a message counts."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise InputError(name, "must be a list of numbers", values)
     numbers = tuple(to_float(name, v) for v in values)
