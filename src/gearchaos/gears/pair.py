@@ -257,9 +257,8 @@ class GearPair(HasCard):
         return MeshModel(
             kind=kind,  # type: ignore[arg-type]
             omega=self.mesh_frequency / self.omega0, zeta=self.k / (2 * self.mass * self.omega0),
-            error=TransmissionError(
+            stiffness=self._stiffness(), error=TransmissionError(
                 tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
-            stiffness=self._stiffness(),
         ).with_values({**self._wheel(1), **self._wheel(2), **(self.lateral_parameters() if kind == "full" else {})})
 
     def _wheel(self, n: int) -> dict[str, float]:

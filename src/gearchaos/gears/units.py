@@ -128,36 +128,27 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
     Raises `InputError` for a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose
     magnitude is beyond the limits, or one that breaks the rule, which is for the number in SI.
     """
-    number: float = value if isinstance(value, Measured) else (
-        _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))
-    own = () if rule is None else (replace(rule, advice=_advice(dimension)),)
-    for each in (FINITE, _magnitude_rule(dimension), *own):
+    magnitude = Rule(
+        lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
+        f"{dimension.unit} in size, if it is not 0", f"It is {dimension.name}, e.g. '{dimension.example}'.")
+    real = hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
+    if isinstance(value, Measured):
+        number: float = value
+    elif _has_unit(value):
+        number = _converted(field, value, dimension)
+    elif not real or isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):  # also an array of one element
+        raise _not_convertible(field, value, dimension)
+    else:
+        try:
+            number = float(value)
+        except OverflowError:  # an integer of hundreds of digits
+            raise InputError(field, magnitude.text, value, magnitude.advice) from None
+        except (TypeError, ValueError):
+            raise _not_convertible(field, value, dimension) from None
+    own = () if rule is None else (replace(rule, advice=magnitude.advice),)
+    for each in (FINITE, magnitude, *own):
         check_rule(field, number, each, value)
     return number
-
-
-def _magnitude_rule(dimension: Dimension) -> Rule:
-    """The rule that a number in SI of this dimension lies within the limits of magnitude."""
-    return Rule(lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
-                f"{dimension.unit} in size, if it is not 0", _advice(dimension))
-
-
-def _advice(dimension: Dimension) -> str:
-    return f"It is {dimension.name}, e.g. '{dimension.example}'."
-
-
-def _float(field: str, value: Any, dimension: Dimension) -> float:
-    """One real number as a float; raises `InputError` for anything else, also for an array of one element."""
-    real = hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
-    if not real or isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
-        raise _not_convertible(field, value, dimension)
-    try:
-        return float(value)
-    except OverflowError:  # an integer of hundreds of digits
-        rule = _magnitude_rule(dimension)
-        raise InputError(field, rule.text, value, rule.advice) from None
-    except (TypeError, ValueError):
-        raise _not_convertible(field, value, dimension) from None
 
 
 def _has_unit(value: Any) -> bool:
