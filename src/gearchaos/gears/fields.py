@@ -74,8 +74,8 @@ def each(dimension: units.Dimension) -> Convert:
     """A list of values with a unit, one per harmonic or level, in SI."""
     def convert(field: str, values: Any) -> tuple[float, ...]:
         if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-            advice = f"Write e.g. ['{dimension.example}']."
-            raise InputError(field, "must be a list, one value per harmonic", values, advice)
+            raise InputError(field, "must be a list, one value per harmonic", values,
+                             f"Write e.g. ['{dimension.example}'].")
         return tuple(units.to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
     return convert
 

@@ -55,12 +55,12 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
     input of the model is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
     """
     error, radius = design.error_harmonics, design.geometry.base_diameter[0] / 2
-    rows = [torque - separation_torque(
+    return np.array([
+        torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
             phases=error.phases)
-        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]]
-    return np.array(rows)
+        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]])
 
 
 def _largest_drop(height: np.ndarray, lag: np.ndarray) -> np.ndarray:

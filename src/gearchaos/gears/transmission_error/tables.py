@@ -207,8 +207,7 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                          "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    weights = _weights(times)
-    root = np.sqrt(weights)
+    root = np.sqrt(weights := _weights(times))
     solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
     amplitudes, phases = tuple(np.hypot(cosine, sine).tolist()), tuple(np.arctan2(sine, cosine).tolist())
