@@ -243,7 +243,17 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
     spaced = [
         (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
          if not _is_number(line.split()[0]) else line.split()) for (n, line), count in zip(texts, counts, strict=False)]
-    return {s: spaced if s == " " else _separated(path, lines, s) for s in separators}
+    grids = {}
+    for separator in separators:
+        reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
+        try:
+            rows = spaced if separator == " " else [
+                (reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
+        except csv.Error as error:
+            raise _line_error(path, reader.line_num, "must have cells that end", str(error),
+                              "A quotation mark opens a cell that is never closed.") from None
+        grids[separator] = [(n, cells) for n, cells in rows if any(cells)]
+    return grids
 
 
 def _text(path: str, content: bytes, field: str) -> str:
@@ -283,16 +293,6 @@ def _workbook(path: str, content: bytes, field: str) -> _Rows:
         raise InputError(field, "must be a workbook with one sheet that is not empty", filled,
                          f"Save the sheet of the table as CSV, or delete the others of {path}.")
     return grids[filled[0]] if filled else []
-
-
-def _separated(path: str, lines: list[str], separator: str) -> _Rows:
-    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
-    try:
-        rows = [(reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
-    except csv.Error as error:
-        raise _line_error(path, reader.line_num, "must have cells that end", str(error),
-                          "A quotation mark opens a cell that is never closed.") from None
-    return [(n, cells) for n, cells in rows if any(cells)]
 
 
 def _trimmed(cells: list[str]) -> list[str]:
