@@ -16,11 +16,9 @@ from gearchaos.files import check_target, write_bytes
 if TYPE_CHECKING:
     import xarray as xr
 
+# units that are not those of SI: the unit of SI, and how many of them it is
 _SI = {"µm": ("m", 1e6), "mm/s": ("m/s", 1e3), "ms": ("s", 1e3), "rpm": ("rad/s", 30 / math.pi)}
-"""Units that are not those of SI: the unit of SI, and how many of them it is."""
-
-_ROWS = 20_000
-"""Most rows of a table that are in memory at once, if the caller does not say how many."""
+_ROWS = 20_000  # most rows of a table that are in memory at once, if the caller does not say how many
 
 
 def save_csv(
@@ -28,22 +26,11 @@ def save_csv(
 ) -> list[Path]:
     """Write a Dataset as CSV, a file for each set of dimensions of its variables, which appears only as a whole.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Its values may be read from a store when they are used.
-    path : Path
-        File of the variables with the dimensions of the first one. Those over other dimensions, e.g. ``number``, have a
-        file with that name in its own: ``x_number.csv``; those over none have ``x_values.csv``.
-    convert : callable
-        Applied to each part that is written. It may change values and attributes, but no names and dimensions.
-    step : int
-        Size of these parts along the first dimension; by default that of about `_ROWS` rows.
-
-    Returns
-    -------
-    list of Path
-        The files written, ``path`` first.
+    The file at ``path`` has the variables with the dimensions of the first one. Those over other dimensions, e.g.
+    ``number``, have a file with that name in its own: ``x_number.csv``; those over none have ``x_values.csv``. All are
+    returned, ``path`` first. ``convert`` is applied to each part that is written; it may change values and attributes,
+    but no names and dimensions. ``step`` is the size of these parts along the first dimension; by default that of about
+    `_ROWS` rows.
     """
     tables: dict[tuple[str, ...], list[str]] = {}
     for name, variable in dataset.data_vars.items():

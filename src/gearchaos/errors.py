@@ -6,8 +6,8 @@ import difflib
 import numbers
 from collections.abc import Iterable
 
-LARGEST_INTEGER = 2**53
-"""Largest integer that is accepted by default; up to it every integer is exactly a float."""
+LARGEST_INTEGER = 2**53  # largest integer that is accepted by default; up to it every integer is exactly a float
+_MAX_SHOWN = 200  # most characters of a value that a message shows in full; else its beginning and end are shown
 
 
 class InputError(ValueError):
@@ -53,10 +53,6 @@ class DesignWarning(UserWarning):
 
 class ChangedFileError(InputError):
     """A file from which gears were made that is missing or has other content now; its value is the path."""
-
-
-_MAX_SHOWN = 200
-"""Most characters of a value that a message shows in full; of a longer one it shows the beginning and the end."""
 
 
 def _shown(value: object) -> str:

@@ -17,12 +17,11 @@ from uuid import uuid4
 from gearchaos.errors import InputError
 
 CSV_SUFFIX = ".csv"
-
+# suffixes of files of results: NetCDF-4, which is HDF5, and tables of text
 DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5", CSV_SUFFIX)
-"""Suffixes of files of results: NetCDF-4, which is HDF5, and tables of text."""
-
-NOT_REGULAR = "not a regular file but a device, a pipe or a socket"
-"""What an error message says of a path that is neither a regular file nor a folder."""
+NOT_REGULAR = "not a regular file but a device, a pipe or a socket"  # a path that is no folder either
+# attempts at removing a temporary folder, 50 ms apart, while threads that write to it come to their end
+_REMOVALS = 20
 
 
 def check_target(field: str, path: Path) -> None:
@@ -65,10 +64,9 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
 def write_bytes(path: Path, content: bytes | memoryview | Iterable[bytes], durable: bool = False) -> None:
     """Write a file atomically: it appears, or replaces an older one, only when all of its content is written.
 
-    The content may come in parts.
-    Several processes and machines may write the same file at the same time. A process that is killed while it writes
-    leaves a hidden file that ends in ``.partial``. With ``durable`` the file is on the disk at return, and survives a
-    power failure. Raises OSError, with the path, if the file cannot be written.
+    The content may come in parts. Several processes and machines may write the same file at the same time. A process
+    killed while it writes leaves a hidden file that ends in ``.partial``. With ``durable`` the file is on the disk at
+    return, and survives a power failure. Raises OSError, with the path, if the file cannot be written.
     """
     with partial_file(path, content, durable) as partial:
         os.replace(partial, path)
@@ -103,10 +101,6 @@ def sync_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-_REMOVALS = 20
-"""Attempts at removing a temporary folder, 50 ms apart, while threads that write to it come to their end."""
 
 
 @contextmanager

@@ -12,15 +12,9 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.quantities import Quantity, Rule, find
 
-MAX_HARMONICS = 64
-"""Largest order of a harmonic."""
-
-LARGEST = 1e12
-"""Largest magnitude of a parameter or initial value, so that products of several of them do not overflow."""
-
-SMALLEST = 1e-30
-"""Smallest magnitude, other than 0, of a parameter that the equations divide by."""
-
+MAX_HARMONICS = 64  # largest order of a harmonic
+LARGEST = 1e12  # largest magnitude of a parameter or initial value, so that products of several do not overflow
+SMALLEST = 1e-30  # smallest magnitude, other than 0, of a parameter that the equations divide by
 _ADVICE = "All values are dimensionless, (2.11): check the units they were computed from."
 FINITE = Rule(lambda v: abs(v) < math.inf, "must be a finite number")
 _NOT_TOO_LARGE = Rule(lambda v: abs(v) <= LARGEST, f"must be at most {LARGEST:g}, of either sign", _ADVICE)
@@ -28,18 +22,9 @@ _NOT_TOO_SMALL = Rule(lambda v: (v >= SMALLEST) | (v == 0), f"must be at least {
 
 
 def check_rule(field: str, values: Any, rule: Rule, given: Any = None) -> None:
-    """Raise `InputError` unless every value satisfies a rule.
+    """Raise `InputError` unless every value, a float or an array of any shape, satisfies a rule.
 
-    Parameters
-    ----------
-    field : str
-        Name of the value in the error message.
-    values : float or array
-        Any shape.
-    rule : Rule
-        What each number must satisfy.
-    given : object, optional
-        The value as the user gave it, for the message; by default the first number that breaks the rule.
+    ``given`` is the value as the user gave it, for the message; by default the first number that breaks the rule.
     """
     satisfied = rule.holds(values)
     if satisfied is True or np.all(satisfied):  # a float gives True, and np.all would take a hundred times as long
@@ -50,14 +35,8 @@ def check_rule(field: str, values: Any, rule: Rule, given: Any = None) -> None:
 
 
 def check(name: str, value: Any) -> None:
-    """Raise `InputError` unless every element of ``value`` is a finite number that satisfies the rules of its quantity.
-
-    Parameters
-    ----------
-    name : str
-        Name of a parameter or initial value. For any other name only finiteness and magnitude are checked.
-    value : float or array_like of float
-        Any shape.
+    """Raise `InputError` unless every element of ``value``, of any shape, is a finite number and satisfies the rules of
+    its quantity; for a name of none only finiteness and magnitude are checked.
     """
     values = value if isinstance(value, float) else np.asarray(value, dtype=float)
     for rule in _rules(name):
@@ -90,11 +69,7 @@ def to_float(name: str, value: Any) -> float:
 def to_floats(
     name: str, values: Iterable[Any], most: int = MAX_HARMONICS, items: str = "harmonics"
 ) -> tuple[float, ...]:
-    """A list of at most ``most`` numbers as floats, each checked as in `to_float`.
-
-    ``items`` says in the message what there are too many of: by default the harmonics of a Fourier series, whose
-    amplitudes or phases these are.
-    """
+    """A list of at most ``most`` numbers as floats, checked as in `to_float`; ``items`` are what a message counts."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise InputError(name, "must be a list of numbers", values)
     numbers = tuple(to_float(name, v) for v in values)

@@ -67,16 +67,28 @@ class Entry:
 
 def datasheet(design: GearDesign) -> dict[str, Entry]:
     """All quantities of a design by name; those that need a missing input have a reason instead of a value."""
-    results = _Results(design)
-    entries = {name: _entry(name, group, formula, results, compute)
-               for group, rows in _GROUPS.items() for name, (formula, compute) in rows.items()}
+    results, entries = _Results(design), dict[str, Entry]()
+    for group, name, (formula, compute) in ((g, n, row) for g, rows in _GROUPS.items() for n, row in rows.items()):
+        value: Any = None
+        reason, expected = "", False
+        try:
+            value = compute(results)
+        except _NoValueError as error:
+            reason, expected = error.args[0], len(error.args) > 1
+        except InputError as error:
+            reason = str(error)
+        if value is not None and formula.factor != 1.0:  # whole numbers stay so
+            value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
+        entries[name] = Entry(
+            value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
+            group=group, words=formula.words or name.replace("_", " "), reason=reason, expected=expected)
     if design.exact:
         entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
     elif not (amplitudes := entries[_AMPLITUDES]).reason:
-        formula = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
+        text = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
         entries[_AMPLITUDES] = replace(
             amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
-            formula=formula if design.transmission_error == "from quality" else amplitudes.formula)
+            formula=text if design.transmission_error == "from quality" else amplitudes.formula)
     return entries
 
 
@@ -157,21 +169,6 @@ class _Results:
         if found.value is None:
             raise _NoValueError(found.reason)
         return found
-
-
-def _entry(name: str, group: str, formula: Formula, results: _Results, compute: Callable[[_Results], Any]) -> Entry:
-    """One entry, with the value in the unit that is shown, or the reason why there is none."""
-    value, reason, expected = None, "", False
-    try:
-        value = compute(results)
-    except _NoValueError as error:
-        reason, expected = error.args[0], len(error.args) > 1
-    except InputError as error:
-        reason = str(error)
-    if value is not None and formula.factor != 1.0:  # whole numbers stay so
-        value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
-    return Entry(value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
-                 group=group, words=formula.words or name.replace("_", " "), reason=reason, expected=expected)
 
 
 _Row = tuple[Formula, Callable[[_Results], Any]]

@@ -24,12 +24,8 @@ T = TypeVar("T")
 
 # units in which a number may have been meant, and their values in SI
 _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
-    units.LENGTH: (("mm", 1e-3), ("um", 1e-6)),
-    units.ANGLE: (("deg", math.pi / 180),),
-    units.STIFFNESS: (("N/um", 1e6),),
-    units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
-    units.DENSITY: (("g/cm^3", 1e3),),
-}
+    units.LENGTH: (("mm", 1e-3), ("um", 1e-6)), units.PRESSURE: (("GPa", 1e9), ("MPa", 1e6)),
+    units.ANGLE: (("deg", math.pi / 180),), units.STIFFNESS: (("N/um", 1e6),), units.DENSITY: (("g/cm^3", 1e3),)}
 
 # takes the name of an input and the value given, and returns the value as it is kept
 Convert = Callable[[str, Any], Any]
@@ -78,8 +74,8 @@ def each(dimension: units.Dimension) -> Convert:
     """A list of values with a unit, one per harmonic or level, in SI."""
     def convert(field: str, values: Any) -> tuple[float, ...]:
         if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-            advice = f"Write e.g. ['{dimension.example}']."
-            raise InputError(field, "must be a list, one value per harmonic", values, advice)
+            raise InputError(field, "must be a list, one value per harmonic", values,
+                             f"Write e.g. ['{dimension.example}'].")
         return tuple(units.to_si(f"{field}[{i}]", v, dimension) for i, v in enumerate(values))
     return convert
 

@@ -100,21 +100,15 @@ class OperatingModel(MeshModel):
         operation, rest = _separated(values)
         model = self
         if operation:  # before the kind is set: supports depend on the torque
-            given = {n: operating_value(n, v) for n, v in operation.items()}
-            changed = {n: v.item() for n, v in self._operating_values(**given).items()}
-            model = replace(super().with_values(changed), gears=self.gears.at(**given))
-        return super(OperatingModel, model).with_values(model._with_supports(rest))
-
-    def _with_supports(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values, with those of the gears' supports where they make a full model of another kind; raises
-        `InputError` if these are rigid, and the values do not say what they are instead.
-        """
-        if values.get("kind") != "full" or self.kind == "full":
-            return values
-        given = {single for name in values for single in PARAMETER_PAIRS.get(name, (name,))}
-        if given >= {f"{family}{n}" for family in SUPPORTS for n in (1, 2)}:
-            return values
-        return {**_point(self.gears, None).pair.lateral_parameters(), **values}
+            point = {n: operating_value(n, v) for n, v in operation.items()}
+            changed = {n: v.item() for n, v in self._operating_values(**point).items()}
+            model = replace(super().with_values(changed), gears=self.gears.at(**point))
+        given = {single for name in rest for single in PARAMETER_PAIRS.get(name, (name,))}
+        supports = {f"{family}{n}" for family in SUPPORTS for n in (1, 2)}
+        if rest.get("kind") == "full" and self.kind != "full" and not given >= supports:
+            # those of the gears, with an error where these are rigid
+            rest = {**_point(model.gears, None).pair.lateral_parameters(), **rest}
+        return super(OperatingModel, model).with_values(rest)
 
     def _operating_values(self, speed: Any = None, torque: Any = None) -> dict[str, np.ndarray]:
         """The parameters that a speed, rpm, and a torque, N m, set, arrays (P,) by name.

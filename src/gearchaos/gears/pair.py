@@ -149,7 +149,19 @@ class GearPair(HasCard):
             if self.rigid and (value := getattr(self, name)):
                 raise InputError(name, "must be left out where the supports are rigid", value,
                                  "It has no effect there. Or give c1, c2, m1 and m2.")
-        _check_waveforms(self)
+        kinds = [[n for n in names if getattr(self, n) not in (None, (), [])] for names in _STIFFNESS_FIELDS]
+        (first, *_), *others = [names for names in kinds if names] or [["none"]]
+        for names in others:
+            raise InputError(first, f"must be left out beside {names[0]}", getattr(self, first),
+                             "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
+        if len(self.stiffness_starts) and not len(self.stiffness_levels):
+            raise InputError("stiffness_starts", "must be left out without stiffness_levels", self.stiffness_starts,
+                             "They are where the steps of the mesh stiffness begin.")
+        for kind in ("error", "stiffness"):
+            amplitudes, phases = getattr(self, f"{kind}_amplitudes"), getattr(self, f"{kind}_phases")
+            if len(phases) > len(amplitudes):
+                raise InputError(f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})",
+                                 len(phases), "Give one phase per harmonic; missing ones are 0.")
         self._stiffness()  # raises for a stiffness that is not positive
 
     @property
@@ -245,17 +257,15 @@ class GearPair(HasCard):
         return MeshModel(
             kind=kind,  # type: ignore[arg-type]
             omega=self.mesh_frequency / self.omega0, zeta=self.k / (2 * self.mass * self.omega0),
-            error=TransmissionError(
+            stiffness=self._stiffness(), error=TransmissionError(
                 tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
-            stiffness=self._stiffness(),
         ).with_values({**self._wheel(1), **self._wheel(2), **(self.lateral_parameters() if kind == "full" else {})})
 
     def _wheel(self, n: int) -> dict[str, float]:
         """J_n, q_n and β_n of (2.11)."""
         inertia, radius, torque, friction = (getattr(self, name) for name in (f"I{n}", f"R{n}", f"M{n}0", f"b{n}"))
         return {
-            f"J{n}": inertia / (self.mass * radius**2),
-            f"q{n}": torque / (self.c0 * radius * self.half_backlash),
+            f"J{n}": inertia / (self.mass * radius**2), f"q{n}": torque / (self.c0 * radius * self.half_backlash),
             f"beta{n}": friction / (2 * self.mass * self.omega0 * radius**2)}
 
     def lateral_parameters(self) -> dict[str, float]:
@@ -272,20 +282,3 @@ class GearPair(HasCard):
         """χ(τ) = c(t)/c0, (2.16) or (2.7)."""
         given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.values())
         return next((found for found in given if found is not None), TwoLevelStiffness())
-
-
-def _check_waveforms(pair: GearPair) -> None:
-    """Raise `InputError` if the stiffness is given in two ways, or a series has more phases than amplitudes."""
-    kinds = [[n for n in names if getattr(pair, n) not in (None, (), [])] for names in _STIFFNESS_FIELDS]
-    (first, *_), *others = [names for names in kinds if names] or [["none"]]
-    for names in others:
-        raise InputError(first, f"must be left out beside {names[0]}", getattr(pair, first),
-                         "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
-    if len(pair.stiffness_starts) and not len(pair.stiffness_levels):
-        raise InputError("stiffness_starts", "must be left out without stiffness_levels", pair.stiffness_starts,
-                         "They are where the steps of the mesh stiffness begin.")
-    for kind in ("error", "stiffness"):
-        amplitudes, phases = getattr(pair, f"{kind}_amplitudes"), getattr(pair, f"{kind}_phases")
-        if len(phases) > len(amplitudes):
-            raise InputError(f"{kind}_phases", f"must not be longer than {kind}_amplitudes ({len(amplitudes)})",
-                             len(phases), "Give one phase per harmonic; missing ones are 0.")

@@ -59,7 +59,16 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
         scales = _scales(part, gears)
         own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
         out = out.assign_coords(scaled(own, scales)).assign(scaled(part.data_vars, scales))
-    return out.assign_attrs(_attributes(dataset, gears))
+    found: dict[str, str] = {}  # the attributes of a branch or of curves that hold values of their parameters
+    if "event_value" in dataset:
+        unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
+        for name in ("range", "ends", "stable", "cascade", "asymmetric"):
+            if name in dataset.attrs and unit is not None:
+                found[name] = json.dumps(times(unit[0], json.loads(dataset.attrs[name])))
+    if "special_kind" in dataset:
+        found["ends"] = json.dumps([scaled_numbers(end, pair_of(gears, end.get("torque")).scales)[0]
+                                    for end in json.loads(dataset.attrs["ends"])])
+    return out.assign_attrs(found)
 
 
 def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
@@ -74,21 +83,6 @@ def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
     axis = dataset["event_value"].attrs.get("quantity")
     parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
     return [dataset.drop_dims(own), *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
-
-
-def _attributes(dataset: xr.Dataset, gears: Gears) -> dict[str, str]:
-    """The attributes of a branch or of curves with values of their parameters, in physical units."""
-    found: dict[str, str] = {}
-    if "event_value" in dataset:
-        unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
-        for name in ("range", "ends", "stable", "cascade", "asymmetric"):
-            if name in dataset.attrs and unit is not None:
-                found[name] = json.dumps(times(unit[0], json.loads(dataset.attrs[name])))
-    if "special_kind" in dataset:
-        ends = [scaled_numbers(end, pair_of(gears, end.get("torque")).scales)[0]
-                for end in json.loads(dataset.attrs["ends"])]
-        found["ends"] = json.dumps(ends)
-    return found
 
 
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:

@@ -43,7 +43,20 @@ def separation_torque(
     height = np.where(e == 0, 0.0, height)
     lag = theta + np.arctan2(2 * damping_ratio * s, 1 - s**2)
     unbounded = np.isinf(height)
-    drop = _largest_drop(np.where(unbounded, 0.0, height), lag)
+    height, orders = np.where(unbounded, 0.0, height), np.arange(1, len(e) + 1)
+    drop = np.abs(height).sum(axis=-1)
+    if np.count_nonzero(height.any(axis=tuple(range(height.ndim - 1)))) > 1:  # the maximum over θ, by Newton's method
+        grid = np.linspace(0, 2 * np.pi, _SAMPLES_PER_ORDER * len(orders), endpoint=False)
+        samples = -(height[..., None, :] * np.cos(grid[:, None] * orders - lag[..., None, :])).sum(axis=-1)
+        angles = grid[np.argmax(samples, axis=-1)]
+        for _ in range(_NEWTON_STEPS):
+            angle = angles[..., None] * orders - lag
+            slope = (height * orders * np.sin(angle)).sum(axis=-1)
+            curvature = (height * orders**2 * np.cos(angle)).sum(axis=-1)
+            step = np.where(curvature < 0, -slope / np.where(curvature < 0, curvature, 1.0), 0.0)
+            angles = angles + np.clip(step, -grid[1], grid[1])
+        refined = -(height * np.cos(angles[..., None] * orders - lag)).sum(axis=-1)
+        drop = np.maximum(samples.max(axis=-1), refined)
     return base_radius1 * stiffness * np.where(unbounded.any(axis=-1), np.inf, drop)
 
 
@@ -55,27 +68,9 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
     input of the model is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
     """
     error, radius = design.error_harmonics, design.geometry.base_diameter[0] / 2
-    rows = [torque - separation_torque(
+    return np.array([
+        torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
             phases=error.phases)
-        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]]
-    return np.array(rows)
-
-
-def _largest_drop(height: np.ndarray, lag: np.ndarray) -> np.ndarray:
-    """The maximum over θ of −Σ h_j cos(jθ − ψ_j) for series with h_j, ψ_j (…, harmonics); shape (…)."""
-    orders = np.arange(1, height.shape[-1] + 1)
-    if np.count_nonzero(height.any(axis=tuple(range(height.ndim - 1)))) <= 1:
-        return np.abs(height).sum(axis=-1)
-    grid = np.linspace(0, 2 * np.pi, _SAMPLES_PER_ORDER * len(orders), endpoint=False)
-    samples = -(height[..., None, :] * np.cos(grid[:, None] * orders - lag[..., None, :])).sum(axis=-1)
-    theta = grid[np.argmax(samples, axis=-1)]
-    for _ in range(_NEWTON_STEPS):
-        angle = theta[..., None] * orders - lag
-        slope = (height * orders * np.sin(angle)).sum(axis=-1)
-        curvature = (height * orders**2 * np.cos(angle)).sum(axis=-1)
-        step = np.where(curvature < 0, -slope / np.where(curvature < 0, curvature, 1.0), 0.0)
-        theta = theta + np.clip(step, -grid[1], grid[1])
-    refined = -(height * np.cos(theta[..., None] * orders - lag)).sum(axis=-1)
-    return np.maximum(samples.max(axis=-1), refined)
+        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]])

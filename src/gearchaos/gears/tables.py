@@ -148,11 +148,26 @@ def read_table(
     if not cells.rows:
         raise cells.error("must have rows of numbers below the header", cells.header)
     numbers = _numbers(cells, [i for _, i, _ in found])
-    factors = [_checked_factor(cells, column, unit) for column, _, unit in found]
+    factors = []
+    for column, _, unit in found:
+        if (factor := column.factor(unit)) is None:
+            rule = f"must have no unit for {column.name}, a pure number" if not column.scales else (
+                f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}" if unit else
+                f"must say the unit of {column.name}")
+            raise cells.error(rule, unit, f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. "
+                              f"{column.example}.".lstrip())
+        factors.append(factor)
+    taken, notes = [i for _, i, _ in found], tuple[str, ...]()
+    rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]
+    if rest or any(
+            _plain(cells.named[i][0]) not in {*c.names, ""} or unit != cells.named[i][1] for c, i, unit in found):
+        unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
+        read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != cells.named[i][1])}"
+                         for column, i, unit in found)
+        notes = (f"columns of {Path(cells.path).name}: {read}{unused}",)
     table = Table(
         cells.path, {column.name: numbers[:, k] * factors[k] for k, (column, _, _) in enumerate(found)},
-        tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)},
-        _notes(cells, found))
+        tuple(n for n, _ in cells.rows), {c.name: (u, f) for (c, _, u), f in zip(found, factors, strict=True)}, notes)
     if increasing:
         _check_increasing(table, found[0][0].name, jumps)
     return table
@@ -186,8 +201,11 @@ def _cells(path: Any, field: str, columns: Sequence[Column]) -> _Cells:
     grids = _grids(str(path), content, field)
     if not any(grids.values()):
         raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
-    starts = ((separator, _above_numbers(rows)) for separator, rows in grids.items())
-    separator, first = next((start for start in starts if start[1] >= 0), (None, 0))
+    # the row without numbers above the first one with two or more, by the first separator that gives one
+    separator, first = next((
+        (separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows[1:])
+        if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header := _trimmed(rows[i][1]))
+        and not any(map(_is_number, header))), (None, 0))
     if separator is None:  # no row of numbers fits: the first row says what is wrong
         separator = next(s for s, rows in grids.items() if rows and (len(rows[0][1]) > 1 or s in (" ", "")))
     rows = grids[separator]
@@ -219,7 +237,23 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
     comments = [i for i in range(first) if given[i].strip("# \t")]
     if comments and re.match(r'\s*"?[-+]?[.,]?\d', lines[first]):  # the comment is the header, as NumPy writes it
         lines[comments[-1]] = given[comments[-1]].lstrip("# \t")
-    return {s: _by_spaces(lines) if s == " " else _separated(path, lines, s) for s in separators}
+    # where spaces separate, a header has as many cells as the line below it has words
+    texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
+    counts = [*(len(line.split()) for _, line in texts[1:]), 0]
+    spaced = [
+        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
+         if not _is_number(line.split()[0]) else line.split()) for (n, line), count in zip(texts, counts, strict=False)]
+    grids = {}
+    for separator in separators:
+        reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
+        try:
+            rows = spaced if separator == " " else [
+                (reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
+        except csv.Error as error:
+            raise _line_error(path, reader.line_num, "must have cells that end", str(error),
+                              "A quotation mark opens a cell that is never closed.") from None
+        grids[separator] = [(n, cells) for n, cells in rows if any(cells)]
+    return grids
 
 
 def _text(path: str, content: bytes, field: str) -> str:
@@ -259,35 +293,6 @@ def _workbook(path: str, content: bytes, field: str) -> _Rows:
         raise InputError(field, "must be a workbook with one sheet that is not empty", filled,
                          f"Save the sheet of the table as CSV, or delete the others of {path}.")
     return grids[filled[0]] if filled else []
-
-
-def _separated(path: str, lines: list[str], separator: str) -> _Rows:
-    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
-    try:
-        rows = [(reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
-    except csv.Error as error:
-        raise _line_error(path, reader.line_num, "must have cells that end", str(error),
-                          "A quotation mark opens a cell that is never closed.") from None
-    return [(n, cells) for n, cells in rows if any(cells)]
-
-
-def _by_spaces(lines: list[str]) -> _Rows:
-    """The rows of lines whose cells spaces separate: a header has as many as the line below it has words."""
-    texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
-    counts = [len(line.split()) for _, line in texts]
-    return [
-        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
-         if not _is_number(line.split()[0]) else line.split())
-        for (n, line), count in zip(texts, [*counts[1:], 0], strict=False)]
-
-
-def _above_numbers(rows: _Rows) -> int:
-    """The index of the row without numbers above the first one with two or more; -1 if there is none."""
-    for i, (_, cells) in enumerate(rows[1:]):
-        header = _trimmed(rows[i][1])
-        if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header) and not any(map(_is_number, header)):
-            return i
-    return -1
 
 
 def _trimmed(cells: list[str]) -> list[str]:
@@ -365,35 +370,6 @@ def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _F
     advice = _choose(*near) if near else " ".join(
         ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
     raise cells.error(f"must have the column {' or '.join(column.example for column in group)}", cells.header, advice)
-
-
-def _checked_factor(cells: _Cells, column: Column, unit: str) -> float:
-    """What the numbers of a column are multiplied by; raises `InputError` for a unit that does not fit."""
-    factor = column.factor(unit)
-    if factor is not None:
-        return factor
-    if not column.scales:
-        rule = f"must have no unit for {column.name}, a pure number"
-    elif not unit:
-        rule = f"must say the unit of {column.name}"
-    else:
-        rule = f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}"
-    raise cells.error(rule, unit,
-                      f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. {column.example}.".lstrip())
-
-
-def _notes(cells: _Cells, found: list[_Found]) -> tuple[str, ...]:
-    """What was taken, unless all columns have their names and no other is there."""
-    taken = [i for _, i, _ in found]
-    rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]
-    own = [cells.named[i] for i in taken]
-    if not rest and all(_plain(name) in {*column.names, ""} and unit == said
-                        for (column, _, unit), (name, said) in zip(found, own, strict=True)):
-        return ()
-    unused = f"; not used: {', '.join(rest[:_MOST_NAMED])}{', …' * (len(rest) > _MOST_NAMED)}" if rest else ""
-    read = ", ".join(f"{column.name} is {cells.header[i]!r}{f' in {unit}' * (unit != cells.named[i][1])}"
-                     for column, i, unit in found)
-    return (f"columns of {Path(cells.path).name}: {read}{unused}",)
 
 
 def _numbers(cells: _Cells, taken: list[int]) -> np.ndarray:

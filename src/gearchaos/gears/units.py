@@ -102,15 +102,11 @@ _DOT = r"[-.·⋅*]?"
 # a pound of a torque is a pound-force.
 _SPELLINGS: dict[Dimension, dict[str, str]] = {
     SPEED: {r"1?/min|min(\^|\*\*)?-1|min⁻¹|(rev|r|U)/min|RPM": "rpm", r"(rev|r|U)/s": "turn/s"},
-    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2",
-             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2",
-             rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in"},
+    TORQUE: {rf"(kgf|(?:[kMm]|da)?N){_DOT}(m|mm|cm)": r"\1*\2", rf"ozf?{_DOT}in|in{_DOT}ozf?": "ozf*in",
+             rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2"},
     BEARING_FRICTION: {r"([kM]?N)m\*?s(/rad)?": r"\1*m*s"},
-    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"},
-    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"},
-    STIFFNESS: {r"lbs?/in": "lbf/in"},
-    DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"},
-}
+    INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"}, STIFFNESS: {r"lbs?/in": "lbf/in"},
+    LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"}, DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"}}
 # the units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
 # for a gon: both are refused, since German programs mean degrees
 ANGLES = {
@@ -132,36 +128,27 @@ def to_si(field: str, value: Any, dimension: Dimension, rule: Rule | None = None
     Raises `InputError` for a wrong dimension, an unknown unit, a text without unit, a value that is not finite or whose
     magnitude is beyond the limits, or one that breaks the rule, which is for the number in SI.
     """
-    number: float = value if isinstance(value, Measured) else (
-        _converted(field, value, dimension) if _has_unit(value) else _float(field, value, dimension))
-    own = () if rule is None else (replace(rule, advice=_advice(dimension)),)
-    for each in (FINITE, _magnitude_rule(dimension), *own):
+    magnitude = Rule(
+        lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
+        f"{dimension.unit} in size, if it is not 0", f"It is {dimension.name}, e.g. '{dimension.example}'.")
+    real = hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
+    if isinstance(value, Measured):
+        number: float = value
+    elif _has_unit(value):
+        number = _converted(field, value, dimension)
+    elif not real or isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):  # also an array of one element
+        raise _not_convertible(field, value, dimension)
+    else:
+        try:
+            number = float(value)
+        except OverflowError:  # an integer of hundreds of digits
+            raise InputError(field, magnitude.text, value, magnitude.advice) from None
+        except (TypeError, ValueError):
+            raise _not_convertible(field, value, dimension) from None
+    own = () if rule is None else (replace(rule, advice=magnitude.advice),)
+    for each in (FINITE, magnitude, *own):
         check_rule(field, number, each, value)
     return number
-
-
-def _magnitude_rule(dimension: Dimension) -> Rule:
-    """The rule that a number in SI of this dimension lies within the limits of magnitude."""
-    return Rule(lambda v: v == 0 or SMALLEST <= abs(v) <= LARGEST, f"must lie between {SMALLEST:g} and {LARGEST:g} "
-                f"{dimension.unit} in size, if it is not 0", _advice(dimension))
-
-
-def _advice(dimension: Dimension) -> str:
-    return f"It is {dimension.name}, e.g. '{dimension.example}'."
-
-
-def _float(field: str, value: Any, dimension: Dimension) -> float:
-    """One real number as a float; raises `InputError` for anything else, also for an array of one element."""
-    real = hasattr(value, "__float__") and (isinstance(value, Real) or not isinstance(value, Complex))
-    if not real or isinstance(value, (bool, bytes)) or getattr(value, "ndim", None):
-        raise _not_convertible(field, value, dimension)
-    try:
-        return float(value)
-    except OverflowError:  # an integer of hundreds of digits
-        rule = _magnitude_rule(dimension)
-        raise InputError(field, rule.text, value, rule.advice) from None
-    except (TypeError, ValueError):
-        raise _not_convertible(field, value, dimension) from None
 
 
 def _has_unit(value: Any) -> bool:
@@ -179,8 +166,12 @@ def _registry() -> Any:
 def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
     import pint
 
-    if isinstance(value, str):
-        _check_decimal_point(field, value)
+    if isinstance(value, str) and (match := _DECIMAL_COMMA.fullmatch(value)):
+        whole, decimals, rest = match.groups()
+        readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
+        if len(decimals) == 3 and "." not in whole:
+            readings.append(f"'{whole}{decimals}{rest}'" + " if the comma separates thousands" * len(readings))
+        raise InputError(field, "must have a decimal point, not a comma", value, f"Write {', or '.join(readings)}.")
     unit, own = "", dimension.unit
     try:
         number, unit = _split(value, dimension) if isinstance(value, str) else (value.magnitude, str(value.units))
@@ -206,15 +197,6 @@ def _converted(field: str, value: Any, dimension: Dimension) -> Measured:
         speed = "A speed, in rpm or rad/s, is `speed`. " if dimension is FREQUENCY else ""
         raise _not_convertible(field, value, dimension, f"It has units of angles that do not belong to it. {speed}")
     return Measured(number, unit, size)
-
-
-def _check_decimal_point(field: str, text: str) -> None:
-    if match := _DECIMAL_COMMA.fullmatch(text):
-        whole, decimals, rest = match.groups()
-        readings = [f"'{whole.replace('.', '') or '0'}.{decimals}{rest}'"] if rest[:1] != "." else []
-        if len(decimals) == 3 and "." not in whole:
-            readings.append(f"'{whole}{decimals}{rest}'" + " if the comma separates thousands" * len(readings))
-        raise InputError(field, "must have a decimal point, not a comma", text, f"Write {', or '.join(readings)}.")
 
 
 def _split(text: str, dimension: Dimension) -> tuple[float, str]:

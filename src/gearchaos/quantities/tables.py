@@ -65,81 +65,63 @@ def of_order(family: Quantity, order: int) -> Quantity:
 
 
 PARAMETERS: tuple[Quantity, ...] = (
-    Quantity(
-        "omega", "ω", r"\omega", long_name="mesh frequency", axis_name="frequency", title="mesh frequency",
-        unit="omega0", physical=Physical("frequency", 1.0, "Hz", "mesh frequency", "f_z", "f_z"), divisor=True,
-        rule=replace(POSITIVE, advice="It is the mesh frequency over sqrt(c0/m), (2.8)."),
-        range=Range(0.2, 3.0, 0.05, 20.0),
-    ),
+    Quantity("omega", "ω", r"\omega", long_name="mesh frequency", axis_name="frequency", title="mesh frequency",
+             unit="omega0", physical=Physical("frequency", 1.0, "Hz", "mesh frequency", "f_z", "f_z"), divisor=True,
+             rule=replace(POSITIVE, advice="It is the mesh frequency over sqrt(c0/m), (2.8)."),
+             range=Range(0.2, 3.0, 0.05, 20.0)),
     Quantity("zeta", "ζ", r"\zeta", title="mesh damping", rule=_DAMPING, range=Range(0.0, 0.2, 0.0, 10.0)),
     *_wheels(
         Quantity("J", "J", "J", title="inertia", rule=POSITIVE, divisor=True, range=Range(0.5, 10.0, 0.05, 1000.0),
                  members=("J1", "J2")),
-        "J", "J",
-    ),
+        "J", "J"),
     *_wheels(
         Quantity("q0", "q₀", "q_0", axis_name="static load", title="torque", physical=_torque(1, "driving torque"),
                  range=Range(0.0, 0.3, -100.0, 100.0), members=("q1", "q2")),
-        "q", "q", {}, {"physical": _torque(2, "resisting torque")},
-    ),
+        "q", "q", {}, {"physical": _torque(2, "resisting torque")}),
     *_wheels(
         Quantity("beta", "β", r"\beta", title="bearing friction", rule=_DAMPING, divisor=True,
                  range=Range(0.0, 0.1, 0.0, 10.0), members=("beta1", "beta2")),
-        "β", r"\beta",
-    ),
+        "β", r"\beta"),
     *_wheels(
         Quantity("mu", "μ", r"\mu", title="wheel mass", rule=POSITIVE, divisor=True,
                  range=Range(0.5, 10.0, 0.05, 1000.0), members=("mu1", "mu2")),
-        "μ", r"\mu",
-    ),
+        "μ", r"\mu"),
     *_wheels(
         Quantity("kappa", "κ", r"\kappa", axis_name="support stiffness", title="support stiffness", divisor=True,
                  rule=replace(POSITIVE, advice="For a rigid support use kind='torsional'."),
                  physical=_support_stiffness("1,2"), range=Range(0.1, 10.0, 0.005, 1000.0),
                  members=("kappa1", "kappa2")),
-        "κ", r"\kappa", {"physical": _support_stiffness(1)}, {"physical": _support_stiffness(2)},
-    ),
+        "κ", r"\kappa", {"physical": _support_stiffness(1)}, {"physical": _support_stiffness(2)}),
     *_wheels(
         Quantity("zeta_support", "ζ₁,₂", r"\zeta_{1,2}", title="support damping", rule=_DAMPING,
                  range=Range(0.0, 0.1, 0.0, 10.0), members=("zeta_support1", "zeta_support2")),
-        "ζ", r"\zeta",
-    ),
+        "ζ", r"\zeta"),
 )
 """Scalar parameters of a model, (2.11), in the order of its fields. Parameters of the two wheels follow their pair, the
 name that sets both."""
 
 OPERATION: tuple[Quantity, ...] = (
-    Quantity(
-        "speed", "n₁", "n_1", long_name="speed of wheel 1", axis_name="speed", title="speed", unit="rpm",
-        rule=replace(POSITIVE, advice="It is the speed of wheel 1 in rpm."), range=Range(100.0, 6000.0, 1.0, 200_000.0),
-        toml_table="[operation]",
-    ),
-    Quantity(
-        "torque", "M₁", "M_1", long_name="torque at wheel 1", axis_name="torque", title="torque", unit="N*m",
-        range=Range(0.0, 500.0, -1e6, 1e6), toml_table="[operation]",
-    ),
+    Quantity("speed", "n₁", "n_1", long_name="speed of wheel 1", axis_name="speed", title="speed", unit="rpm",
+             rule=replace(POSITIVE, advice="It is the speed of wheel 1 in rpm."),
+             range=Range(100.0, 6000.0, 1.0, 200_000.0), toml_table="[operation]"),
+    Quantity("torque", "M₁", "M_1", long_name="torque at wheel 1", axis_name="torque", title="torque", unit="N*m",
+             range=Range(0.0, 500.0, -1e6, 1e6), toml_table="[operation]"),
 )
 """Parameters of an operating point, which a model of given gears also has."""
 
 GEARS: tuple[Quantity, ...] = (
-    Quantity(
-        "backlash", "j", "j", long_name="total backlash along the line of action", title="backlash, line of action",
-        unit="µm", rule=POSITIVE, range=Range(10.0, 410.0, 0.1, 1e5),
-    ),
+    Quantity("backlash", "j", "j", long_name="total backlash along the line of action",
+             title="backlash, line of action", unit="µm", rule=POSITIVE, range=Range(10.0, 410.0, 0.1, 1e5)),
     Quantity("grade", "Q", "Q", long_name="accuracy grade", title="accuracy grade", range=Range(0.0, 12.0, 0.0, 12.0)),
 )
 """Values of given gears that the explorer varies, beside those of `OPERATION`."""
 
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
-    Quantity(
-        "eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
-        physical=replace(_LENGTH, symbol="e", tex="e"), range=Range(0.0, 0.3, -10.0, 10.0),
-        toml_table="[model.error], as amplitudes or phases",
-    ),
-    Quantity(
-        "theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
-        toml_table="[model.error], as amplitudes or phases",
-    ),
+    Quantity("eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
+             physical=replace(_LENGTH, symbol="e", tex="e"), range=Range(0.0, 0.3, -10.0, 10.0),
+             toml_table="[model.error], as amplitudes or phases"),
+    Quantity("theta", "θ", r"\theta", title="error phase", range=Range(-3.2, 3.2, -100.0, 100.0),
+             toml_table="[model.error], as amplitudes or phases"),
 )}
 """Amplitudes and phases of the Fourier series of the transmission error, (2.15), and of the stiffness, (2.7), by
 family. A name is a family and a harmonic order: ``eps3``. In names and titles of parameters "error" is the transmission

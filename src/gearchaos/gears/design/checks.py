@@ -171,9 +171,24 @@ def _error_warnings(design: Drawing) -> list[str]:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
     if design.tip_relief is not None and any(design.tip_relief.amount):
+        # the model has no tooth pairs, which relief spares an impact under load
+        effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
+                  "dynamic factor, and more so the longer it is, where it lowers that of real gears.")
         with suppress(InputError):  # reported by what needs the transmission error
-            found.append(f"{_relief_warning(design)} What relief is for, the entry of a tooth pair under load, is left "
-                         "out: the mesh stiffness is that of teeth without relief.")
+            if design.exact:
+                effect = ("tip_relief has no effect on the motion, since the teeth are taken to be exact: "
+                          f"transmission_error is {design.transmission_error or 'left out'}.")
+            elif design.transmission_error != "from quality":
+                effect = ("tip_relief has no effect on the motion, since the transmission error comes from a file, "
+                          "which must contain the relief.")
+            elif design.path_relief is not None:
+                free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
+                if free >= pitch:
+                    effect = (f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of "
+                              f"contact as it is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded "
+                              "teeth never touch there.")
+            found.append(f"{effect} What relief is for, the entry of a tooth pair under load, is left out: the mesh "
+                         "stiffness is that of teeth without relief.")
     if largest := max(design.eccentricity):
         backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
         found.append(
@@ -181,20 +196,3 @@ def _error_warnings(design: Drawing) -> list[str]:
             f"{largest * 1e6:.4g} µm changes the transmission error by ±{largest * 1e6:.4g} µm and the backlash by "
             f"±{backlash * 1e6:.4g} µm.")
     return found
-
-
-def _relief_warning(design: Drawing) -> str:
-    """What a tip relief does to the motion: the model has no tooth pairs, which relief spares an impact under load."""
-    if design.exact:
-        return ("tip_relief has no effect on the motion, since the teeth are taken to be exact: transmission_error is "
-                f"{design.transmission_error or 'left out'}.")
-    if design.transmission_error != "from quality":
-        return ("tip_relief has no effect on the motion, since the transmission error comes from a file, which must "
-                "contain the relief.")
-    assert design.path_relief is not None
-    free, pitch = unrelieved_length(design.geometry, design.path_relief), design.geometry.base_pitch
-    if free >= pitch:
-        return (f"tip_relief has no effect on the motion: it leaves {free * 1e3:.4g} mm of the path of contact as it "
-                f"is, at least the base pitch of {pitch * 1e3:.4g} mm, so that unloaded teeth never touch there.")
-    return ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
-            "dynamic factor, and more so the longer it is, where it lowers that of real gears.")

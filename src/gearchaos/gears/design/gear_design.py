@@ -174,7 +174,6 @@ class GearDesign(Drawing, HasCard):
             out["speed"] = 60 * turns / (TEETH("teeth", design["teeth"])[0] if "mesh" in speeds[0] else 1)
         return cls(**design, **out)
 
-
     def at(self, *, speed: float | str | None = None, torque: float | str | None = None) -> GearDesign:
         """The same design at another speed or torque of wheel 1.
 

@@ -93,7 +93,27 @@ class TransverseSection:
         outline.
         """
         numbers = range(self.geometry.teeth[wheel]) if teeth is None else teeth
-        radius, offset = self._half_tooth(wheel, detail)
+        base, tip = self.geometry.base_diameter[wheel] / 2, self.geometry.tip_diameter[wheel] / 2
+        slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
+                             max(round(FILLET_POINTS * detail), 2))
+        nodes = self._fillet_points(wheel, slopes)
+        # the fillet is concave, and its chords would add material, by which a mating tip could seem to cut into it: its
+        # corners are its first point, then where its tangents meet
+        tangents = self._fillet_points(wheel, slopes - _STEP) - self._fillet_points(wheel, slopes + _STEP)
+        steps, turn = np.diff(nodes), np.imag(tangents[:-1].conj() * tangents[1:])
+        meeting = nodes[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
+        corners = np.concatenate([nodes[:1], meeting])
+        fillet = math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
+        form = max(self.geometry.root_form_diameter[wheel] / 2, base)
+        ends = (math.sqrt(max(form**2 - base**2, 0.0)), self.geometry.tip_tangents[wheel])
+        touching = [self._length(wheel, contact) for contact in self.contacts]
+        lengths = np.linspace(*ends, max(round(FLANK_POINTS * detail), 2))
+        lengths = np.union1d(lengths, [length for length in touching if ends[0] < length < ends[1]])
+        flank = self._base_half_angle(wheel) - (lengths / base - np.arctan(lengths / base))
+        tip_angle = np.linspace(flank[-1], 0.0, max(round(TIP_POINTS * detail), 1), endpoint=False)[1:]
+        # half a tooth, from the root to the middle of the tip: radii, and angles from its axis
+        radius = np.concatenate([np.abs(corners), np.hypot(base, lengths), np.full(len(tip_angle), tip)])
+        offset = np.concatenate([fillet, flank, tip_angle])
         radii = np.concatenate([radius, radius[::-1]])
         offsets = np.concatenate([-offset, offset[::-1]])
         pitch = 2 * math.pi / self.geometry.teeth[wheel]
@@ -128,33 +148,6 @@ class TransverseSection:
     def _base_half_angle(self, wheel: int) -> float:
         """Angle between the axis of a tooth and the beginning of its involute on the base circle."""
         return self._nominal_half_angle(wheel) - self._thinning[wheel]
-
-    def _half_tooth(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
-        """Radii and angles from the axis of a tooth, from the root to the middle of the tip, (points,)."""
-        base, tip = self.geometry.base_diameter[wheel] / 2, self.geometry.tip_diameter[wheel] / 2
-        fillet_radius, fillet = self._fillet(wheel, detail)
-        form = max(self.geometry.root_form_diameter[wheel] / 2, base)
-        ends = (math.sqrt(max(form**2 - base**2, 0.0)), self.geometry.tip_tangents[wheel])
-        touching = [self._length(wheel, contact) for contact in self.contacts]
-        lengths = np.linspace(*ends, max(round(FLANK_POINTS * detail), 2))
-        lengths = np.union1d(lengths, [length for length in touching if ends[0] < length < ends[1]])
-        flank = self._base_half_angle(wheel) - (lengths / base - np.arctan(lengths / base))
-        tip_angle = np.linspace(flank[-1], 0.0, max(round(TIP_POINTS * detail), 1), endpoint=False)[1:]
-        radii = np.concatenate([fillet_radius, np.hypot(base, lengths), np.full(len(tip_angle), tip)])
-        return radii, np.concatenate([fillet, flank, tip_angle])
-
-    def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
-        """Radii and angles from the axis of a tooth, (points,): the fillet's first point, then where its tangents meet.
-        It is concave: its chords would add material, by which a mating tip could seem to cut into it.
-        """
-        slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
-                             max(round(FILLET_POINTS * detail), 2))
-        points = self._fillet_points(wheel, slopes)
-        tangents = self._fillet_points(wheel, slopes - _STEP) - self._fillet_points(wheel, slopes + _STEP)
-        steps, turn = np.diff(points), np.imag(tangents[:-1].conj() * tangents[1:])
-        meeting = points[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
-        corners = np.concatenate([points[:1], meeting])
-        return np.abs(corners), math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
 
     def _fillet_points(self, wheel: int, slopes: np.ndarray) -> np.ndarray:
         """Points of a fillet as complex numbers, (slopes,), with the middle of the tooth space as real axis."""

@@ -56,10 +56,8 @@ class FlankMaterial:
 # share of a deviation that running-in removes, and its largest values in µm for v up to 5 m/s, 10 m/s, and above; ISO
 # 6336-1:2006, 8.3.5.1. Of through hardened steel all are divided by σ_Hlim in N/mm².
 _RUNNING_IN = {
-    "through hardened": (160.0, (math.inf, 12800.0, 6400.0)),
-    "cast iron": (0.275, (math.inf, 22.0, 11.0)),
-    "surface hardened": (0.075, (3.0, 3.0, 3.0)),
-}
+    "through hardened": (160.0, (math.inf, 12800.0, 6400.0)), "cast iron": (0.275, (math.inf, 22.0, 11.0)),
+    "surface hardened": (0.075, (3.0, 3.0, 3.0))}
 
 
 def running_in_allowance(deviation: float, material: FlankMaterial, velocity: float) -> float:

@@ -17,9 +17,7 @@ _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 # K1 by accuracy grade, as in IACS UR M56, Table 1.1
 _K1 = {
     "spur": {3: 2.1, 4: 3.9, 5: 7.5, 6: 14.9, 7: 26.8, 8: 39.1},
-    "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8},
-}
-
+    "helical": {3: 1.9, 4: 3.5, 5: 6.7, 6: 13.3, 7: 23.9, 8: 34.8}}
 _K2 = {"spur": 0.0193, "helical": 0.0087}
 _K3_VANISHES = 2.071 / 0.357  # (v z1/100) √(u²/(1 + u²)), m/s, at which K3 is 0
 _LEAST_LINE_LOAD = 100.0  # least F_t K_A/b of method C, N/mm; smaller ones count as this one
@@ -53,32 +51,24 @@ def dynamic_factor_c(geometry: Geometry, load: MeshLoad, grade: int, *, solid_wh
     be compared with a second source and are not offered. K3 jumps by 0.0004 at 0.2 m/s, as printed.
     """
     parameter = velocity_parameter(geometry, load.velocity)
-    if reason := _refusal(geometry, parameter, grade, solid_wheels):
+    above, fast = "Where (v z1/100) √(u²/(1 + u²)) is 3 m/s or more,", parameter >= 3
+    helix, pinion = math.degrees(geometry.helix_angle), min(geometry.teeth)
+    refusals = {
+        f"K1 is known for accuracy grades 3 to 8; the grade is {grade}.": grade not in _K1["spur"],
+        f"(v z1/100) √(u²/(1 + u²)) must be below 10 m/s, the subcritical range; it is {parameter:.4g} m/s.":
+            parameter >= 10,
+        f"From (v z1/100) √(u²/(1 + u²)) = {_K3_VANISHES:.3g} m/s on K3 is negative and K_v would be below 1; it is "
+        f"{parameter:.4g} m/s.": parameter >= _K3_VANISHES,
+        f"{above} the helix angle must be at most 30°; it is {helix:.4g}°.": fast and helix > 30,
+        f"{above} the pinion must have fewer than 50 teeth; it has {pinion}.": fast and pinion >= 50,
+        f"{above} the wheels must be solid discs or have heavy steel rims.": fast and not solid_wheels}
+    if reason := next((text for text, holds in refusals.items() if holds), ""):
         return Refused(reason)
     k3 = 2.0 if parameter <= 0.2 else 2.071 - 0.357 * parameter
     line_load = max(load.line_load / 1e3, _LEAST_LINE_LOAD)
     spur, helical = (1 + (_K1[kind][grade] / line_load + _K2[kind]) * parameter * k3 for kind in ("spur", "helical"))
     value = spur - min(geometry.overlap_ratio, 1.0) * (spur - helical)
     return DynamicFactorC(velocity_parameter=parameter, speed_factor=k3, spur=spur, helical=helical, value=value)
-
-
-def _refusal(geometry: Geometry, parameter: float, grade: int, solid_wheels: bool) -> str:
-    """Why method C gives no value; empty if it gives one."""
-    if grade not in _K1["spur"]:
-        return f"K1 is known for accuracy grades 3 to 8; the grade is {grade}."
-    if parameter >= 10:
-        return f"(v z1/100) √(u²/(1 + u²)) must be below 10 m/s, the subcritical range; it is {parameter:.4g} m/s."
-    if parameter >= _K3_VANISHES:
-        return (f"From (v z1/100) √(u²/(1 + u²)) = {_K3_VANISHES:.3g} m/s on K3 is negative and K_v would be below 1; "
-                f"it is {parameter:.4g} m/s.")
-    if parameter < 3:
-        return ""
-    above = "Where (v z1/100) √(u²/(1 + u²)) is 3 m/s or more,"
-    if (helix := math.degrees(geometry.helix_angle)) > 30:
-        return f"{above} the helix angle must be at most 30°; it is {helix:.4g}°."
-    if (pinion := min(geometry.teeth)) >= 50:
-        return f"{above} the pinion must have fewer than 50 teeth; it has {pinion}."
-    return "" if solid_wheels else f"{above} the wheels must be solid discs or have heavy steel rims."
 
 
 # the wheels of a design count as solid discs unless it has a blank, also where their inertias are given

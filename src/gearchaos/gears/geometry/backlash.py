@@ -170,12 +170,9 @@ def base_tangent_length(geometry: Geometry, kind: str) -> float:
     j_bt = j_wt cos α_wt = j_t cos α_t = j_bn/cos β_b = j_φ d_b/2 = 2 j_r sin α_wt, ISO 21771:2007; the last one holds
     for a backlash that is small beside the centre distance.
     """
+    working, base = geometry.working_pressure_angle, geometry.base_diameter
     return {
-        "line of action": 1.0,
-        "circumferential": math.cos(geometry.working_pressure_angle),
+        "line of action": 1.0, "circumferential": math.cos(working), "radial": 2 * math.sin(working),
         "reference circle": math.cos(geometry.transverse_pressure_angle),
         "normal": 1 / math.cos(geometry.base_helix_angle),
-        "radial": 2 * math.sin(geometry.working_pressure_angle),
-        "angle of wheel 1": geometry.base_diameter[0] / 2,
-        "angle of wheel 2": geometry.base_diameter[1] / 2,
-    }[kind]
+        "angle of wheel 1": base[0] / 2, "angle of wheel 2": base[1] / 2}[kind]

@@ -63,15 +63,13 @@ def check_geometry(geometry: Geometry) -> None:
                 "tip_alteration or 'keep clearance', or give a larger centre_distance.")
         start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
         if not start >= form:  # also if start is not a number
-            least = geometry.undercut_shift[wheel]
-            undercut = geometry.profile_shift[wheel] < least
+            undercut = geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel])
             raise InputError(
                 f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {shown(form)}",
                 "a contact below the base circle" if math.isnan(start) else shown(start),
                 f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. "
                 f"Give wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by "
-                "tip_alteration."
-                + (f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." if undercut else ""))
+                "tip_alteration." + f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." * undercut)
         if enters_fillet(geometry, wheel):
             mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
             raise InputError(

@@ -210,7 +210,15 @@ def mating_geometry(
     given = Geometry(**values, profile_shift=shifts, centre_distance=distance)
     reference = sum(given.reference_diameter) / 2  # a_d = (d1 + d2)/2
     if centre_distance is None:
-        given = replace(given, centre_distance=_zero_backlash_distance(given) if sum(shifts) else reference)
+        distance = reference
+        if sum(shifts):  # without backlash a = (d_b1 + d_b2)/(2 cos α_wt)
+            at_reference, tangent = involute(given.transverse_pressure_angle), math.tan(given.pressure_angle)
+            if (value := at_reference + 2 * sum(shifts) * tangent / sum(given.teeth)) <= 0:
+                least = -sum(given.teeth) * at_reference / (2 * tangent)  # at which α_wt without backlash is 0
+                raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", shifts,
+                                 "With less the teeth are so thin that no centre distance closes the backlash.")
+            distance = sum(given.base_diameter) / (2 * math.cos(inverse_involute(value)))
+        given = replace(given, centre_distance=distance)
     least, distance = sum(given.base_diameter) / 2, given.centre_distance
     if distance <= least:  # there would be no line of action
         raise InputError(
@@ -234,19 +242,6 @@ def shift_sum(geometry: Geometry) -> float:
     """x1 + x2 = (z1 + z2)(inv α_wt − inv α_t)/(2 tan α_n): the sum without backlash, ISO 21771:2007 Eq. (62)."""
     opening = involute(geometry.working_pressure_angle) - involute(geometry.transverse_pressure_angle)
     return sum(geometry.teeth) * opening / (2 * math.tan(geometry.pressure_angle))
-
-
-def _zero_backlash_distance(geometry: Geometry) -> float:
-    """Centre distance without backlash, m: a = (d_b1 + d_b2)/(2 cos α_wt), ISO 21771:2007 Eqs. (54) and (55)."""
-    opening = 2 * sum(geometry.profile_shift) * math.tan(geometry.pressure_angle) / sum(geometry.teeth)
-    value = involute(geometry.transverse_pressure_angle) + opening
-    if value <= 0:
-        # at this sum, which is negative, the working pressure angle without backlash is 0
-        least = -sum(geometry.teeth) * involute(geometry.transverse_pressure_angle) / (
-            2 * math.tan(geometry.pressure_angle))
-        raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", geometry.profile_shift,
-                         "With less the teeth are so thin that no centre distance closes the backlash.")
-    return sum(geometry.base_diameter) / (2 * math.cos(inverse_involute(value)))
 
 
 _ISO = "ISO 21771:2007"

@@ -162,8 +162,7 @@ def _warnings(
     found = {
         f"{extrapolated} a pinion with at least the profile shift of its wheel; here they are {x1:g} and {x2:g}":
             x1 < x2,
-        f"{extrapolated} sums of the profile shifts from −0.5 to 2; here it is {x1 + x2:.4g}":
-            not -0.5 <= x1 + x2 <= 2,
+        f"{extrapolated} sums of the profile shifts from −0.5 to 2; here it is {x1 + x2:.4g}": not -0.5 <= x1 + x2 <= 2,
         f"ISO 6336-1 is validated for normal working pressure angles from 15° to 25°; here it is {angle:.4g}°":
             not 15 <= angle <= 25,
         f"ISO 6336-1 is validated for helix angles up to 30°; here it is {helix:.4g}°": helix > 30,

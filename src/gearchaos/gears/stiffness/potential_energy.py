@@ -40,9 +40,7 @@ _SAINSOT = np.array([
     [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
     [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
     [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
-    [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
-])
-
+    [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904]])
 BODY_RATIOS = (1.4, 7.0)  # range of h = r_f/r_bore for which Sainsot et al. (2004) fitted the coefficients
 ROOT_ANGLES = (0.01, 0.12)  # range of θ_f, rad, for which Sainsot et al. (2004) fitted the coefficients
 # Gauss nodes along the fillet and the flank, with which integrals converge to about 1e-12
@@ -108,9 +106,8 @@ class Rack:
         It makes an angle from α at the flank to π/2 at the tip with the pitch line, when it passes the pitch point.
         """
         turn, reach, _ = self._position(normal)
-        x = self.pitch_radius * np.sin(turn) - reach * np.cos(normal - turn)
-        y = self.pitch_radius * np.cos(turn) - reach * np.sin(normal - turn)
-        return x, y
+        return (self.pitch_radius * np.sin(turn) - reach * np.cos(normal - turn),
+                self.pitch_radius * np.cos(turn) - reach * np.sin(normal - turn))
 
     def height_rate(self, normal: np.ndarray) -> np.ndarray:
         """Derivative of the height of points of the fillet with respect to the normal, m/rad."""
@@ -293,8 +290,7 @@ class ToothPairs:
     def pressure_angles(self, progress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pressure angles of the point of contact on both flanks, rad, at mesh periods since the contact began."""
         geometry = self.geometry
-        entry = geometry.tangent_length - geometry.tip_tangents[1]
-        distance = entry + progress * geometry.base_pitch
+        distance = geometry.tangent_length - geometry.tip_tangents[1] + progress * geometry.base_pitch
         first, second = (d / 2 for d in geometry.base_diameter)
         return np.arctan(distance / first), np.arctan((geometry.tangent_length - distance) / second)
 

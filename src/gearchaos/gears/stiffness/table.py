@@ -19,18 +19,12 @@ STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "1
 _OTHER_WHEEL = r"(wheel|gear|rad) ?2|\b(wheel|gear|rad)\b(?! ?1)|driven|output|abtrieb|getrieben"
 # the roll angle of wheel 1
 ROLL_ANGLE = Column(
-    "roll angle", {units.ANGLE: 1.0},
-    ("angle", "rotation", "pinion rotation", "drehwinkel"),
-    words=r"angle|winkel|rotation|roll|dreh|\bphi|φ",
-    other=rf"press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}",
-    advice="The roll angle is that of wheel 1.",
-)
-
+    "roll angle", {units.ANGLE: 1.0}, ("angle", "rotation", "pinion rotation", "drehwinkel"),
+    words=r"angle|winkel|rotation|roll|dreh|\bphi|φ", advice="The roll angle is that of wheel 1.",
+    other=rf"press|eingriff|contact|helix|schräg|phase|error|fehler|abweich|devia|pitch|teilung|{_OTHER_WHEEL}")
 _ABSCISSAE = (
     Column("fraction", aliases=("fraction of mesh period", "mesh period", "tau/T", "t/T")), ROLL_ANGLE,
-    Column("time", {TIME: 1.0}, ("t", "zeit"), words="time|zeit"),
-)
-
+    Column("time", {TIME: 1.0}, ("t", "zeit"), words="time|zeit"))
 _OTHER_STIFFNESS = ("single|einzel|pair|paar|bear|lager|shaft|well|tors|dreh|axial|body|bend|bieg|hertz|mean|mittel|"
                     "average")
 # least and greatest stiffness that a mesh of gears may have, N/m: steel gears of a face width of 1 mm and of 5 m have

@@ -88,30 +88,25 @@ class Quality:
                 object.__setattr__(self, "grade", grades if isinstance(self.grade, tuple) else grades[0])
                 object.__setattr__(self, "standard", edition.name)
         if self.standard not in editions():
-            raise self._unknown_standard()
+            adopted = [name for edition in editions().values() for name in edition.adopted]
+            error = unknown_name("quality.standard", str(self.standard), (*editions(), *adopted))
+            for edition, (pattern, nearest, why) in ((e, near) for e in editions().values() for near in e.near):
+                if re.search(pattern, str(self.standard)):
+                    numbers = dict.fromkeys(_number(grade, "[A-Z]?") for grade in self.grades)
+                    found = [nearest(n) if isinstance(n, int) else None for n in numbers]
+                    low, high = edition.grades
+                    near = ", ".join("…" if n is None else str(n) for n in found)
+                    shown = f"[{near}]" if "," in near else near
+                    advice = f"The nearest is {{ standard = '{edition.name}', grade = {shown} }}, not the same: {why}."
+                    if not all(n is None or low <= n <= high for n in found):
+                        advice = f"{edition.name} has no grade near it, only {low} to {high}: {why}."
+                    raise InputError(error.field, error.rule, self.standard, advice)
+            raise error
         low, high = editions()[self.standard].grades
         for grade in self.grades:
             if isinstance(grade, bool) or not isinstance(grade, int) or not low <= grade <= high:
                 rule = f"must be a whole number from {low} to {high} in {self.standard}"
                 raise InputError("quality.grade", rule, self.grade, "The deviations grow with the number.")
-
-    def _unknown_standard(self) -> InputError:
-        """The error for another standard, with the grade of an edition that is nearest if that is known."""
-        adopted = [name for edition in editions().values() for name in edition.adopted]
-        error = unknown_name("quality.standard", str(self.standard), (*editions(), *adopted))
-        for edition, (pattern, nearest, why) in ((e, near) for e in editions().values() for near in e.near):
-            if re.search(pattern, str(self.standard)):
-                grades = [_number(grade, "[A-Z]?") for grade in self.grades]
-                low, high = edition.grades
-                found = [nearest(n) if isinstance(n, int) else None for n in dict.fromkeys(grades)]
-                if not all(n is None or low <= n <= high for n in found):
-                    return InputError(error.field, error.rule, self.standard,
-                                      f"{edition.name} has no grade near it, only {low} to {high}: {why}.")
-                near = ", ".join("…" if n is None else str(n) for n in found)
-                shown = f"[{near}]" if "," in near else near
-                return InputError(error.field, error.rule, self.standard, f"The nearest is {{ standard = "
-                                  f"'{edition.name}', grade = {shown} }}, not the same: {why}.")
-        return error
 
     @property
     def grades(self) -> tuple[int, int]:

@@ -39,6 +39,5 @@ def _at_class_5(size: Size) -> tuple[float, ...]:
 EDITION = Edition(
     name=ISO_2013, grades=(1, 11), result=Tolerances2013, at_grade_5=_at_class_5,
     scope={"reference_diameter": (5, 15000), "module": (0.5, 70), "face_width": (4, 1200), "teeth": (5, 1000),
-           "helix_angle": (0, 45)},
-    adopted={"ANSI/AGMA ISO 1328-1-B14": "A"},
+           "helix_angle": (0, 45)}, adopted={"ANSI/AGMA ISO 1328-1-B14": "A"},
     near=((r"JIS B ?1702-1:20", lambda n: n, "it follows this edition, but could not be compared with it"),))

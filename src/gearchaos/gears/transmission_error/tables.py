@@ -93,21 +93,18 @@ def from_orders(
     amplitudes, phases = np.zeros(max(orders)), np.zeros(max(orders))
     for order, value, phase in zip(orders, values, table.columns["phase"], strict=True):
         amplitudes[order - 1], phases[order - 1] = value, phase
+    # orders of the mesh are among those of a shaft the multiples of its number of teeth
+    found, name = [[o for o in orders if o % count == 0] for count in teeth], Path(table.path).name
+    warning: tuple[str, ...] = ()
+    if multiples := max(found, key=len, default=[]):
+        wheel = found.index(multiples)
+        which = f"All orders of {name}" if len(multiples) == len(orders) else (
+            f"Orders of {name}, {', '.join(map(str, multiples))},")
+        warning = (f"{which} are multiples of z{wheel + 1} = {teeth[wheel]}: are they those of the shaft? "
+                   f"{_SHAFT_ADVICE}",)
     return ErrorHarmonics(
-        amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()),
-        source=f"orders of {Path(table.path).name}, {kind}", warnings=_shaft_warnings(table, orders, teeth),
-        assumptions=_notes(table, radius))
-
-
-def _shaft_warnings(table: Table, orders: list[int], teeth: tuple[int, ...]) -> tuple[str, ...]:
-    """A warning if orders of a table are multiples of a number of teeth, as those of the mesh are among a shaft's."""
-    found = [[order for order in orders if order % count == 0] for count in teeth]
-    if not (multiples := max(found, key=len, default=[])):
-        return ()
-    wheel, name = found.index(multiples), Path(table.path).name
-    which = f"All orders of {name}" if len(multiples) == len(orders) else (
-        f"Orders of {name}, {', '.join(map(str, multiples))},")
-    return (f"{which} are multiples of z{wheel + 1} = {teeth[wheel]}: are they those of the shaft? {_SHAFT_ADVICE}",)
+        amplitudes=tuple(amplitudes.tolist()), phases=tuple(phases.tolist()), source=f"orders of {name}, {kind}",
+        warnings=warning, assumptions=_notes(table, radius))
 
 
 def _check_amplitudes(table: Table, amplitudes: np.ndarray, most: float) -> None:
@@ -210,8 +207,7 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                          "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    weights = _weights(times)
-    root = np.sqrt(weights)
+    root = np.sqrt(weights := _weights(times))
     solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
     amplitudes, phases = tuple(np.hypot(cosine, sine).tolist()), tuple(np.arctan2(sine, cosine).tolist())
