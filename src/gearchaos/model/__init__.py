@@ -6,11 +6,8 @@ from gearchaos.model.parameters import (
     KINDS,
     SCALARS,
     SUPPORTS,
-    Kind,
     MeshModel,
     backlash,
-    check_has_effect,
-    check_initial_consistent,
     check_state_name,
     has_effect,
     known_names,
@@ -34,8 +31,7 @@ from gearchaos.validation import check
 
 __all__ = [
     "COORDINATES", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS",
-    "SUPPORTS", "Batch", "HarmonicStiffness", "Kind", "MeshModel", "SteppedStiffness", "Stiffness",
-    "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_has_effect", "check_initial_consistent",
-    "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names",
-    "transmission_error", "vary",
+    "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError",
+    "TwoLevelStiffness", "backlash", "check", "check_state_name", "default_stiffness", "has_effect", "known_names",
+    "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

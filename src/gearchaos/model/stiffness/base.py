@@ -74,17 +74,9 @@ class Stiffness(ABC):
     def parts(cls, values: Mapping[str, Any]) -> Sequence[tuple[Any, Any]]:
         """Start and level of each part of the period in which the level is constant; none for a level of 1.
 
-        Parameters
-        ----------
-        values : mapping
-            The numbers of a stiffness, as `numbers` gives them. They may be floats, arrays of many points, fractions,
-            balls, symbols or names in a script, so only + − × ÷ apply to them.
-
-        Returns
-        -------
-        sequence of (start, level)
-            Starts in ascending order, as fractions of the mesh period from 0 to 1. The last level lasts until the first
-            start of the next period.
+        ``values`` are the numbers of a stiffness, as `numbers` gives them. They may be floats, arrays of many points,
+        fractions, balls, symbols or names in a script, so only + − × ÷ apply to them. Starts are in ascending order,
+        fractions of the mesh period from 0 to 1. The last level lasts until the first start of the next period.
         """
 
     @abstractmethod
