@@ -44,8 +44,11 @@ class Equations(Protocol):
         Raises `InputError` where the equations do not exist.
         """
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the orbit."""
+
+class Curve(Equations, Protocol):
+    """Equations whose solutions are followed along their curve."""
+
+    size: int  # number of the first unknowns, which are the coordinates of the orbit
 
     def resolved(self, first: Any, last: Any) -> bool:
         """Whether two neighbouring points, given by what else belongs to them, are near enough to each other."""
@@ -157,7 +160,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return found
 
 
-def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[Point]:
+def follow(equations: Curve, start: Point, settings: Settings) -> Iterator[Point]:
     """The points of the curve after the start, one at a time.
 
     Raises `Stopped`, with the cause, if the step would have to be shorter than the shortest one.
@@ -169,7 +172,7 @@ def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[P
         yield point
 
 
-def _next(equations: Equations, before: Point, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
+def _next(equations: Curve, before: Point, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
     """The next point at a distance of at most ``size``, and the length of the step after it.
 
     It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
@@ -192,7 +195,7 @@ def _next(equations: Equations, before: Point, point: Point, size: float, settin
             cause = str(stop)
         if not cause:
             straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
-            longest = settings.longest * max(1.0, equations.amplitude(after.u) / _LARGE)
+            longest = settings.longest * max(1.0, float(np.abs(after.u[: equations.size]).max()) / _LARGE)
             return after, min(longest, size * (1.6 if straight else 1.0))
         if size <= settings.shortest:
             raise Stopped(cause)

@@ -55,8 +55,7 @@ CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)  # the kinds of event
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
 
-Tests = dict[str, Callable[[Cycle], float]]
-"""Further test functions of a cycle, by name; each root is an event."""
+Tests = dict[str, Callable[[Cycle], float]]  # further test functions of a cycle, by name; each root is an event
 
 
 class End(NamedTuple):

@@ -228,7 +228,7 @@ def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds:
             u = found.u.copy()
             u[index] = limit
             return point_of(equations, u, found.tangent, found.step), why
-    if equations.amplitude(point.u) > LARGEST:
+    if np.abs(point.u[: equations.size]).max() > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):
         before = last.data.cycle.half_period_difference

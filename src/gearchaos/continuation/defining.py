@@ -93,10 +93,6 @@ class EventEquations:
         jacobian[self.size :, : slopes.shape[1]] = slopes
         return np.append(cycle.defect.ravel(), test), jacobian, state
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the points."""
-        return float(np.abs(u[: self.size]).max())
-
     def resolved(self, first: EventState, last: EventState) -> bool:
         """Whether the event is the same one at two neighbouring points."""
         if self.kind != GRAZE:

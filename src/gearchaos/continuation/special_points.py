@@ -269,14 +269,6 @@ class _Slice:
         defect = np.append(cycle.defect.ravel(), float(self.row @ (u - self.origin)))
         return defect, np.vstack([cycle.jacobian, self.row]), EventState(cycle)
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the points."""
-        return float(np.abs(u[:-2]).max())
-
-    def resolved(self, first: EventState, last: EventState) -> bool:
-        """Two points of a slice are not compared."""
-        return True
-
 
 def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | None:
     """The first point of a curve beyond the last one, where it has a corner that is no graze; None if there is none."""

@@ -125,8 +125,7 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
-    _torsion(rows)
-    _supports(rows)
+    _fill_in(rows)
     # The mean mesh force of a steady motion follows from the balance of torques with bearing friction, without it from
     # equal mean accelerations of both wheels.
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
@@ -174,8 +173,9 @@ class _Rows:
         self.b[:, row] -= factor
 
 
-def _torsion(rows: _Rows) -> None:
-    """Fill in the torsional part of (2.12): (x1 − x2)'' − ε'' in the row of z'', and the row of x2'', if any."""
+def _fill_in(rows: _Rows) -> None:
+    """Fill in (2.12): (x1 − x2)'' − ε'' in the row of z'', the row of x2'', if any, and those of the supports, or their
+    difference if the state has only y = y1 − y2."""
     J1, J2 = rows["J1"], rows["J2"]
     b1, b2 = rows["beta1"] / J1, rows["beta2"] / J2
     rows.A[:, 0, 1] = 1.0
@@ -194,17 +194,6 @@ def _torsion(rows: _Rows) -> None:
         rows.A[:, v, v] = -2 * b2
         rows.f0[:, v] = -rows["q2"] / J2
         rows.add_force(v, 1 / J2)
-
-
-def _lateral(rows: _Rows) -> list[tuple[str, float]]:
-    """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
-    if "y" in rows.names:
-        return [("y", 1.0)]
-    return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
-
-
-def _supports(rows: _Rows) -> None:
-    """Fill in the last two rows of (2.12), or their difference if the state has only y = y1 − y2."""
     for name, sign in _lateral(rows):
         n = "1" if name in ("y", "y1") else "2"
         y, mu = rows.names.index(name), rows[f"mu{n}"]
@@ -215,6 +204,13 @@ def _supports(rows: _Rows) -> None:
             rows.A[:, row, y + 1] -= factor * 2 * rows[f"zeta_support{n}"]
         rows.add_force(y + 1, -sign * share)
         rows.add_force(1, -share)
+
+
+def _lateral(rows: _Rows) -> list[tuple[str, float]]:
+    """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
+    if "y" in rows.names:
+        return [("y", 1.0)]
+    return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
 
 
 def _stiffness(batch: Batch) -> dict[str, Any]:
