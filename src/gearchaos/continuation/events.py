@@ -221,14 +221,15 @@ def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,
         for boundary in (1, -1) if other >= 0 else ():
             gap = first.data.extrema[number, 1] - boundary
             if gap * (last.data.extrema[other, 1] - boundary) < 0:
-                yield _graze(equations, first, last, number, boundary)
+                point = locate(equations, first, last, of_data(gap_above(boundary, first.data, number)))
+                yield None if point is None else _graze_at(point, _matched(first.data, point.data, number), boundary)
     vanished = np.flatnonzero(index < 0).tolist()
-    for point, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
+    for place, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
         for pair in pairs:
             for boundary in (1, -1):
-                low, high = sorted(point.data.extrema[list(pair), 1])
+                low, high = sorted(place.data.extrema[list(pair), 1])
                 if low < boundary < high:
-                    yield _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
+                    yield _graze_of_new_pair(equations, first, last, place is last, boundary, pair)
 
 
 def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
@@ -251,28 +252,24 @@ def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.
     return False
 
 
-def _graze(equations: Equations, first: Point, last: Point, number: int, boundary: int) -> Event | None:
-    """The graze of an extremum of the first point that is also one of the last; None if it cannot be followed there."""
-
-    def gap(point: Point) -> float:
-        other = _matched(first, point, number)
-        return float("nan") if other < 0 else float(point.data.extrema[other, 1] - boundary)
-
-    point = locate(equations, first, last, gap)
-    return None if point is None else _graze_at(point, _matched(first, point, number), boundary)
-
-
 def _graze_at(point: Point, number: int, boundary: int) -> Event | None:
     """The graze of an extremum, −1 for none, at a point; None unless it touches the boundary."""
     defect = abs(float(point.data.extrema[number, 1] - boundary)) if number >= 0 else np.inf
     return Event(GRAZE, point, boundary, number, defect) if defect < _TOUCHING else None
 
 
-def _matched(first: Point, point: Point, number: int) -> int:
-    """Index at another point of an extremum of the first one, −1 if it is not there."""
-    if point is first:
-        return number
-    return int(match(first.data.extrema, point.data.extrema, first.data.period)[0][number])
+def _matched(first: Cycle, cycle: Cycle, number: int) -> int:
+    """Index at another cycle of an extremum of the first one, −1 if it is not there."""
+    return number if cycle is first else int(match(first.extrema, cycle.extrema, first.period)[0][number])
+
+
+def gap_above(boundary: int, first: Cycle, number: int) -> Callable[[Cycle], float]:
+    """How far an extremum of a cycle lies above a boundary on neighbouring cycles; NaN where it cannot be followed."""
+    def gap(cycle: Cycle) -> float:
+        at = _matched(first, cycle, number)
+        return float("nan") if at < 0 else float(cycle.extrema[at, 1] - boundary)
+
+    return gap
 
 
 def _graze_of_new_pair(equations: Equations, first: Point, last: Point, forward: bool, boundary: int,

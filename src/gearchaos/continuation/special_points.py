@@ -34,6 +34,7 @@ from gearchaos.continuation.events import (
     branch_test,
     critical_pair,
     flip_test,
+    gap_above,
     locate,
     match,
     of_data,
@@ -169,21 +170,16 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
 
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """Where another extremum of z touches a boundary."""
-    period, found = first.data.cycle.period, []
-    before, after = first.data.cycle.extrema, last.data.cycle.extrema
-    index, _ = match(before, after, period)
+    before, after, found = first.data.cycle.extrema, last.data.cycle.extrema, []
+    index, _ = match(before, after, first.data.cycle.period)
     name = "double graze" if kind == GRAZE else f"grazing-{kind}"
     for number, other in enumerate(index):
         if other < 0 or number == first.data.extremum or other == last.data.extremum:
             continue
         for boundary in (1, -1):
             if (before[number, 1] - boundary) * (after[other, 1] - boundary) < 0:
-
-                def gap(p: Point, number: int = number, boundary: int = boundary) -> float:
-                    at = int(match(before, p.data.cycle.extrema, period)[0][number])
-                    return float("nan") if at < 0 else float(p.data.cycle.extrema[at, 1] - boundary)
-
-                point = locate(equations, first, last, gap)
+                gap = gap_above(boundary, first.data.cycle, number)
+                point = locate(equations, first, last, of_data(partial(lambda gap, s: gap(s.cycle), gap)))
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found

@@ -1,6 +1,5 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
-from gearchaos.model.batch import Batch, vary
 from gearchaos.model.parameters import (
     COORDINATES,
     KINDS,
@@ -25,6 +24,7 @@ from gearchaos.model.stiffness import (
     TwoLevelStiffness,
     default_stiffness,
 )
+from gearchaos.model.switched import Batch, vary
 from gearchaos.model.waveforms import TransmissionError
 from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check

@@ -14,9 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.model.batch import Batch
 from gearchaos.model.parameters import COORDINATES
-from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
+from gearchaos.model.switched import Batch, SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK_DECAY = 2e-3  # of the mean rotation, below which the first integral gives x2 with an error above 1e-11
 
