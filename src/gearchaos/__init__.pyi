@@ -14,10 +14,10 @@ from gearchaos import flow as flow
 from gearchaos import plot as plot
 from gearchaos import studies as studies
 from gearchaos.cards.card import card as card
-from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits
+from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError

@@ -15,7 +15,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.cards import Card
 from gearchaos.cards.card import HEIGHT, MOST_POINTS, WIDTH, Drawing, around
-from gearchaos.continuation.edge import EdgeState
+from gearchaos.continuation.saddles import EdgeState
 from gearchaos.errors import InputError
 from tests.contracts.test_plot import diagram, starts, zones_map
 

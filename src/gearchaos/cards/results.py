@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, card, colours
-from gearchaos.continuation.edge import EdgeState
 from gearchaos.continuation.orbit import Orbit
+from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import OperatingModel

@@ -51,10 +51,8 @@ class Sides:
     seen: np.ndarray  # (C,) whether each curve is
 
 
-def explain_sides(
-    family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
-    curves: Sequence[CurveData], longest: int, settings: Classification | None = None,
-) -> Sides:
+def explain_sides(family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: np.ndarray, period: np.ndarray,
+                  curves: Sequence[CurveData], longest: int, settings: Classification | None = None) -> Sides:
     """Find why periodic motions end at the sides of the cells of a map, at parameters x (X,) and y (Y,).
 
     ``label`` and ``period`` (Y, X) are the motions from the initial values of the family, as codes of `Label`, and
@@ -98,10 +96,8 @@ def _sides(label: np.ndarray, motion: np.ndarray, longest: int) -> tuple[np.ndar
     return np.concatenate(cells), np.concatenate(neighbours)
 
 
-def _continues(
-    family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, period: np.ndarray,
-    settings: Classification | None,
-) -> np.ndarray:
+def _continues(family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, period: np.ndarray,
+               settings: Classification | None) -> np.ndarray:
     """Whether the stable orbits at parameters (S, 2) are also stable at neighbouring ones (S, 2), (S,) of bool."""
     flow = family.exact_flow(values)
     points = np.arange(len(values))

@@ -44,8 +44,11 @@ class Equations(Protocol):
         Raises `InputError` where the equations do not exist.
         """
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the orbit."""
+
+class Curve(Equations, Protocol):
+    """Equations whose solutions are followed along their curve."""
+
+    size: int  # number of the first unknowns, which are the coordinates of the orbit
 
     def resolved(self, first: Any, last: Any) -> bool:
         """Whether two neighbouring points, given by what else belongs to them, are near enough to each other."""
@@ -97,9 +100,8 @@ def along(weights: np.ndarray, origin: Point, u: np.ndarray) -> float:
     return float(np.sum(weights * origin.tangent * (u - origin.u)))
 
 
-def correct(
-    equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray, step: float = 0.0
-) -> Point:
+def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray,
+            step: float = 0.0) -> Point:
     """The solution nearest to a guess in the plane through it with this normal, by Newton's method.
 
     Its tangent does not turn against ``tangent``; all vectors are (N + 1,). Raises `Stopped` if Newton's method does
@@ -137,10 +139,8 @@ def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float
     return _point(equations, along, step, float(np.abs(f).max()), u, jacobian, data)
 
 
-def _point(
-    equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
-    data: Any,
-) -> Point:
+def _point(equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
+           data: Any) -> Point:
     """The point with its tangent, turned so that it does not point against ``along``."""
     matrix = np.vstack([jacobian, equations.weights * along])
     tangent = _solve(matrix, np.append(np.zeros(len(jacobian)), 1.0))
@@ -160,7 +160,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return found
 
 
-def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[Point]:
+def follow(equations: Curve, start: Point, settings: Settings) -> Iterator[Point]:
     """The points of the curve after the start, one at a time.
 
     Raises `Stopped`, with the cause, if the step would have to be shorter than the shortest one.
@@ -172,9 +172,7 @@ def follow(equations: Equations, start: Point, settings: Settings) -> Iterator[P
         yield point
 
 
-def _next(
-    equations: Equations, before: Point, point: Point, size: float, settings: Settings
-) -> tuple[Point, float]:
+def _next(equations: Curve, before: Point, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
     """The next point at a distance of at most ``size``, and the length of the step after it.
 
     It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
@@ -197,7 +195,7 @@ def _next(
             cause = str(stop)
         if not cause:
             straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
-            longest = settings.longest * max(1.0, equations.amplitude(after.u) / _LARGE)
+            longest = settings.longest * max(1.0, float(np.abs(after.u[: equations.size]).max()) / _LARGE)
             return after, min(longest, size * (1.6 if straight else 1.0))
         if size <= settings.shortest:
             raise Stopped(cause)
@@ -237,9 +235,8 @@ def at_value(equations: Equations, point: Point, index: int, value: float) -> Po
     return found if length(equations.weights, found.u - guess) < _LANDING else None
 
 
-def between(
-    equations: Equations, first: Point, last: Point, distance: float, near: tuple[Point, Point] | None = None
-) -> Point:
+def between(equations: Equations, first: Point, last: Point, distance: float,
+            near: tuple[Point, Point] | None = None) -> Point:
     """The point of the curve between two neighbouring ones, at a distance from the first along its tangent.
 
     Nearer points on both sides of it, if there are such, save iterations.

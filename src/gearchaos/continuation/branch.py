@@ -5,21 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import (
-    Point,
-    Settings,
-    Stopped,
-    at_value,
-    correct,
-    follow,
-    length,
-    point_of,
-)
+from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, length, point_of
 from gearchaos.continuation.events import (
     FLIP,
     FOLD,
@@ -63,8 +55,7 @@ CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)  # the kinds of event
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
 
-Tests = dict[str, Callable[[Cycle], float]]
-"""Further test functions of a cycle, by name; each root is an event."""
+Tests = dict[str, Callable[[Cycle], float]]  # further test functions of a cycle, by name; each root is an event
 
 
 class End(NamedTuple):
@@ -149,9 +140,8 @@ class Branch:
         return min(wanted, key=lambda e: abs(e.point.u[-1] - value), default=None)
 
 
-def follow_branch(
-    family: ParameterFamily, start: Cycle, bounds: tuple[float, float], settings: Settings, user: Tests | None = None
-) -> Branch:
+def follow_branch(family: ParameterFamily, start: Cycle, bounds: tuple[float, float], settings: Settings,
+                  user: Tests | None = None) -> Branch:
     """Follow the branch of a periodic orbit that has converged in both directions, to the ends of the axis at most."""
     equations = CycleEquations(family, start.period, bounds[1] - bounds[0])
     upwards = np.append(np.zeros(start.points.size), 1.0)
@@ -174,10 +164,8 @@ def follow_branch(
         back.ends + ahead.ends, start=offset)
 
 
-def _follow_one_way(
-    equations: CycleEquations, start: Point, bounds: tuple[float, float], settings: Settings,
-    user: Tests | None = None, until: Callable[[Branch], bool] | None = None,
-) -> Branch:
+def _follow_one_way(equations: CycleEquations, start: Point, bounds: tuple[float, float], settings: Settings,
+                    user: Tests | None = None, until: Callable[[Branch], bool] | None = None) -> Branch:
     """Follow a branch from a point in the direction of its tangent, to its end or until a condition holds."""
     branch, why = Branch(equations.family, equations.period, [start]), ""
     try:
@@ -219,14 +207,21 @@ def _append(branch: Branch, equations: CycleEquations, point: Point, user: Tests
     branch.points.append(point)
 
 
-def _end_between(
-    branch: Branch, equations: CycleEquations, point: Point, bounds: tuple[float, float]
-) -> tuple[Point, str] | None:
+def _end_between(branch: Branch, equations: CycleEquations, point: Point,
+                 bounds: tuple[float, float]) -> tuple[Point, str] | None:
     """The point at which the branch ends between its last point and this one, and why; None if it goes on."""
     last = branch.points[-1]
     for bound, outwards in zip(bounds, (-1.0, 1.0), strict=True):
-        if (point.u[-1] - bound) * outwards > 0:
-            return _at_bound(equations, last, point, bound), AXIS_END
+        if (point.u[-1] - bound) * outwards <= 0:
+            continue
+        if last.u[-1] == bound:
+            return last, AXIS_END
+        crossing = locate(equations, last, point, partial(lambda bound, p: float(p.u[-1] - bound), bound)) or last
+        points = crossing.u[:-1].reshape(equations.period, -1)
+        cycle = converge(equations.family, points, np.array([bound]))  # has the value at the end exactly
+        if not cycle.converged or np.abs(cycle.points - points).max() > _MOVED:
+            return crossing, AXIS_END
+        return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step), AXIS_END
     if np.abs(point.u[:-1]).max() > LARGEST:
         return point, UNBOUNDED
     returned = returned_start(equations, branch.points[0], last, point) if len(branch.points) > 3 else None
@@ -262,19 +257,6 @@ def _half_period_end(equations: CycleEquations, last: Point, point: Point) -> Po
             f, _, data = equations.evaluate(u)
             return replace(end, u=u, residual=float(np.abs(f).max()), data=data)
     return end
-
-
-def _at_bound(equations: CycleEquations, last: Point, point: Point, bound: float) -> Point:
-    """The point between two others at which the parameter has a given value, exactly."""
-    if last.u[-1] == bound:
-        return last
-
-    crossing = locate(equations, last, point, lambda p: float(p.u[-1] - bound)) or last
-    points = crossing.u[:-1].reshape(equations.period, -1)
-    cycle = converge(equations.family, points, np.array([bound]))
-    if not cycle.converged or np.abs(cycle.points - points).max() > _MOVED:
-        return crossing
-    return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step)
 
 
 def doubled_start(family: ParameterFamily, flip: Event, span: float) -> tuple[CycleEquations, Point]:
@@ -314,10 +296,8 @@ def _critical_direction(cycle: Cycle, multiplier: float) -> np.ndarray:
     return directions / np.abs(directions).max()
 
 
-def follow_doubled(
-    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings,
-    until: Callable[[Branch], bool] | None = None,
-) -> Branch:
+def follow_doubled(family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings,
+                   until: Callable[[Branch], bool] | None = None) -> Branch:
     """The branch of orbits of twice the period that begins at a flip."""
     equations, start = doubled_start(family, flip, bounds[1] - bounds[0])
     branch = _follow_one_way(equations, start, bounds, replace(settings, first=start.step), until=until)
@@ -325,9 +305,8 @@ def follow_doubled(
     return branch
 
 
-def follow_asymmetric(
-    family: ParameterFamily, pitchfork: Event, bounds: tuple[float, float], settings: Settings
-) -> Iterator[Branch]:
+def follow_asymmetric(family: ParameterFamily, pitchfork: Event, bounds: tuple[float, float],
+                      settings: Settings) -> Iterator[Branch]:
     """The two branches of asymmetric orbits that begin at a pitchfork, as far as they are found."""
     cycle = pitchfork.cycle
     equations = CycleEquations(family, cycle.period, bounds[1] - bounds[0])
@@ -341,9 +320,8 @@ def follow_asymmetric(
         yield branch
 
 
-def cascade(
-    family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings, count: int
-) -> Iterator[tuple[Branch, Event | None]]:
+def cascade(family: ParameterFamily, flip: Event, bounds: tuple[float, float], settings: Settings,
+            count: int) -> Iterator[tuple[Branch, Event | None]]:
     """The branches of a period-doubling cascade from a flip on: each up to the flip at which it becomes unstable, and
     that flip. There are fewer than ``count`` where no doubled orbit or no further flip is found."""
 

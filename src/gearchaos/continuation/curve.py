@@ -8,7 +8,7 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
-from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, EventState, event_equations
+from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, has_half_period, joins_half_period, returned_start
@@ -81,9 +81,8 @@ def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, 
     return np.linalg.norm(offset - share[:, None] * direction, axis=1), share
 
 
-def find_event(
-    model_family: ParameterFamily, start: Cycle, kind: str, bounds: tuple[float, float], settings: Settings
-) -> Event:
+def find_event(model_family: ParameterFamily, start: Cycle, kind: str, bounds: tuple[float, float],
+               settings: Settings) -> Event:
     """The event of this kind nearest to the start on the branch of an orbit along the first axis; raises `InputError`
     if the branch has none."""
     branch = follow_branch(model_family, start, bounds, settings)
@@ -136,23 +135,17 @@ def follow_curve(family: ParameterFamily, seed: EventSeed, bounds: Bounds, setti
         equations.accept(first.data)
         back = _one_way(equations, first.reversed(), bounds, settings)
         points, special, pieces = back.points[:0:-1] + points, back.special[::-1] + special, [back, ahead]
-    states = [point.data for point in points]
+    states, distinct = [point.data for point in points], list[tuple[str, np.ndarray]]()
+    for kind, point in special:  # without those met twice, before a corner and at it
+        values = point.data.cycle.values
+        if not any(k == kind and np.all(np.abs(v - values) < _SAME_PLACE * np.array(spans)) for k, v in distinct):
+            distinct.append((kind, values))
     return CurveData(
         seed.kind, seed.period, np.array([s.cycle.values for s in states]), np.stack([s.cycle.points for s in states]),
         np.stack([s.cycle.multipliers for s in states]), np.array([p.residual for p in points]),
-        np.array([np.nan if s.angle is None else s.angle for s in states]), _distinct(special, spans),
+        np.array([np.nan if s.angle is None else s.angle for s in states]), distinct,
         [piece.end for piece in pieces if piece.why != CLOSED], ahead.why == CLOSED, seed.boundary,
     )
-
-
-def _distinct(special: list[SpecialPoint], spans: tuple[float, float]) -> list[tuple[str, np.ndarray]]:
-    """Kind and parameters of the points of codimension 2 without those met twice, before a corner and at it."""
-    out: list[tuple[str, np.ndarray]] = []
-    for kind, point in special:
-        values = point.data.cycle.values
-        if not any(k == kind and np.all(np.abs(v - values) < _SAME_PLACE * np.array(spans)) for k, v in out):
-            out.append((kind, values))
-    return out
 
 
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> _Piece:
@@ -160,7 +153,13 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     curve = _Piece([start])
     why = _follow_piece(curve, equations, bounds, settings)
     for _ in range(_MAX_CORNERS):
-        beyond = None if why in _FINAL or equations.kind == GRAZE else _beyond_corner(curve, equations)
+        if why in _FINAL or equations.kind == GRAZE:
+            break
+        if _touches(equations, curve.points[-1]):
+            corner, beyond = beyond_graze(equations, curve.points) or (None, None)
+            curve.special += [] if corner is None else [corner]
+        else:
+            beyond = beyond_kink(equations, curve.points)
         if beyond is None:
             break
         curve.points.append(beyond)
@@ -168,21 +167,13 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     if why not in _FINAL and _touches(equations, curve.points[-1]):
         curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
         why = f"grazing-{equations.kind}: meets a graze, where multipliers change with infinite slope"
-    if equations.kind == GRAZE and why not in _FINAL and _extrema_merge(curve.points[-1].data):
-        why = MERGED
+    if equations.kind == GRAZE and why not in _FINAL:  # is the touching extremum about to vanish with its neighbour?
+        state = curve.points[-1].data
+        extrema, number = state.cycle.extrema, state.extremum
+        lags, heights = np.abs(np.delete(extrema, number, axis=0)[:, :2] - extrema[number, :2]).T
+        why = MERGED if np.any((lags < _MERGING) & (heights < _MERGING**2)) else why
     curve.why = why
     return curve
-
-
-def _beyond_corner(curve: _Piece, equations: EventEquations) -> Point | None:
-    """The next point of a curve that ends at a corner; if that is a graze, it is added to the special points."""
-    if not _touches(equations, curve.points[-1]):
-        return beyond_kink(equations, curve.points)
-    found = beyond_graze(equations, curve.points)
-    if found is None:
-        return None
-    curve.special.append(found[0])
-    return found[1]
 
 
 def _follow_piece(curve: _Piece, equations: EventEquations, bounds: Bounds, settings: Settings) -> str:
@@ -217,14 +208,6 @@ def _touches(equations: EventEquations, point: Point) -> bool:
     return len(gaps) > 0 and float(gaps.min()) < _TOUCHING
 
 
-def _extrema_merge(state: EventState) -> bool:
-    """Whether the extremum of z that touches a boundary is about to vanish together with a neighbouring one."""
-    extrema, number = state.cycle.extrema, state.extremum
-    assert number is not None
-    lags, heights = np.abs(np.delete(extrema, number, axis=0)[:, :2] - extrema[number, :2]).T
-    return bool(np.any((lags < _MERGING) & (heights < _MERGING**2)))
-
-
 def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds: Bounds) -> tuple[Point, str] | None:
     """The point at which the curve ends between its last point and this one, and why; None if it goes on."""
     last = curve.points[-1]
@@ -245,7 +228,7 @@ def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds:
             u = found.u.copy()
             u[index] = limit
             return point_of(equations, u, found.tangent, found.step), why
-    if equations.amplitude(point.u) > LARGEST:
+    if np.abs(point.u[: equations.size]).max() > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):
         before = last.data.cycle.half_period_difference

@@ -93,10 +93,6 @@ class EventEquations:
         jacobian[self.size :, : slopes.shape[1]] = slopes
         return np.append(cycle.defect.ravel(), test), jacobian, state
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the points."""
-        return float(np.abs(u[: self.size]).max())
-
     def resolved(self, first: EventState, last: EventState) -> bool:
         """Whether the event is the same one at two neighbouring points."""
         if self.kind != GRAZE:
@@ -120,9 +116,8 @@ class EventEquations:
         curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
         return np.array([sigma]), slope.real[None], EventState(cycle, None, None, w.real, curvature)
 
-    def _singular(
-        self, flow: SensitivityFlow, cycle: Cycle, multiplier: complex
-    ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    def _singular(self, flow: SensitivityFlow, cycle: Cycle,
+                  multiplier: complex) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and v and w (n, d)."""
         n, d = cycle.points.shape
         left, sigma, right = np.linalg.svd(critical_matrix(cycle, multiplier))
@@ -149,9 +144,8 @@ class GrazeEquations(EventEquations):
     The instant is that of the extremum on the first orbit, in mesh periods.
     """
 
-    def __init__(
-        self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: float, instant: float
-    ) -> None:
+    def __init__(self, family: ParameterFamily, period: int, spans: tuple[float, float], boundary: float,
+                 instant: float) -> None:
         super().__init__(family, GRAZE, period, spans)
         self.boundary, self.instant = boundary, instant
 

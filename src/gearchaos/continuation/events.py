@@ -130,9 +130,8 @@ def _middle(equations: Equations, first: Point, last: Point) -> Point | None:
         return None
 
 
-def find_events(
-    equations: Equations, first: Point, last: Point, user: dict[str, Callable[[Cycle], float]] | None = None
-) -> list[Event]:
+def find_events(equations: Equations, first: Point, last: Point,
+                user: dict[str, Callable[[Cycle], float]] | None = None) -> list[Event]:
     """All events between two neighbouring points, in order along the branch."""
     found = _changes_of_stability(equations, first, last) + _grazes(equations, first, last)
     for name, function in (user or {}).items():
@@ -150,14 +149,21 @@ def _changes_of_stability(equations: Equations, first: Point, last: Point, halvi
     two of them can hide each other.
     """
     located = ((kind, locate(equations, first, last, test)) for kind, test in _tests(first, last))
-    found = [_at_multiplier(kind, point) for kind, point in located if point is not None]
+    found = []
+    for kind, point in ((kind, point) for kind, point in located if point is not None):
+        if kind == NEIMARK_SACKER:  # a pair of real multipliers with the product 1 is that of a neutral saddle
+            product, is_complex = critical_pair(point.data)
+            found.append(Event(kind if is_complex else NEUTRAL_SADDLE, point, defect=float(abs(product - 1.0))))
+        else:
+            defect = np.abs(point.data.multipliers - (-1.0 if kind == FLIP else 1.0)).min()
+            found.append(Event(kind, point, defect=float(defect)))
     change = abs(count_unstable(last.data.multipliers) - count_unstable(first.data.multipliers))
     if halvings == 0 or change <= sum(_CHANGES[event.kind] for event in found):
         return found
-    point = _middle(equations, first, last)
-    if point is None:
+    middle = _middle(equations, first, last)
+    if middle is None:
         return found
-    halves = ((first, point), (point, last))
+    halves = ((first, middle), (middle, last))
     return [event for a, b in halves for event in _changes_of_stability(equations, a, b, halvings - 1)]
 
 
@@ -187,15 +193,6 @@ def turns_at_branch_point(first: Point, last: Point) -> bool:
     return first.orientation * last.orientation < 0 and _parameter_slope(first) * _parameter_slope(last) < 0
 
 
-def _at_multiplier(kind: str, point: Point) -> Event:
-    """The event at a point; a pair of real multipliers with the product 1 is that of a neutral saddle."""
-    if kind == NEIMARK_SACKER:
-        product, is_complex = critical_pair(point.data)
-        return Event(kind if is_complex else NEUTRAL_SADDLE, point, defect=float(abs(product - 1.0)))
-    critical = -1.0 if kind == FLIP else 1.0
-    return Event(kind, point, defect=float(np.abs(point.data.multipliers - critical).min()))
-
-
 def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HALVINGS) -> list[Event]:
     """The grazes between two points.
 
@@ -210,29 +207,29 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
                 break
         else:
             return [event for event in found if event is not None]
-    point = _middle(equations, first, last)
-    if point is None:
+    middle = _middle(equations, first, last)
+    if middle is None:
         return []
-    return _grazes(equations, first, point, halvings - 1) + _grazes(equations, point, last, halvings - 1)
+    return _grazes(equations, first, middle, halvings - 1) + _grazes(equations, middle, last, halvings - 1)
 
 
-def _touched(
-    equations: Equations, first: Point, last: Point, index: np.ndarray, new: list[tuple[int, int]]
-) -> Iterator[Event | None]:
+def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,
+             new: list[tuple[int, int]]) -> Iterator[Event | None]:
     """The graze, None if it is not found, of each extremum and each pair of them that appears or vanishes, that must
     touch a boundary."""
     for number, other in enumerate(index):
         for boundary in (1, -1) if other >= 0 else ():
             gap = first.data.extrema[number, 1] - boundary
             if gap * (last.data.extrema[other, 1] - boundary) < 0:
-                yield _graze(equations, first, last, number, boundary)
+                point = locate(equations, first, last, of_data(gap_above(boundary, first.data, number)))
+                yield None if point is None else _graze_at(point, _matched(first.data, point.data, number), boundary)
     vanished = np.flatnonzero(index < 0).tolist()
-    for point, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
+    for place, pairs in ((last, new), (first, zip(vanished[::2], vanished[1::2], strict=False))):
         for pair in pairs:
             for boundary in (1, -1):
-                low, high = sorted(point.data.extrema[list(pair), 1])
+                low, high = sorted(place.data.extrema[list(pair), 1])
                 if low < boundary < high:
-                    yield _graze_of_new_pair(equations, first, last, point is last, boundary, pair)
+                    yield _graze_of_new_pair(equations, first, last, place is last, boundary, pair)
 
 
 def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.ndarray) -> bool:
@@ -255,33 +252,28 @@ def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.
     return False
 
 
-def _graze(equations: Equations, first: Point, last: Point, number: int, boundary: int) -> Event | None:
-    """The graze of an extremum of the first point that is also one of the last; None if it cannot be followed there."""
-
-    def gap(point: Point) -> float:
-        other = _matched(first, point, number)
-        return float("nan") if other < 0 else float(point.data.extrema[other, 1] - boundary)
-
-    point = locate(equations, first, last, gap)
-    return None if point is None else _graze_at(point, _matched(first, point, number), boundary)
-
-
 def _graze_at(point: Point, number: int, boundary: int) -> Event | None:
     """The graze of an extremum, −1 for none, at a point; None unless it touches the boundary."""
     defect = abs(float(point.data.extrema[number, 1] - boundary)) if number >= 0 else np.inf
     return Event(GRAZE, point, boundary, number, defect) if defect < _TOUCHING else None
 
 
-def _matched(first: Point, point: Point, number: int) -> int:
-    """Index at another point of an extremum of the first one, −1 if it is not there."""
-    if point is first:
-        return number
-    return int(match(first.data.extrema, point.data.extrema, first.data.period)[0][number])
+def _matched(first: Cycle, cycle: Cycle, number: int) -> int:
+    """Index at another cycle of an extremum of the first one, −1 if it is not there."""
+    return number if cycle is first else int(match(first.extrema, cycle.extrema, first.period)[0][number])
 
 
-def _graze_of_new_pair(
-    equations: Equations, first: Point, last: Point, forward: bool, boundary: int, pair: tuple[int, int]
-) -> Event | None:
+def gap_above(boundary: int, first: Cycle, number: int) -> Callable[[Cycle], float]:
+    """How far an extremum of a cycle lies above a boundary on neighbouring cycles; NaN where it cannot be followed."""
+    def gap(cycle: Cycle) -> float:
+        at = _matched(first, cycle, number)
+        return float("nan") if at < 0 else float(cycle.extrema[at, 1] - boundary)
+
+    return gap
+
+
+def _graze_of_new_pair(equations: Equations, first: Point, last: Point, forward: bool, boundary: int,
+                       pair: tuple[int, int]) -> Event | None:
     """The graze of one of two extrema that exist only at the last point (``forward``), or only at the first one.
 
     Between, they are born with one value of z; from there on one of them passes the boundary. None if the pair cannot
@@ -358,9 +350,8 @@ def _best_rotation(before: np.ndarray, after: np.ndarray, period: int) -> tuple[
     return best
 
 
-def _without_pair(
-    many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray, period: int
-) -> tuple[np.ndarray, tuple[int, int]]:
+def _without_pair(many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray,
+                  period: int) -> tuple[np.ndarray, tuple[int, int]]:
     """Leave out the neighbouring pair of ``many[index]`` whose absence makes it most like ``few[others]``.
 
     Returns the indices that remain, and the pair.

@@ -94,16 +94,13 @@ class ParameterFamily:
 
     def _stencil(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q)."""
-        size = np.where(self._divisors & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
+        found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
+        # (Q,) whether the equations divide by each parameter, or it must be positive for another reason:
+        divisor = np.array([any(q is not None and q.divisor for q in group) for group in found])
+        size = np.where(divisor & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
         steps, q = _STEP * size, values.shape[1]
         offsets = np.einsum("pq,s,qr->pqsr", steps, _STENCIL, np.eye(q))
         return (values[:, None, None, :] + offsets).reshape(-1, q), steps
-
-    @cached_property
-    def _divisors(self) -> np.ndarray:
-        """Whether the equations divide by each parameter, or it must be positive for another reason; bool (Q,)."""
-        found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
-        return np.array([any(q is not None and q.divisor for q in group) for group in found])
 
 
 def as_initial_values(family: ParameterFamily, values: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:

@@ -101,10 +101,8 @@ class Orbit(HasCard):
         return f"Orbit({self.period}T, {stability}, {state})"
 
 
-def orbit(
-    model: AnyModel, *, period: int | None = None, near: Mapping[str, float] | None = None,
-    settings: Classification | None = None,
-) -> Orbit:
+def orbit(model: AnyModel, *, period: int | None = None, near: Mapping[str, float] | None = None,
+          settings: Classification | None = None) -> Orbit:
     """A periodic orbit, stable or not: the nearest to a state, or that of the motion from the initial values.
 
     Parameters
@@ -180,10 +178,9 @@ def orbits(model: AnyModel, *, period: int = 1, starts: int = _STARTS) -> list[O
     return [as_orbit(family, cycle) for cycle in search(family, family.start, period, starts)]
 
 
-def find_cycle(
-    model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
-    settings: Classification | None = None, names: tuple[str, ...] | None = None,
-) -> tuple[ParameterFamily, Cycle]:
+def find_cycle(model: MeshModel, axes: tuple[str, ...], period: int | None, near: Mapping[str, float] | None,
+               settings: Classification | None = None,
+               names: tuple[str, ...] | None = None) -> tuple[ParameterFamily, Cycle]:
     """The first orbit of a study, as a cycle of a model along axes, at the model's own values; see `orbit`."""
     model = model.with_values(checked_state(model, near)) if near else model
     family = ParameterFamily(model, axes, names)
@@ -198,7 +195,11 @@ def find_cycle(
         if converged and (near or np.abs(cycle.points[0] - guess[0]).max() < SAME_POINT):
             return family, cycle
     if period is None or not near:
-        name, steady = _steady_motion(family, values, settings)
+        flow, w = family.exact_flow(values[None]), family.initial_states(values[None]).T.copy()
+        motion = classify(flow, w, settings=settings or SINGLE_MOTION, response=False)
+        name = motion_name(Label(int(motion.label[0])), int(motion.period[0]))
+        if motion.label[0] == Label.PERIODIC:
+            steady = polishing.sections(flow, motion.w, np.zeros(1, int), motion.period)[0]
     if period is None and len(steady) == 0:
         raise InputError("start", "must lead to a periodic motion where no period is given", f"a {name} motion",
                          "Give a period, or another start.")
@@ -251,21 +252,8 @@ def check_period(period: Any) -> None:
         raise InputError("period", rule, period) from None
 
 
-def _steady_motion(
-    family: ParameterFamily, values: np.ndarray, settings: Classification | None
-) -> tuple[str, np.ndarray]:
-    """The name of the motion that the model's initial values lead to, and its points (n, d), none if not periodic."""
-    flow, w = family.exact_flow(values[None]), family.initial_states(values[None]).T.copy()
-    found = classify(flow, w, settings=settings or SINGLE_MOTION, response=False)
-    name = motion_name(Label(int(found.label[0])), int(found.period[0]))
-    if found.label[0] != Label.PERIODIC:
-        return name, np.zeros((0, family.dimension))
-    return name, polishing.sections(flow, found.w, np.zeros(1, int), found.period)[0]
-
-
-def _no_orbit(
-    family: ParameterFamily, values: np.ndarray, guess: np.ndarray, found: list[Cycle], name: str = ""
-) -> InputError:
+def _no_orbit(family: ParameterFamily, values: np.ndarray, guess: np.ndarray, found: list[Cycle],
+              name: str = "") -> InputError:
     """The error for a start (n, d) from which Newton's method reaches no orbit of period n; it names the nearest.
 
     ``name`` is that of the motion that the start leads to, if known.

@@ -203,10 +203,6 @@ class CycleEquations:
         cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
         return cycle.defect.ravel(), cycle.jacobian, cycle
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the points."""
-        return float(np.abs(u[:-1]).max())
-
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""
         return bool(np.abs(_positions(first.multipliers) - _positions(last.multipliers)).max() < _MAX_CHANGE)

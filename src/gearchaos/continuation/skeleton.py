@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -65,7 +66,13 @@ def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
     """
     other = 1 - line.along
     family = ParameterFamily(line.model.with_values({line.axes[other]: line.value}), (line.axes[line.along],))
-    bounds, branches = _beyond(family, line.bounds[line.along]), list[Branch]()
+    low, high = line.bounds[line.along]
+    ends, margin, branches = [low, high], _MARGIN * (high - low), list[Branch]()
+    for side, value in enumerate((low - margin, high + margin)):  # as far as the model accepts it
+        with suppress(InputError):
+            family.check(np.array([[value]]))
+            ends[side] = value
+    bounds = ends[0], ends[1]
     for cycle in stable_orbits(line, family):
         if on_any(family, branches, cycle):
             continue
@@ -75,18 +82,6 @@ def line_branches(line: Line) -> tuple[ParameterFamily, list[Branch]]:
             continue
         _add(family, branches, branch, bounds, line.period)
     return family, branches
-
-
-def _beyond(family: ParameterFamily, bounds: tuple[float, float]) -> tuple[float, float]:
-    """A range with a margin on both sides, as far as the model accepts it."""
-    margin, out = _MARGIN * (bounds[1] - bounds[0]), list(bounds)
-    for side, value in enumerate((bounds[0] - margin, bounds[1] + margin)):
-        try:
-            family.check(np.array([[value]]))
-            out[side] = value
-        except InputError:
-            continue
-    return out[0], out[1]
 
 
 def line_seeds(line: Line) -> list[EventSeed]:
@@ -132,9 +127,8 @@ def stable_orbits(line: Line, family: ParameterFamily) -> list[Cycle]:
     return out
 
 
-def _add(
-    family: ParameterFamily, branches: list[Branch], branch: Branch, bounds: tuple[float, float], longest: int
-) -> None:
+def _add(family: ParameterFamily, branches: list[Branch], branch: Branch, bounds: tuple[float, float],
+         longest: int) -> None:
     """Add a branch, and the branches of twice the period at its flips that are not among them yet."""
     branches.append(branch)
     if 2 * branch.period > longest:
@@ -256,10 +250,9 @@ class _Group:
         self.next += 1
 
 
-def find_curves(
-    model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: Search, *,
-    settings: Settings = SETTINGS, journal: Journal | None = None, progress: bool = False,
-) -> tuple[list[CurveData], list[tuple[EventSeed, str]]]:
+def find_curves(model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: Search, *,
+                settings: Settings = SETTINGS, journal: Journal | None = None,
+                progress: bool = False) -> tuple[list[CurveData], list[tuple[EventSeed, str]]]:
     """The curves of all events of orbits up to a period that are found in a window, between the ends of both axes; and
     the events whose curve could not be followed, and why.
 
@@ -292,9 +285,8 @@ def _named_line_seeds(item: tuple[str, Line]) -> list[EventSeed]:
     return line_seeds(item[1])
 
 
-def _follow(
-    groups: list[_Group], pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal, progress: bool
-) -> None:
+def _follow(groups: list[_Group], pool: Pool, work: CurveWork, spans: np.ndarray, done: Journal,
+            progress: bool) -> None:
     """Follow the curves of all groups, one curve of a group at a time."""
     pending: dict[Future[Any], _Group] = {}
     with bar("curves" if progress else None, sum(len(group.seeds) for group in groups)) as advance:

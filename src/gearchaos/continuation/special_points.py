@@ -34,6 +34,7 @@ from gearchaos.continuation.events import (
     branch_test,
     critical_pair,
     flip_test,
+    gap_above,
     locate,
     match,
     of_data,
@@ -85,9 +86,8 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
     return sorted(found, key=lambda s: along(equations.weights, first, s.point.u))
 
 
-def _tests(
-    kind: str, reference: EventState, equations: Equations
-) -> Iterator[tuple[str, Callable[[EventState], float]]]:
+def _tests(kind: str, reference: EventState,
+           equations: Equations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
     """Names and test functions of the points that a curve of this kind can have."""
     if kind == FOLD:
         yield "cusp", lambda s: _aligned_curvature(s, reference)
@@ -170,21 +170,16 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
 
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """Where another extremum of z touches a boundary."""
-    period, found = first.data.cycle.period, []
-    before, after = first.data.cycle.extrema, last.data.cycle.extrema
-    index, _ = match(before, after, period)
+    before, after, found = first.data.cycle.extrema, last.data.cycle.extrema, []
+    index, _ = match(before, after, first.data.cycle.period)
     name = "double graze" if kind == GRAZE else f"grazing-{kind}"
     for number, other in enumerate(index):
         if other < 0 or number == first.data.extremum or other == last.data.extremum:
             continue
         for boundary in (1, -1):
             if (before[number, 1] - boundary) * (after[other, 1] - boundary) < 0:
-
-                def gap(p: Point, number: int = number, boundary: int = boundary) -> float:
-                    at = int(match(before, p.data.cycle.extrema, period)[0][number])
-                    return float("nan") if at < 0 else float(p.data.cycle.extrema[at, 1] - boundary)
-
-                point = locate(equations, first, last, gap)
+                gap = gap_above(boundary, first.data.cycle, number)
+                point = locate(equations, first, last, of_data(partial(lambda gap, s: gap(s.cycle), gap)))
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found
@@ -270,14 +265,6 @@ class _Slice:
         defect = np.append(cycle.defect.ravel(), float(self.row @ (u - self.origin)))
         return defect, np.vstack([cycle.jacobian, self.row]), EventState(cycle)
 
-    def amplitude(self, u: np.ndarray) -> float:
-        """The largest coordinate of the points."""
-        return float(np.abs(u[:-2]).max())
-
-    def resolved(self, first: EventState, last: EventState) -> bool:
-        """Two points of a slice are not compared."""
-        return True
-
 
 def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | None:
     """The first point of a curve beyond the last one, where it has a corner that is no graze; None if there is none."""
@@ -294,10 +281,8 @@ def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | N
     return _first_on_circles(equations, origin, on_circle, _RADII[:2], _WHOLE_CIRCLE, points)
 
 
-def _first_on_circles(
-    equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
-    radii: Sequence[float], angles: np.ndarray, points: Sequence[Point],
-) -> Point | None:
+def _first_on_circles(equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
+                      radii: Sequence[float], angles: np.ndarray, points: Sequence[Point]) -> Point | None:
     """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles."""
     test = of_data(lambda state: TESTS[equations.kind](state.cycle))
     for radius in radii:
@@ -308,9 +293,8 @@ def _first_on_circles(
     return None
 
 
-def roots_on_circle(
-    test: Callable[[Point], float], on_circle: Callable[[float], Point], angles: np.ndarray
-) -> Iterator[Point]:
+def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float], Point],
+                    angles: np.ndarray) -> Iterator[Point]:
     """The points of a circle at which a test function changes its sign between two of these angles."""
 
     def value(angle: float) -> float:
@@ -328,9 +312,8 @@ def roots_on_circle(
                 continue
 
 
-def _first_point(
-    equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point], radius: float
-) -> Point | None:
+def _first_point(equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point],
+                 radius: float) -> Point | None:
     """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,).
 
     Its tangent leads away from the corner. None if Newton's method leads elsewhere, or it belongs to the curve so far.
@@ -338,8 +321,11 @@ def _first_point(
     size, weights = len(u), equations.weights[: len(u)]
     if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):
         return None
-    if _between(weights, points[-_RECENT:], u) < _SEPARATE * radius:
-        return None
+    for a, b in pairwise(p.u[:size] for p in points[-_RECENT:]):  # the line through recent points
+        direction, offset = b - a, u - a
+        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
+        if length(weights, offset - share * direction) < _SEPARATE * radius:
+            return None
     rest = points[-1].u[size:]
     away = np.append(u - corner, np.zeros(len(rest)))
     away /= length(equations.weights, away)
@@ -349,13 +335,3 @@ def _first_point(
         return None
     near = length(weights, found.u[:size] - u) < _SEPARATE * radius
     return found if near else None
-
-
-def _between(weights: np.ndarray, points: Sequence[Point], u: np.ndarray) -> float:
-    """Distance of unknowns (N,) from the line through recent points of a curve."""
-    nearest = np.inf
-    for a, b in pairwise(p.u[: len(u)] for p in points):
-        direction, offset = b - a, u - a
-        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
-        nearest = min(nearest, length(weights, offset - share * direction))
-    return nearest

@@ -210,11 +210,9 @@ class ExactFlow(Generic[System]):
         self.step_count = self._points.grids.step_count
         self._entries = int(self._points.steps.entry.max()) + 1
 
-    def advance(
-        self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
-        tangent: np.ndarray | None = None, growth: bool = False, sections: int = 0, measured: bool = False,
-        sample: bool = False,
-    ) -> FlowResult:
+    def advance(self, w: np.ndarray, periods: int | np.ndarray, *, points: np.ndarray | None = None,
+                tangent: np.ndarray | None = None, growth: bool = False, sections: int = 0, measured: bool = False,
+                sample: bool = False) -> FlowResult:
         """Advance trajectories by whole mesh periods from phase 0.
 
         Parameters

@@ -173,9 +173,8 @@ def steps_in_parts(counts: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, 
     return length, starts.T[part] + number[:, None] * length, part
 
 
-def steps_with_samples(
-    count: int, starts: np.ndarray, samples: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def steps_with_samples(count: int, starts: np.ndarray,
+                       samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """At least ``count`` steps. One starts at each sample, and one at each of the ``starts`` (N,) of the parts of the
     period.
 
@@ -196,9 +195,8 @@ def steps_with_samples(
     return length[:, None], start[:, None], part, sampled
 
 
-def describe_steps(
-    system: SwitchedSystem, length: np.ndarray, start: np.ndarray, level: np.ndarray, sampled: np.ndarray
-) -> Steps:
+def describe_steps(system: SwitchedSystem, length: np.ndarray, start: np.ndarray, level: np.ndarray,
+                   sampled: np.ndarray) -> Steps:
     """`Steps` of points with the same grid, from their lengths and starts (S, Q), fractions of the period.
 
     They are the steps of one period if Q = 1, else those of one period for each of Q points. ``level`` (S,) is the

@@ -1,16 +1,12 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
-from gearchaos.model.batch import Batch, vary
 from gearchaos.model.parameters import (
     COORDINATES,
     KINDS,
     SCALARS,
     SUPPORTS,
-    Kind,
     MeshModel,
     backlash,
-    check_has_effect,
-    check_initial_consistent,
     check_state_name,
     has_effect,
     known_names,
@@ -28,14 +24,14 @@ from gearchaos.model.stiffness import (
     TwoLevelStiffness,
     default_stiffness,
 )
+from gearchaos.model.switched import Batch, vary
 from gearchaos.model.waveforms import TransmissionError
 from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
     "COORDINATES", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS",
-    "SUPPORTS", "Batch", "HarmonicStiffness", "Kind", "MeshModel", "SteppedStiffness", "Stiffness",
-    "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_has_effect", "check_initial_consistent",
-    "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names",
-    "transmission_error", "vary",
+    "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError",
+    "TwoLevelStiffness", "backlash", "check", "check_state_name", "default_stiffness", "has_effect", "known_names",
+    "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

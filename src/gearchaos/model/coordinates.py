@@ -14,9 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.model.batch import Batch
 from gearchaos.model.parameters import COORDINATES
-from gearchaos.model.switched import SwitchedAffine, equal_ratios, rotation_decay
+from gearchaos.model.switched import Batch, SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK_DECAY = 2e-3  # of the mean rotation, below which the first integral gives x2 with an error above 1e-11
 
@@ -47,9 +46,8 @@ def transmission_error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
     return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
 
 
-def from_physical(
-    names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray, error_dot: np.ndarray
-) -> np.ndarray:
+def from_physical(names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray,
+                  error_dot: np.ndarray) -> np.ndarray:
     """The dynamic state w (P, d) from all coordinates x by name, and from ε and ε' at the same time, each (P,)."""
     known = {
         "y": x["y1"] - x["y2"],
@@ -91,9 +89,8 @@ def rotation_drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
 
 
-def reset_mean_rotation(
-    batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray, error_dot: np.ndarray
-) -> dict[str, np.ndarray]:
+def reset_mean_rotation(batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray,
+                        error_dot: np.ndarray) -> dict[str, np.ndarray]:
     """x1 and x2 with their velocities, each (P,), with the mean rotation set back to its initial value.
 
     Such a state leads to the same relative motion as the state w (P, d): the mean rotation has no effect on z, and if
@@ -108,10 +105,8 @@ def reset_mean_rotation(
     return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
 
 
-def to_physical(
-    batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray, error_dot: np.ndarray,
-    x2: np.ndarray | None = None,
-) -> dict[str, np.ndarray]:
+def to_physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray,
+                error_dot: np.ndarray, x2: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Physical coordinates of dynamic states by name, each (P, S): z and z_dot, and all of x and y that the model has.
 
     The states w (P, S, d) at the times tau (P, S) since the initial values of the batch are those of the motion from
@@ -156,9 +151,8 @@ def _mean_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return m + tau * (m_dot * phi1 + a * tau * phi2), m_dot * np.exp(-r * tau) + a * tau * phi1
 
 
-def _from_first_integral(
-    batch: Batch, tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray, x2_dot: np.ndarray
-) -> np.ndarray:
+def _from_first_integral(batch: Batch, tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
+                         x2_dot: np.ndarray) -> np.ndarray:
     """x2 (P, S) if β/J differs between the wheels, from a first integral of (2.12); 0 without bearing friction.
 
     J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant, since the mesh force cancels in the sum of the first

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -201,7 +201,13 @@ class MeshModel(HasCard):
         """
         friction = {k: v for k, v in values.items() if parse(k).family == "beta"}
         model = replace(self, **self.expand(friction)) if friction else self
-        model = _with_kind(model, values["kind"]) if "kind" in values else model
+        if "kind" in values:  # bearing friction that has its default value gets the default of the new kind
+            if values["kind"] not in KINDS:
+                raise unknown_name("kind", str(values["kind"]), KINDS)
+            old, new = _default(model.kind), _default(values["kind"])
+            beta = {name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
+                    for name in ("beta1", "beta2")}
+            model = replace(model, kind=values["kind"], **beta)
         model = replace(model, **{k: v for k, v in values.items() if k in _PARTS})
         flat = model.expand({k: v for k, v in values.items() if k != "kind" and k not in _PARTS})
         scalars = {k: v for k, v in flat.items() if k in SCALARS}
@@ -270,8 +276,6 @@ class MeshModel(HasCard):
         return 2 * math.pi / self.omega
 
 
-Model = TypeVar("Model", bound=MeshModel)
-
 *_SOME, _LAST = (f"a {kind.__name__}" for kind in STIFFNESS_KINDS.values())
 
 _PARTS: dict[str, tuple[type, str, str]] = {
@@ -293,16 +297,6 @@ def _rebuild(kind: type[MeshModel], values: dict[str, Any]) -> MeshModel:
 def _default(kind: str) -> MeshModel:
     """The model of this kind with default values."""
     return MeshModel(kind=kind)  # type: ignore[arg-type]
-
-
-def _with_kind(model: Model, kind: Any) -> Model:
-    """The model as another kind; bearing friction that has its default value gets the default of the new kind."""
-    if kind not in KINDS:
-        raise unknown_name("kind", str(kind), KINDS)
-    old, new = _default(model.kind), _default(kind)
-    beta = {name: getattr(new if getattr(model, name) == getattr(old, name) else model, name)
-            for name in ("beta1", "beta2")}
-    return replace(model, kind=kind, **beta)
 
 
 def backlash(z: Any) -> Any:

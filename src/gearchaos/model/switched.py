@@ -1,4 +1,4 @@
-"""A gear mesh as a switched affine system, the form that `gearchaos.flow` integrates.
+"""One model at many parameter points (`Batch`), and as a switched affine system, the form that the flow integrates.
 
 The coordinates w of every model begin with z and z', the relative displacement along the line of action and its
 velocity, so that the contact state follows from w[0] alone:
@@ -11,13 +11,76 @@ error, Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). The mesh damping 2ζz' ac
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from gearchaos.model.batch import Batch
-from gearchaos.model.parameters import COORDINATES
+from gearchaos.errors import InputError
+from gearchaos.model.parameters import COORDINATES, STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
+from gearchaos.quantities import parse_harmonic
+from gearchaos.validation import check
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A model with some of its values replaced by arrays of one length P: P parameter points."""
+
+    model: MeshModel  # has the values that all points share
+    values: Mapping[str, np.ndarray]  # (P,), by the names of parameters (no pairs such as ``q0``) and initial values
+    size: int  # P
+
+    def __getitem__(self, name: str) -> np.ndarray | float:
+        """The value of a parameter: an array (P,) if it varies, else a float; 0 for a harmonic that is not given.
+
+        Raises KeyError for a name that is not a parameter.
+        """
+        if name in self.values:
+            return self.values[name]
+        if name in self._shared:
+            return self._shared[name]
+        if parse_harmonic(name):
+            return 0.0
+        raise KeyError(name)
+
+    @cached_property
+    def _shared(self) -> dict[str, float]:
+        """The parameters of the model by name; those in ``values`` replace them."""
+        return self.model.parameters()
+
+    def harmonics(self, amplitude: str, phase: str) -> tuple[np.ndarray, np.ndarray]:
+        """Amplitudes and phases of a Fourier series by their families, (H, P) for harmonics 1 to H; H may be 0."""
+        found = map(parse_harmonic, {**self._shared, **self.values})
+        n = max((p.order or 0 for p in found if p and p.family in (amplitude, phase)), default=0)
+        rows = [[np.broadcast_to(self[f"{k}{j}"], self.size) for j in range(1, n + 1)] for k in (amplitude, phase)]
+        a, p = (np.array(r, dtype=float).reshape(n, self.size) for r in rows)
+        return a, p
+
+    def take(self, index: np.ndarray) -> Batch:
+        """The batch of the points with these indices (N,), in that order."""
+        return Batch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
+
+
+def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
+    """A batch: a model with arrays (P,) for some of its parameters or initial values, checked like single values.
+
+    Names are those of `MeshModel.with_values`; a scalar is an array of length 1. Raises `InputError` also for arrays of
+    several lengths or shapes, and for a parameter that has no effect in this kind of model.
+    """
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in model.expand(values).items()}
+    sizes = {v.shape for v in flat.values()} or {(1,)}
+    if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
+        raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
+    for name, value in flat.items():
+        check(name, value)
+        check_has_effect(name, model.kind)
+    check_initial_consistent(n for n in {**model.initial, **flat} if n in STATE_NAMES)
+    batch = Batch(model, MappingProxyType(flat), next(iter(sizes))[0])
+    model.stiffness.check(flat, *batch.harmonics("c", "alpha"))
+    return batch
 
 
 @dataclass(frozen=True)
@@ -125,8 +188,7 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     """
     names = names or coordinates(batch)
     rows = _Rows(batch, names)
-    _torsion(rows)
-    _supports(rows)
+    _fill_in(rows)
     # The mean mesh force of a steady motion follows from the balance of torques with bearing friction, without it from
     # equal mean accelerations of both wheels.
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
@@ -174,8 +236,9 @@ class _Rows:
         self.b[:, row] -= factor
 
 
-def _torsion(rows: _Rows) -> None:
-    """Fill in the torsional part of (2.12): (x1 − x2)'' − ε'' in the row of z'', and the row of x2'', if any."""
+def _fill_in(rows: _Rows) -> None:
+    """Fill in (2.12): (x1 − x2)'' − ε'' in the row of z'', the row of x2'', if any, and those of the supports, or their
+    difference if the state has only y = y1 − y2."""
     J1, J2 = rows["J1"], rows["J2"]
     b1, b2 = rows["beta1"] / J1, rows["beta2"] / J2
     rows.A[:, 0, 1] = 1.0
@@ -194,17 +257,6 @@ def _torsion(rows: _Rows) -> None:
         rows.A[:, v, v] = -2 * b2
         rows.f0[:, v] = -rows["q2"] / J2
         rows.add_force(v, 1 / J2)
-
-
-def _lateral(rows: _Rows) -> list[tuple[str, float]]:
-    """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
-    if "y" in rows.names:
-        return [("y", 1.0)]
-    return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
-
-
-def _supports(rows: _Rows) -> None:
-    """Fill in the last two rows of (2.12), or their difference if the state has only y = y1 − y2."""
     for name, sign in _lateral(rows):
         n = "1" if name in ("y", "y1") else "2"
         y, mu = rows.names.index(name), rows[f"mu{n}"]
@@ -215,6 +267,13 @@ def _supports(rows: _Rows) -> None:
             rows.A[:, row, y + 1] -= factor * 2 * rows[f"zeta_support{n}"]
         rows.add_force(y + 1, -sign * share)
         rows.add_force(1, -share)
+
+
+def _lateral(rows: _Rows) -> list[tuple[str, float]]:
+    """The lateral coordinates of the state, with the signs with which they add up to y1 − y2."""
+    if "y" in rows.names:
+        return [("y", 1.0)]
+    return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
 
 
 def _stiffness(batch: Batch) -> dict[str, Any]:

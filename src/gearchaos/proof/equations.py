@@ -132,10 +132,8 @@ class MeshEquations:
         return magnitude(change)
 
 
-def autonomous_matrix(
-    matrix: arb_mat, constant: list[arb], push: list[arb] | None, harmonics: list[int],
-    forcing: Iterable[tuple[arb, arb]], turning: bool = True,
-) -> arb_mat:
+def autonomous_matrix(matrix: arb_mat, constant: list[arb], push: list[arb] | None, harmonics: list[int],
+                      forcing: Iterable[tuple[arb, arb]], turning: bool = True) -> arb_mat:
     """The matrix of the equations of w, cos 2πjt, sin 2πjt, 1 and the flank σ.
 
     With cosine and sine of the harmonics as further unknowns the equations are autonomous. ``matrix`` (d, d) is without

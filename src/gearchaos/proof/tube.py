@@ -71,17 +71,14 @@ class Tube:
             raise UndecidedError("section on the contact boundary", gap)
         part, time = 0, arb(0)
         for window in (*windows, None):
-            self._pieces(part, time, window.low if window else arb(1))
+            until = window.low if window else arb(1)
+            for index, cell in enumerate(self.equations.cells):  # those between both times, in one contact state
+                if _later(cell.end, time) and _later(until, cell.begin):
+                    self._piece(part, index, (time - cell.begin) / cell.span if _later(time, cell.begin) else arb(0),
+                                (until - cell.begin) / cell.span if _later(cell.end, until) else arb(1))
             if window:
                 self._through(window)
                 part, time = window.last + 1, window.high
-
-    def _pieces(self, part: int, low: arb, high: arb) -> None:
-        """Follow the motions between two times, in one contact state, through all cells between."""
-        for index, cell in enumerate(self.equations.cells):
-            if _later(cell.end, low) and _later(high, cell.begin):
-                self._piece(part, index, (low - cell.begin) / cell.span if _later(low, cell.begin) else arb(0),
-                            (high - cell.begin) / cell.span if _later(cell.end, high) else arb(1))
 
     def _piece(self, part: int, index: int, first: arb, last: arb) -> None:
         """Follow the motions from the share ``first`` to the share ``last`` of a cell, in one contact state."""

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.manifolds import saddles
+from gearchaos.continuation.saddles import saddles
 from gearchaos.continuation.shooting import Cycle
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model

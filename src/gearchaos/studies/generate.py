@@ -122,7 +122,7 @@ def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
     imported = [("gearchaos", name, f" as {name}") for name in subpackages]
     imported += [(f"gearchaos.{module}", name, f" as {name}") for name, module in modules.items()]
     imported += [(study.__module__, study.__name__, f" as _{study.__name__}") for study in studies]
-    imported += [("gearchaos.continuation.edge", "EdgeState", ""), ("gearchaos.continuation.orbit", "Orbit", ""),
+    imported += [("gearchaos.continuation.orbit", "Orbit", ""), ("gearchaos.continuation.saddles", "EdgeState", ""),
                  ("gearchaos.gears.operating", "AnyModel", "")]
     parts = [f"from {module} import {name}{own}" for module, name, own in sorted(imported)]
     parts += ["", "__version__: str", ""]

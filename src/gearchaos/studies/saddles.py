@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearchaos.continuation.edge import EdgeState, track_edge
 from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.manifolds import saddle_manifolds, saddles
 from gearchaos.continuation.orbit import check_period, checked_state
+from gearchaos.continuation.saddles import EdgeState, saddle_manifolds, saddles, track_edge
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import checked_box

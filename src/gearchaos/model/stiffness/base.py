@@ -26,65 +26,30 @@ class Stiffness(ABC):
     `STIFFNESS_KINDS` in ``__init__.py``. Its fields are numbers or tuples of numbers; they are also the keys of
     ``[model.stiffness]``. It checks them when it is created, and has `parts`, `describe` and the attributes below.
     The rest of this class follows from these, and is there to be overridden where it does not fit.
-
-    Attributes
-    ----------
-    kind : str
-        Name in study files and on pages.
-    form : str
-        Name in certificates.
-    noun, predicate : str
-        How messages call it, "a Fourier stiffness, (2.7)", and what a model with it does, "is a Fourier series".
-    keys : str
-        The keys of ``[model.stiffness]``, in words.
-    equation : str
-        Number of its equation; empty if the paper has none.
-    rows : tuple of Quantity
-        The fields that are set by name, and pairs of them. Axes, ``--set`` and the explorer know these.
-    families : tuple of Quantity
-        Amplitude and phase of its Fourier series, c and alpha; empty if it has none.
-    letters : mapping of str to str
-        The names of fields in equations, scripts and certificates, where they are others.
-    level_names : tuple of str
-        The parameters in its levels that are in no start; a proof over a box can vary them.
-    part_marks : tuple of (str, str)
-        For a picture, duration and level of each part in mathtext; may be empty.
-    pair_fields : mapping of str to str
-        The field of a `GearPair` for each of its fields; empty if gear pairs do not have this kind.
-    stiffness_fields : tuple of str
-        Those of its fields whose values in a `GearPair` are stiffnesses, c0 times as large.
     """
 
-    kind: ClassVar[str]
-    form: ClassVar[str]
-    noun: ClassVar[str]
-    predicate: ClassVar[str]
-    keys: ClassVar[str]
-    equation: ClassVar[str] = ""
-    rows: ClassVar[tuple[Quantity, ...]] = ()
-    families: ClassVar[tuple[Quantity, ...]] = ()
-    letters: ClassVar[Mapping[str, str]] = {}
-    level_names: ClassVar[tuple[str, ...]] = ()
-    part_marks: ClassVar[tuple[tuple[str, str], ...]] = ()
-    pair_fields: ClassVar[Mapping[str, str]] = {}
-    stiffness_fields: ClassVar[tuple[str, ...]] = ()
+    kind: ClassVar[str]  # name in study files and on pages
+    form: ClassVar[str]  # name in certificates
+    noun: ClassVar[str]  # how messages call it: "a Fourier stiffness, (2.7)"
+    predicate: ClassVar[str]  # what a model with it does: "is a Fourier series"
+    keys: ClassVar[str]  # of ``[model.stiffness]``, in words
+    equation: ClassVar[str] = ""  # its number; empty if the paper has none
+    rows: ClassVar[tuple[Quantity, ...]] = ()  # fields set by name, and pairs: for axes, ``--set`` and the explorer
+    families: ClassVar[tuple[Quantity, ...]] = ()  # amplitude and phase of its Fourier series, c and alpha, if any
+    letters: ClassVar[Mapping[str, str]] = {}  # other names of fields, in equations, scripts and certificates
+    level_names: ClassVar[tuple[str, ...]] = ()  # what is in levels and in no start: a proof over a box can vary it
+    part_marks: ClassVar[tuple[tuple[str, str], ...]] = ()  # for a picture, duration and level of each part in mathtext
+    pair_fields: ClassVar[Mapping[str, str]] = {}  # `GearPair`'s field for each field; empty if pairs lack this kind
+    stiffness_fields: ClassVar[tuple[str, ...]] = ()  # those whose values in a `GearPair` are c0 times as large
 
     @classmethod
     @abstractmethod
     def parts(cls, values: Mapping[str, Any]) -> Sequence[tuple[Any, Any]]:
         """Start and level of each part of the period in which the level is constant; none for a level of 1.
 
-        Parameters
-        ----------
-        values : mapping
-            The numbers of a stiffness, as `numbers` gives them. They may be floats, arrays of many points, fractions,
-            balls, symbols or names in a script, so only + − × ÷ apply to them.
-
-        Returns
-        -------
-        sequence of (start, level)
-            Starts in ascending order, as fractions of the mesh period from 0 to 1. The last level lasts until the first
-            start of the next period.
+        ``values`` are the numbers of a stiffness, as `numbers` gives them. They may be floats, arrays of many points,
+        fractions, balls, symbols or names in a script, so only + − × ÷ apply to them. Starts are in ascending order,
+        fractions of the mesh period from 0 to 1. The last level lasts until the first start of the next period.
         """
 
     @abstractmethod

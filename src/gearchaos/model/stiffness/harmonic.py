@@ -87,21 +87,16 @@ class HarmonicStiffness(Stiffness):
 
     @classmethod
     def check(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
-        """Raise `InputError` unless 1 + Σ c_j cos(jθ − α_j) is positive for all θ at every point."""
-        if not np.all(np.abs(amplitudes).sum(axis=0) < 1):
-            check_rule("stiffness.amplitudes", _lower_bound(amplitudes, phases), _POSITIVE_STIFFNESS)
+        """Raise `InputError` unless χ(θ) = 1 + Σ c_j cos(jθ − α_j) is positive for all θ at every point.
 
-
-def _lower_bound(amplitudes: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """A lower bound, (points,), of χ(θ) = 1 + Σ c_j cos(jθ − α_j) over all θ.
-
-    Between samples at a distance h, χ is at most h²/8 max|χ″| below the lower of the two. There are 256 samples per
-    harmonic.
-    """
-    order = np.arange(1, len(amplitudes) + 1)
-    theta = np.linspace(0, 2 * np.pi, 256 * len(amplitudes), endpoint=False)
-    lowest = np.full(amplitudes.shape[1], np.inf)
-    for t in theta:
-        lowest = np.minimum(lowest, 1 + (amplitudes * np.cos(order[:, None] * t - phases)).sum(axis=0))
-    curvature = (np.abs(amplitudes) * order[:, None] ** 2).sum(axis=0)
-    return lowest - curvature * (theta[1] - theta[0]) ** 2 / 8
+        Between samples at a distance h, 256 per harmonic, χ is at most h²/8 max|χ″| below the lower of the two.
+        """
+        if np.all(np.abs(amplitudes).sum(axis=0) < 1):
+            return
+        order = np.arange(1, len(amplitudes) + 1)[:, None]
+        theta = np.linspace(0, 2 * np.pi, 256 * len(amplitudes), endpoint=False)
+        lowest = np.full(amplitudes.shape[1], np.inf)
+        for t in theta:
+            lowest = np.minimum(lowest, 1 + (amplitudes * np.cos(order * t - phases)).sum(axis=0))
+        curvature = (np.abs(amplitudes) * order**2).sum(axis=0)
+        check_rule("stiffness.amplitudes", lowest - curvature * (theta[1] - theta[0]) ** 2 / 8, _POSITIVE_STIFFNESS)

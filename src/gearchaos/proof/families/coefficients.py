@@ -261,7 +261,11 @@ class BoxBounds:
         if blocks is None:
             length = ball(cell.length) * (last - first)
             base = self._extended(cell, contact, None) * length
-            blocks = [_derivative_block(base, self._extended(cell, contact, j) * length, d) for j in range(self.count)]
+            m, size, blocks = base.tolist(), base.nrows(), []
+            for j in range(self.count):  # the derivative of exp M by u_j is a block of exp [[M, M_j], [0, M]]
+                slope = (self._extended(cell, contact, j) * length).tolist()
+                both = arb_mat([[*a, *b] for a, b in zip(m, slope, strict=True)] + [[arb(0)] * size + a for a in m])
+                blocks.append(block(both.exp(), d, range(size, 2 * size)))
         if whole:
             self.unit.blocks[key] = blocks
         time = ball(cell.start + self.equations.phase) + first * ball(cell.length)
@@ -280,13 +284,6 @@ class BoxBounds:
         forcing = [(of(cosine), of(sine)) for cosine, sine in centre.forcing]
         return autonomous_matrix(arb_mat(d, d, balls_of(centre.matrix, j)), balls_of(centre.constant, j),
                                  push if contact else None, self.equations.harmonics, forcing, turning=j is None)
-
-
-def _derivative_block(matrix: arb_mat, slope: arb_mat, rows: int) -> arb_mat:
-    """The first rows of the derivative of exp M by a parameter: a block of exp [[M, M_j], [0, M]]."""
-    m, size = matrix.tolist(), matrix.nrows()
-    both = arb_mat([[*a, *b] for a, b in zip(m, slope.tolist(), strict=True)] + [[arb(0)] * size + a for a in m])
-    return block(both.exp(), rows, range(size, 2 * size))
 
 
 def _exponential(matrix: np.ndarray) -> np.ndarray:
