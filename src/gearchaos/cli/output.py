@@ -104,14 +104,14 @@ def draw(
         _write_picture(figure, path, {"dpi": dpi, "bbox_inches": "tight"} if style is None else {})
 
 
-def draw_dossier(dataset: xr.Dataset, title: str, path: Path) -> None:
+def draw_motion(dataset: xr.Dataset, title: str, path: Path) -> None:
     """Write the picture of one motion (history, phase trajectory, portrait, spectrum) as a complete file."""
     import matplotlib
 
     matplotlib.use("Agg")
     from gearchaos import plot
 
-    _write_picture(plot.dossier(dataset, title=title), path, {"dpi": _DPI, "bbox_inches": "tight"})
+    _write_picture(plot.motion(dataset, title=title), path, {"dpi": _DPI, "bbox_inches": "tight"})
 
 
 def _write_picture(figure: Any, path: Path, options: dict[str, Any]) -> None:

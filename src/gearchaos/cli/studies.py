@@ -13,7 +13,7 @@ from gearchaos import catalogue
 from gearchaos.cli import options
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_dossier, print_json, save, write_certificate
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw_motion, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
 
@@ -138,7 +138,7 @@ def regime(
         from gearchaos.studies import steady
 
         motion = options.in_units(steady(loaded.model, verdict), loaded, physical)
-        draw_dossier(motion, f"{verdict.label}: {verdict.reason}", plot)
+        draw_motion(motion, f"{verdict.label}: {verdict.reason}", plot)
 
 
 _OWN = {"regime": regime}
