@@ -1,6 +1,6 @@
 """Response times of the explorer, measured in a headless browser, and its memory over time.
 
-    python benchmarks/explorer.py                 click to dossier, slider to portrait, maps
+    python benchmarks/explorer.py                 click to motion, slider to portrait, maps
     python benchmarks/explorer.py --minutes 30    random clicks and drags, with the memory of the server
 
 Times are measured in the page, from the event to the end of the first frame after the answer is in the document and all
@@ -85,7 +85,7 @@ def browser():
 
 
 def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
-    """A page with its first dossier; errors of its script are appended to ``errors``."""
+    """A page with its first motion; errors of its script are appended to ``errors``."""
     page = chromium.new_page(viewport={"width": 1366, "height": 768})
     if errors is not None:
         page.on("pageerror", lambda e: errors.append(str(e)))
@@ -109,7 +109,7 @@ def _wait_for_rest(page: Page, rest: bool) -> None:
 
 
 def clicks(chromium, url: str, kind: str, count: int, rest: bool) -> list[tuple[str, float]]:
-    """Milliseconds from the click to the complete dossier, with its label, of random points."""
+    """Milliseconds from the click to the complete motion, with its verdict, of random points."""
     page, chance = opened(chromium, f"{url}?{KINDS[kind]}&{MAP}"), random.Random(1)
     page.wait_for_timeout(3000)
     frame, out = inside(page), []
@@ -279,7 +279,7 @@ def measure(points: int, timeout: float) -> Iterator[tuple[str, object]]:
         opened(chromium, url).close()
         for rest, when in ((True, "at rest"), (False, "while others compute")):
             for kind in KINDS:
-                yield f"click to dossier, {kind}, {when}, ms", _summary(clicks(chromium, url, kind, points, rest))
+                yield f"click to motion, {kind}, {when}, ms", _summary(clicks(chromium, url, kind, points, rest))
             yield f"slider to portrait, {when}, ms", _spread(slider_moves(chromium, url, points, rest))
         yield "first map with another damping, s", _spread(first_maps(chromium, url, points))
         for kind in KINDS:

@@ -11,4 +11,4 @@ import gearchaos as gc
 model = gc.MeshModel.of(kind="torsional", omega=1.0, q0=0.1, eps1=0.23)
 verdict = gc.regime(model)
 title = f"{verdict.label}, $\\lambda_1$ = {verdict.lyapunov[0]:.3f}"
-figure = gc.plot.dossier(gc.steady(model, verdict), title=title)
+figure = gc.plot.motion(gc.steady(model, verdict), title=title)

@@ -19,7 +19,7 @@ ax = None
 for grade, colour in ((5, "#1b7a4b"), (7, "#2f6db5"), (9, "#c03a1e")):
     made = replace(design, quality={"standard": "ISO 1328-1:1995", "grade": grade})
     found = gc.dynamic_factor(made, "500:8000:150", torque="150 N*m")
-    ax = gc.plot.response(found, "dynamic_factor", ax, ribbon=False)
+    ax = gc.plot.response(found, "dynamic_factor", ax, strip=False)
     ax.lines[-1].set(color=colour, label=f"grade {grade}")
 ax.set_ylim(1, None)
 legend = ax.legend()

@@ -11,4 +11,4 @@ import gearchaos as gc
 
 model = gc.MeshModel.of(kind="single", zeta=0.025, omega=0.7, q0=0.1, eps1=0.05)
 resonance = gc.branch(model, "omega=0.3:1.6")
-ax = gc.plot.backbone(resonance, "z_peak_to_peak")
+ax = gc.plot.response_curve(resonance, "z_peak_to_peak")

@@ -105,7 +105,7 @@ def continuation() -> None:
     """A resonance curve: stable and unstable arms, folds and jumps."""
     single = gc.MeshModel.of(kind="single", omega=0.64, zeta=0.025, q0=0.1, eps1=0.05)
     _, ax = plt.subplots(figsize=(8, 3.6), layout="constrained")
-    gc.plot.backbone(gc.branch(single, "omega=0.57:0.66"), ax=ax)
+    gc.plot.response_curve(gc.branch(single, "omega=0.57:0.66"), ax=ax)
     save("continuation")
 
 

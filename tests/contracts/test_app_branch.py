@@ -83,7 +83,7 @@ def test_a_closed_branch_is_called_so_and_its_short_intervals_have_different_end
         assert float(low) < float(high)
 
 
-def test_only_periodic_motions_can_be_followed_and_the_dossier_says_why():
+def test_only_periodic_motions_can_be_followed_and_the_page_says_why():
     found = first_motion(VIEW.moved(2.2, 0.05))
     assert obstacle(found) == "" and verdict_text(found, VIEW, Units()).obstacle == ""
     chaotic = view_of(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.23))

@@ -222,7 +222,7 @@ def test_a_response_along_a_parameter_has_its_values_and_gaps_where_there_is_non
     (line,) = plot.response(ds, "v_rms", axes()).lines
     assert np.array_equal(line.get_ydata(), ds["v_rms"], equal_nan=True)
     assert np.array_equal(line.get_xdata(), ds["q0"])
-    ax = plot.response(ds, "contact", axes(), ribbon=False)
+    ax = plot.response(ds, "contact", axes(), strip=False)
     assert [t.get_text() for t in ax.get_yticklabels()] == ["in contact", "separation", "both flanks"]
     assert ax.lines[0].get_ydata().tolist() == [0, 1, 2, 1, 0] and not ax.child_axes
     with pytest.raises(InputError, match=r"^name must be one of .*'v_rms'"):

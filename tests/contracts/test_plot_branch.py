@@ -16,9 +16,9 @@ def lines(ax, dashed: bool) -> list:
             and line.get_marker() == "None"]
 
 
-def test_the_backbone_shows_stability_events_and_jumps():
+def test_the_response_curve_shows_stability_events_and_jumps():
     ds = resonance()
-    ax = plot.backbone(ds, ax=axes())
+    ax = plot.response_curve(ds, ax=axes())
     names = [t.get_text() for t in ax.get_legend().get_texts()]
     assert names == ["stable", "unstable", "fold", "flip", "graze", "jump"]
     changes = ds["event_value"].values[np.isin(ds["event_kind"].values, CHANGES)]
@@ -36,11 +36,11 @@ def test_the_backbone_shows_stability_events_and_jumps():
 
 
 def test_selected_points_are_drawn_with_gaps():
-    ds, whole = resonance(), plot.backbone(resonance(), ax=axes())
+    ds, whole = resonance(), plot.response_curve(resonance(), ax=axes())
     for chosen, dashed in ((ds["unstable"].values > 0, True), (ds["unstable"].values == 0, False)):
         part = gc.physical(ds, PAIR).isel(point=chosen) if dashed else ds.isel(point=chosen)
         unit = PAIR.scales.length * 1e6 if dashed else 1.0
-        ax = plot.backbone(part, ax=axes())
+        ax = plot.response_curve(part, ax=axes())
         own, other = lines(ax, dashed), lines(ax, not dashed)
         assert all(np.isin(line.get_xdata(), part["event_value"]).all() for line in other), "events beside each other"
         curves = [np.column_stack([np.asarray(x.get_xdata()), x.get_ydata()]) for x in lines(whole, dashed)]
@@ -50,13 +50,13 @@ def test_selected_points_are_drawn_with_gaps():
     drawn = plot.branch(ds.isel(point=ds["unstable"].values == 0), ax=axes())
     assert len(lines(drawn, dashed=False)) == len(lines(whole, dashed=False))
     mixed = ds.isel(point=np.random.default_rng(0).permutation(ds.sizes["point"]))
-    for a, b in zip(plot.backbone(mixed, ax=axes()).lines, whole.lines, strict=True):
+    for a, b in zip(plot.response_curve(mixed, ax=axes()).lines, whole.lines, strict=True):
         np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
 
 
 def test_both_pictures_change_from_solid_to_dashed_at_the_same_events():
     ds = resonance()
-    first, second = plot.backbone(ds, ax=axes()), plot.branch(ds, ax=axes())
+    first, second = plot.response_curve(ds, ax=axes()), plot.branch(ds, ax=axes())
     for dashed in (False, True):
         a, b = lines(first, dashed), lines(second, dashed)
         assert [x.get_xdata().tolist() for x in a] == [x.get_xdata().tolist() for x in b]
@@ -82,21 +82,21 @@ def test_jumps_are_variables():
         assert min(points) - 1e-3 <= reached.section["z"][0] <= max(points) + 1e-3
         assert stable[after] or stable[after + 1]
         assert min(x[after : after + 2]) <= value + direction * 2.2e-4 <= max(x[after : after + 2])
-    arrows = [t for t in plot.backbone(ds, ax=axes()).texts if t.arrow_patch is not None]
+    arrows = [t for t in plot.response_curve(ds, ax=axes()).texts if t.arrow_patch is not None]
     assert len(arrows) == (ds["jump_point"] >= 0).sum()
     scaled = gc.physical(ds, PAIR)
     np.testing.assert_allclose(scaled["jump_value"], scaled["event_value"].values[ds["jump_event"].values], rtol=1e-15)
     old = ds.drop_dims("jump").drop_vars("position")
-    assert len(plot.backbone(old, ax=axes()).lines) == len(plot.backbone(ds, ax=axes()).lines)
+    assert len(plot.response_curve(old, ax=axes()).lines) == len(plot.response_curve(ds, ax=axes()).lines)
 
 
 def test_pictures_of_a_branch_are_in_its_units():
     ds, scaled = over_speed(), gc.physical(over_speed())
-    plain, physical = plot.backbone(ds, ax=axes()), plot.backbone(scaled, ax=axes())
+    plain, physical = plot.response_curve(ds, ax=axes()), plot.response_curve(scaled, ax=axes())
     assert physical.get_ylabel() == "peak to peak of z [µm]" and physical.get_xlabel() == "speed [rpm]"
     assert plain.get_ylabel() == "peak to peak of z [–]" and plain.get_xlabel() == "speed [rpm]"
     assert plot.branch(ds, ax=axes()).get_ylabel().endswith("[–]")
-    assert plot.backbone(resonance(), ax=axes()).get_ylabel() == "peak to peak of z"
+    assert plot.response_curve(resonance(), ax=axes()).get_ylabel() == "peak to peak of z"
     for a, b in zip(plain.lines, physical.lines, strict=True):
         np.testing.assert_allclose(b.get_ydata(), np.asarray(a.get_ydata()) * PAIR.scales.length * 1e6, rtol=1e-9)
 
@@ -113,14 +113,14 @@ def test_the_section_lies_over_a_diagram():
 
 def test_a_branch_without_events_has_a_picture():
     ds = gc.branch(SINGLE, "omega=0.99:1.01")
-    names = [t.get_text() for t in plot.backbone(ds, "v_rms", axes()).get_legend().get_texts()]
+    names = [t.get_text() for t in plot.response_curve(ds, "v_rms", axes()).get_legend().get_texts()]
     assert names == ["stable"]
 
 
 def test_what_is_no_branch_is_refused():
     with pytest.raises(InputError, match="must be a result of branch"):
-        plot.backbone(gc.bifurcation(SINGLE, "omega=0.8:1.4:3", points=4))
+        plot.response_curve(gc.bifurcation(SINGLE, "omega=0.8:1.4:3", points=4))
     with pytest.raises(InputError, match="must be one of"):
-        plot.backbone(resonance(), "label")
-    with pytest.raises(InputError, match="backbone or branch"):
+        plot.response_curve(resonance(), "label")
+    with pytest.raises(InputError, match="response_curve or branch"):
         plot.lyapunov(resonance())

@@ -109,8 +109,8 @@ def test_no_text_is_cut_in_a_column_of_any_style(results, narrow, name, style):
 
 
 @pytest.mark.parametrize("units", [0, 1], ids=["dimensionless", "physical"])
-def test_the_dossier_of_a_narrow_figure_has_smaller_letters(results, units):
-    figure = plot.dossier(results["simulate"][units], title="chaotic", figure=fresh(3.4, 3.0))
+def test_four_views_in_a_narrow_figure_have_smaller_letters(results, units):
+    figure = plot.motion(results["simulate"][units], title="chaotic", figure=fresh(3.4, 3.0))
     assert cut(figure) == []
     boxes = [ax.get_tightbbox() for ax in figure.axes]
     pairs = [(a, b) for i, a in enumerate(boxes) for b in boxes[:i]]
@@ -194,7 +194,7 @@ def test_a_map_without_a_single_value_is_grey(results):
 def test_motion_that_diverged_is_drawn_as_far_as_it_goes():
     ds = gc.simulate(gc.MeshModel.of(kind="single", zeta=0.0, q0=1e7, chi0=0.5), 12, samples=16)
     assert ds.attrs["status"] == "diverged" and np.isfinite(ds["z"][20]) and np.isnan(ds["z"][-1])
-    figure = plot.dossier(ds, figure=fresh())
+    figure = plot.motion(ds, figure=fresh())
     figure.canvas.draw()
 
 
@@ -261,12 +261,12 @@ TAKES = {
     "zones": {"zones"}, "level": {"zones"}, "bifurcation": {"bifurcation"}, "lyapunov": {"bifurcation"},
     "response": {"bifurcation"}, "basins": {"basins"}, "attractors": {"attractors"}, "history": {"simulate"},
     "spectrum": {"simulate"},
-    "phase": {"simulate"}, "dossier": {"simulate"}, "portrait": {"simulate", "section"},
+    "phase": {"simulate"}, "motion": {"simulate"}, "portrait": {"simulate", "section"},
 }
 
 
 def _drawn(name: str, ds) -> object:
-    return getattr(plot, name)(ds, **({"figure": fresh()} if name == "dossier" else {"ax": fresh().subplots()}))
+    return getattr(plot, name)(ds, **({"figure": fresh()} if name == "motion" else {"ax": fresh().subplots()}))
 
 
 @pytest.mark.parametrize("result", ["simulate", "section", "zones", "bifurcation", "basins", "attractors"])

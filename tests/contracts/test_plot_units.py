@@ -69,7 +69,7 @@ PICTURES = {
     "lyapunov": ("bifurcation", lambda ds, ax: plot.lyapunov(ds, ax), LENGTH, SCALES.rate, 1),
     "basins": ("basins", lambda ds, ax: plot.basins(ds, ax), LENGTH, VELOCITY, 1),
     "attractors": ("attractors", lambda ds, ax: plot.attractors(ds, ax), LENGTH, VELOCITY, 1),
-    "backbone": ("branch", lambda ds, ax: plot.backbone(ds, ax=ax), LENGTH, LENGTH, 1),
+    "response_curve": ("branch", lambda ds, ax: plot.response_curve(ds, ax=ax), LENGTH, LENGTH, 1),
     "branch": ("branch", lambda ds, ax: plot.branch(ds, "x1_dot", ax), LENGTH, VELOCITY, 1),
 }
 
@@ -113,7 +113,7 @@ def test_picture_is_the_same_but_for_its_scales(results, name):
 
 
 def test_every_picture_of_a_result_is_compared():
-    of_none = {"backlash", "schematic", "stiffness", "dossier", "result", "ribbon"}  # of a model, or made of the others
+    of_none = {"backlash", "schematic", "stiffness", "motion", "result"}  # of a model, or made of the others
     of_none |= {"style"}  # no picture
     of_none |= {"skeleton", "manifolds", "agreement"}  # compared in test_curve.py and its neighbours
     functions = {n for n in plot.__all__ if callable(getattr(plot, n)) and n[0].islower() and "_" not in n}
@@ -134,8 +134,8 @@ def test_backlash_ends_at_its_measured_width(results):
     assert dashed == pytest.approx([-60.0, 60.0])
 
 
-def test_dossier_shows_the_same_motion_in_both(results):
-    plain, scaled = (plot.dossier(ds, figure=Figure()).axes for ds in results["motion"])
+def test_four_views_show_the_same_motion_in_both(results):
+    plain, scaled = (plot.motion(ds, figure=Figure()).axes for ds in results["motion"])
     factors = ((1, LENGTH), (LENGTH, VELOCITY), (LENGTH, VELOCITY), (1, VELOCITY))
     for one, other, (x, y) in zip(plain, scaled, factors, strict=True):
         close(other.lines[0].get_xdata(), one.lines[0].get_xdata() * x)

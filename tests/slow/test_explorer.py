@@ -61,7 +61,7 @@ def test_the_page_loads_at_every_size_nothing_is_wider_than_it_and_numbers_can_b
         page.click("#controls summary")
     page.click("[data-basins]")
     page.wait_for_selector("#basin-legend .entry")
-    for name in ("map", "dossier", "controls", "line", "basin"):
+    for name in ("map", "motion", "controls", "line", "basin"):
         box = page.locator(f"#{name}").bounding_box()
         assert box["width"] > 200 and box["height"] > 100
     assert page.locator("header").bounding_box()["height"] < (100 if size == "phone" else 60)

@@ -32,7 +32,7 @@ CUT = """() => {
 }"""
 """The options of the menus above the map that are wider than the menu."""
 
-BOXES = """() => Object.fromEntries(["map", "line", "dossier", "basin"].map((id) => {
+BOXES = """() => Object.fromEntries(["map", "line", "motion", "basin"].map((id) => {
   const {top, bottom, left} = document.getElementById(id).getBoundingClientRect()
   return [id, {top, bottom, left}]
 }))"""
@@ -96,7 +96,7 @@ def test_axes_have_units_no_menu_is_cut_and_no_panel_is_empty_at_every_size(visi
     box = page.evaluate(BOXES)
     assert box["basin"]["bottom"] - box["basin"]["top"] < 80  # a button until basins are asked for
     if size != "phone":
-        for above, below in (("map", "line"), ("dossier", "basin")):
+        for above, below in (("map", "line"), ("motion", "basin")):
             assert box[above]["left"] == box[below]["left"]
             assert 0 < box[below]["top"] - box[above]["bottom"] < 20
     page.click("[data-basins]")

@@ -79,12 +79,12 @@ def write_certificate(result: Certificate | ChaoticSet | Unproved, path: Path | 
 def draw(
     dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI,
     style: str | None = None, width: str | None = None, hatch: bool = False, over: xr.Dataset | None = None,
-    dossier: str | None = None,
+    title: str | None = None,
 ) -> None:
     """Write the picture of a result as a complete file, in the format of its suffix, if there is a path.
 
     The ``note`` stands below the lower right corner. For ``style`` and ``width``, which may be a number as text, see
-    `gearchaos.plot.style`; for the others `gearchaos.plot.result`. One motion with a title ``dossier`` is drawn as
+    `gearchaos.plot.style`; for the others `gearchaos.plot.result`. One motion, with a ``title``, is drawn as
     history, phase trajectory, portrait and spectrum.
     """
     if path is None:
@@ -102,8 +102,8 @@ def draw(
         in_mm = float(width)  # type: ignore[arg-type]  # None is one of the values without a number
     picture, size = io.BytesIO(), {"dpi": dpi, "bbox_inches": "tight"} if style is None else {}
     with nullcontext() if style is None else plot.style(style, in_mm):
-        figure: Any = (plot.result(dataset, colour, hatch=hatch, over=over) if dossier is None
-                       else plot.dossier(dataset, title=dossier))
+        figure: Any = (plot.result(dataset, colour, hatch=hatch, over=over) if title is None
+                       else plot.motion(dataset, title=title))
         if note:
             below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
             figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")

@@ -138,7 +138,7 @@ def regime(
         from gearchaos.studies import steady
 
         motion = options.in_units(steady(loaded.model, verdict), loaded, physical)
-        draw(motion, plot, dossier=f"{verdict.label}: {verdict.reason}")
+        draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
 _OWN = {"regime": regime}

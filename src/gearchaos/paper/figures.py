@@ -144,7 +144,7 @@ def portraits(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dat
         letter(ax, name, rf"$q_0={setting.studies[name].model['q0']}$")
 
 
-def dossiers(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
+def views(figure: Figure, setting: FigureSettings, data: Mapping[str, xr.Dataset]) -> None:
     """Two motions in two columns; rows: time history, spectrum, phase trajectory, portrait."""
     figure.set_size_inches(WIDTH, 9.4)
     axes = figure.subplots(4, 2, height_ratios=(0.8, 0.9, 1.15, 1.15))
@@ -180,7 +180,7 @@ def _first_part(ds: xr.Dataset) -> xr.Dataset:
 
 LAYOUTS: dict[str, Callable[[Figure, FigureSettings, Mapping[str, xr.Dataset]], None]] = {
     layout.__name__: layout for layout in (system, maps, basins, bifurcations, bifurcation_and_exponent, coexisting,
-                                           portraits, dossiers, trajectories_and_portraits)
+                                           portraits, views, trajectories_and_portraits)
 }
 """A layout draws on an empty figure; add one here and name it in `settings.toml`."""
 

@@ -9,17 +9,17 @@ from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
-from gearchaos.plot.diagrams import backbone, bifurcation, branch, lyapunov, response
-from gearchaos.plot.maps import class_legend, level, ribbon, zones
-from gearchaos.plot.motions import dossier, history, phase, portrait, spectrum
+from gearchaos.plot.diagrams import bifurcation, branch, lyapunov, response, response_curve
+from gearchaos.plot.maps import class_legend, level, motion_strip, zones
+from gearchaos.plot.motions import history, motion, phase, portrait, spectrum
 from gearchaos.plot.results import result
 from gearchaos.plot.states import attractor_legend, attractor_names, attractors, basins, manifolds
 from gearchaos.plot.theme import style
 
 __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
-    "attractors", "backbone", "backlash", "basins", "bifurcation", "branch", "class_legend", "dossier",
-    "dynamic_factor", "gear_pair", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "motion_class",
-    "phase", "portrait", "response", "result", "ribbon", "save_with_data", "schematic", "separation_line", "skeleton",
+    "attractors", "backlash", "basins", "bifurcation", "branch", "class_legend", "dynamic_factor", "gear_pair",
+    "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "motion", "motion_class", "motion_strip", "phase",
+    "portrait", "response", "response_curve", "result", "save_with_data", "schematic", "separation_line", "skeleton",
     "spectrum", "stiffness", "style", "transmission_error", "zones",
 ]

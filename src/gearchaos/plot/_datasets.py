@@ -39,10 +39,10 @@ _MAY_BE_EMPTY = (("number",), ("event",), ("special",), ("side",))  # no attract
 _MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")  # variables over the points of curves and manifolds
 _DRAWN_BY = {
     "zones": "zones or level", "bifurcation": "bifurcation, lyapunov or response", "basins": "basins",
-    "attractors": "attractors", "branch": "backbone or branch", "curve": "skeleton",
+    "attractors": "attractors", "branch": "response_curve or branch", "curve": "skeleton",
     "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "speeds_to_avoid": "dynamic_factor",
-    "simulate": "portrait, or with samples by phase, history, spectrum or dossier",
+    "simulate": "portrait, or with samples by phase, history, spectrum or motion",
 }
 
 

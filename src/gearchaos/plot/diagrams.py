@@ -15,7 +15,7 @@ from gearchaos.gears.results import unit_in
 from gearchaos.plot._datasets import check, check_name, keeps_data
 from gearchaos.plot.axes import axis_label, cell_extent, draw_legend, new_axes, vertical_limits
 from gearchaos.plot.classes import NO_CLASS, continuous_values, named_classes
-from gearchaos.plot.maps import ribbon as draw_ribbon
+from gearchaos.plot.maps import motion_strip
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt, adapt_scale, adapt_style, event_words
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts, positions
@@ -27,7 +27,7 @@ _MAX_ROWS = 10_000
 
 @keeps_data
 def bifurcation(
-    ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, ribbon: bool = True,
+    ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, rows: int = 560, strip: bool = True,
     legend: bool = True,
 ) -> Axes:
     r"""Draw a bifurcation diagram as an image of point densities.
@@ -46,7 +46,7 @@ def bifurcation(
         Where to draw; a new figure if left out.
     rows : int
         Number of pixels over the height.
-    ribbon, legend : bool
+    strip, legend : bool
         Show the kind of motion of every column by the colours of a strip above, and a legend of them.
 
     Returns
@@ -84,8 +84,8 @@ def bifurcation(
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(section, name, beside=ds[axis]))
     if ds[axis].size > 1:
         ax.set_xlim(float(ds[axis][0]), float(ds[axis][-1]))
-    if ribbon:
-        draw_ribbon(ds, ax, legend=legend)
+    if strip:
+        motion_strip(ds, ax, legend=legend)
     return ax
 
 
@@ -146,7 +146,7 @@ def lyapunov(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 @keeps_data
 def response(
-    ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, ribbon: bool = True, legend: bool = True
+    ds: xr.Dataset, name: str = "v_rms", ax: Axes | None = None, *, strip: bool = True, legend: bool = True
 ) -> Axes:
     r"""Draw a variable along one parameter.
 
@@ -161,7 +161,7 @@ def response(
         Variable over the parameter alone.
     ax : Axes, optional
         Where to draw; a new figure if left out.
-    ribbon, legend : bool
+    strip, legend : bool
         Show the kind of motion at every value by the colours of a strip above, and a legend of them.
 
     Returns
@@ -202,8 +202,8 @@ def response(
     ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds[name], name, beside=ds[axis]))
     if len(x) > 1:
         ax.set_xlim(float(x[0]), float(x[-1]))
-    if ribbon:
-        draw_ribbon(ds, ax, legend=legend)
+    if strip:
+        motion_strip(ds, ax, legend=legend)
     return ax
 
 
@@ -320,7 +320,7 @@ _JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1,
 
 
 @keeps_data
-def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, *, legend: bool = True) -> Axes:
+def response_curve(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, *, legend: bool = True) -> Axes:
     r"""Draw the response along a branch of periodic orbits: stable parts solid, unstable ones dashed.
 
     Every kind of event has a marker of its own. Where a fold ends a stable part, a slow change of the parameter makes
@@ -351,7 +351,7 @@ def backbone(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = None, 
     --------
     >>> import gearchaos as gc
     >>> model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
-    >>> ax = gc.plot.backbone(gc.branch(model, "omega=0.5:0.9"))
+    >>> ax = gc.plot.response_curve(gc.branch(model, "omega=0.5:0.9"))
     >>> ax.get_xlabel()
     'frequency $\\omega$'
     """

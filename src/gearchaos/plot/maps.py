@@ -133,7 +133,7 @@ def class_legend(
 
 
 @keeps_data
-def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
+def motion_strip(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     """Draw the kinds of motion of a bifurcation diagram as a thin strip above an Axes.
 
     Parameters
@@ -159,8 +159,8 @@ def ribbon(ds: xr.Dataset, ax: Axes, *, legend: bool = True) -> Axes:
     --------
     >>> import gearchaos as gc
     >>> diagram = gc.bifurcation(gc.MeshModel.of(q0=0.1), "eps1=0.15:0.25:40", points=16)
-    >>> ax = gc.plot.response(diagram, "v_rms", ribbon=False)
-    >>> strip = gc.plot.ribbon(diagram, ax)
+    >>> ax = gc.plot.response(diagram, "v_rms", strip=False)
+    >>> strip = gc.plot.motion_strip(diagram, ax)
     >>> strip.get_position().y0 > ax.get_position().y0
     np.True_
     """

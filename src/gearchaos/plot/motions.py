@@ -291,7 +291,7 @@ _LINE_WIDTH, _THIN_LINE_WIDTH = 0.8, 0.25  # in points
 
 
 @keeps_data
-def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) -> Figure:
+def motion(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) -> Figure:
     """Draw four views of the relative motion z; the ends of the backlash are marked in the phase plane.
 
     Parameters
@@ -316,7 +316,7 @@ def dossier(ds: xr.Dataset, *, title: str = "", figure: Figure | None = None) ->
     --------
     >>> import gearchaos as gc
     >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1, eps1=0.2), periods=8, transient=200, samples=64)
-    >>> figure = gc.plot.dossier(motion, title="ε₁ = 0.2")
+    >>> figure = gc.plot.motion(motion, title="ε₁ = 0.2")
     >>> len(figure.axes)
     4
     """

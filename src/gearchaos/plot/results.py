@@ -18,9 +18,9 @@ from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot.axes import axis_label, new_axes
 from gearchaos.plot.classes import named_classes
-from gearchaos.plot.diagrams import backbone, bifurcation, lyapunov, response
+from gearchaos.plot.diagrams import bifurcation, lyapunov, response, response_curve
 from gearchaos.plot.maps import level, zones
-from gearchaos.plot.motions import dossier, portrait
+from gearchaos.plot.motions import motion, portrait
 from gearchaos.plot.states import attractors, basins, manifolds
 from gearchaos.plot.theme import INK, STROBE, adapt
 
@@ -41,8 +41,8 @@ def result(
 
     The picture is a map of zones, a bifurcation diagram (without points, the Lyapunov exponents), basins, attractors,
     the dynamic factor along the speed, the response along a branch of orbits, curves of events over two parameters, how
-    far these explain a map, the manifolds of saddles, or, of a simulation, the dossier (without samples, the
-    stroboscopic portrait).
+    far these explain a map, the manifolds of saddles, or, of a simulation, the motion in four views (without
+    samples, the stroboscopic portrait).
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def _two_diagrams(ds: xr.Dataset, over: xr.Dataset, name: str | None) -> Axes:
     _check_same("units", *(part[name].attrs.get("units") for part in (ds, over)))
     ax = response(ds, name)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    response(over, name, ax, ribbon=False)
+    response(over, name, ax, strip=False)
     ax.set_xlim(min(left, ax.get_xlim()[0]), max(right, ax.get_xlim()[1]))
     ax.set_ylim(min(low, ax.get_ylim()[0]), max(high, ax.get_ylim()[1]))
     ax.lines[-1].set(color=adapt(STROBE), linestyle="--", zorder=3)
@@ -179,7 +179,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "zones": zones,
     "bifurcation": lambda ds: bifurcation(ds) if "point" in ds.dims else lyapunov(ds),
     "basins": basins,
-    "branch": backbone,
+    "branch": response_curve,
     "curve": lambda ds: skeleton(ds, special=True),
     "skeleton": lambda ds: skeleton(ds, special=True),
     "agreement": agreement,
@@ -187,7 +187,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,
     "speeds_to_avoid": dynamic_factor,
-    "simulate": lambda ds: dossier(ds) if "tau" in ds.dims else portrait(ds),
+    "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 
 _COLOURED: dict[str, tuple[int, Callable[..., Axes]]] = {

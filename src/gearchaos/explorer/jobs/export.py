@@ -26,7 +26,7 @@ FILES = {
 def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> tuple[bytes, str]:
     """A picture of a map, by the variable ``colour``, or of a motion with this title, and its media type."""
     if kind == "motion":
-        figure = plot.dossier(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
+        figure = plot.motion(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
     else:
         figure = Figure(figsize=(6.4, 4.8), layout="constrained")
         ax = figure.subplots()

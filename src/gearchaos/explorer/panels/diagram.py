@@ -123,7 +123,7 @@ def _interval(low: float, high: float) -> str:
 
 
 _ROWS = 240  # rows of the image
-_RIBBON = 0.05  # height of the strip with the kinds of motion, relative to the range of displacements
+_STRIP = 0.05  # height of the strip with the kinds of motion, relative to the range of displacements
 
 
 class BifurcationFigure(Panel):
@@ -133,7 +133,7 @@ class BifurcationFigure(Panel):
         super().__init__(set_attributes, ticks=6, x_range=Range1d(0, 1), y_range=Range1d(0, 1))
         ink = LinearColorMapper(palette=[to_hex(DENSITY_COLOURS(i / 255)) for i in range(256)], low=0, high=1)
         self.ink, _ = self._image(ink)
-        self.ribbon, _ = self._image(LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5))
+        self.strip, _ = self._image(LinearColorMapper(palette=PALETTE, low=-0.5, high=len(PALETTE) - 0.5))
         self.branch = BranchLines(self.figure, set_attributes)
         self._diagram: xr.Dataset | None = None
         self._branch: xr.Dataset | None = None
@@ -179,9 +179,9 @@ class BifurcationFigure(Panel):
         low, high = low - margin, high + margin
         shades = density(values, low, high, _ROWS).T ** DENSITY_EXPONENT
         left, right, _, _ = cell_extent(found[axis].values, np.arange(2.0))
-        top = high + _RIBBON * (high - low)
+        top = high + _STRIP * (high - low)
         self._set(self.ink, data=image_data(shades.astype(np.float32), left, right, low, high))
         strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
-        self._set(self.ribbon, data=image_data(strip, left, right, high, top))
+        self._set(self.strip, data=image_data(strip, left, right, high, top))
         self._limit((float(found[axis][0]), float(found[axis][-1])), (low, top))
         self._label(units.parameter(axis), units.label(z, "z"))

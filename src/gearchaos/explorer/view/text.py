@@ -194,7 +194,7 @@ def as_python(view: View) -> str:
         f"zones = gc.zones(model, {x}, {y}, progress=True)\n"
         f"{scaled}"
         "print(verdict.label, verdict.reason)\n"
-        "gc.plot.dossier(motion)\n"
+        "gc.plot.motion(motion)\n"
         "gc.plot.zones(zones)\n"
     )
 
