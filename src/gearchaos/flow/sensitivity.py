@@ -108,7 +108,8 @@ class SensitivityFlow:
         highest = max(system.f_cos.shape[1], system.chi_cos.shape[1])
         keys = list(zip(map(tuple, step_counts(system).tolist()), map(tuple, system.starts.tolist()), strict=True))
         distinct = list(dict.fromkeys(keys))
-        parts = [_period_steps(*key, highest) for key in distinct]
+        parts = [step_values(*steps_in_parts(np.array(steps), np.array([starts])), highest)
+                 for steps, starts in distinct]  # each: `Steps.values` of one mesh period
         counts, index = np.array([len(part) for part in parts]), np.array([distinct.index(key) for key in keys])
         self._values = parts[0] if len(parts) == 1 else np.concatenate(parts)  # `Steps.values` of all points
         self._first, self.step_count = (np.cumsum(counts) - counts)[index], counts[index]

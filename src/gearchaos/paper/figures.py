@@ -231,25 +231,19 @@ def _zones(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     (x_name, y_name) = study.axes
     where = f"{symbol(x_name)} = {float(ds[x_name][x]):.3g}, {symbol(y_name)} = {float(ds[y_name][y]):.3g}"
     separated = float((ds["contact"].values > 0).mean())
+    kinds, locking = plot.motion_class(ds["label"], ds["period"]), ""
+    if (tori := kinds == _TORUS).any():  # the share of cells next to them that are periodic with a high order
+        beside = binary_dilation(tori, np.ones((3, 3))) & ~tori
+        locked = beside & (kinds == _HIGHER)
+        longest = int(ds["period"].values[locked].max(initial=0))
+        share = percent(locked.sum() / beside.sum())
+        locking = (f" Of the {beside.sum()} cells beside quasi-periodic ones {share} are "
+                   f"locked at a higher order{f', on orbits of up to {longest}T' if longest else ''}.")
     return (
         f"Shares of the {ds.sizes[x_name]} × {ds.sizes[y_name]} cells: {shares(ds)}. V_RMS runs from "
         f"{np.nanmin(v_rms):.3g} to {np.nanmax(v_rms):.3g} (at {where}), its median is {np.nanmedian(v_rms):.3g}. "
-        f"Teeth lose contact in {percent(separated)} of the cells.{_locked(ds)}"
+        f"Teeth lose contact in {percent(separated)} of the cells.{locking}"
     )
-
-
-def _locked(ds: xr.Dataset) -> str:
-    """The share of cells next to quasi-periodic ones that are periodic with a high order; empty without tori."""
-    kinds = plot.motion_class(ds["label"], ds["period"])
-    tori, higher = kinds == _TORUS, kinds == _HIGHER
-    if not tori.any():
-        return ""
-    beside = binary_dilation(tori, np.ones((3, 3))) & ~tori
-    locked = beside & higher
-    longest = int(ds["period"].values[locked].max(initial=0))
-    orbits = f", on orbits of up to {longest}T" if longest else ""
-    share = percent(locked.sum() / beside.sum())
-    return f" Of the {beside.sum()} cells beside quasi-periodic ones {share} are locked at a higher order{orbits}."
 
 
 def _basins(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
@@ -260,27 +254,22 @@ def _basins(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
 
 def _bifurcation(cache: ComputationCache, study: FigureStudy, ds: xr.Dataset) -> str:
     (axis,) = study.axes
-    values = ds[axis].values[plot.motion_class(ds["label"], ds["period"]) == _CHAOTIC]
+    chaotic = plot.motion_class(ds["label"], ds["period"]) == _CHAOTIC
+    values, first = ds[axis].values[chaotic], int(np.argmax(chaotic))
     text = f"Shares of the {ds.sizes[axis]} columns: {shares(ds)}."
     if values.size:
         text += (
             f" Chaos occurs between {symbol(axis)} = {values[0]:.4g} and {values[-1]:.4g}, with exponents up to "
-            f"{float(ds['lyapunov'].max()):.3f}.{_onset(ds, axis)}"
+            f"{float(ds['lyapunov'].max()):.3f}."
+        )
+    if values.size and first > 0:
+        before, after = ds.isel({axis: first - 1}), ds.isel({axis: first})
+        (name,) = motions(before["label"], before["period"])
+        text += (
+            f" Going up, it first sets in between {float(before[axis]):.5g} ({name}, largest exponent "
+            f"{float(before['lyapunov']):+.4f}) and {float(after[axis]):.5g} ({float(after['lyapunov']):+.4f})."
         )
     return f"{text} {spectral_comparison(ds, axis)}"
-
-
-def _onset(ds: xr.Dataset, axis: str) -> str:
-    """The two columns between which chaos first sets in, with their largest exponents."""
-    first = int(np.argmax(plot.motion_class(ds["label"], ds["period"]) == _CHAOTIC))
-    if first == 0:
-        return ""
-    before, after = ds.isel({axis: first - 1}), ds.isel({axis: first})
-    (name,) = motions(before["label"], before["period"])
-    return (
-        f" Going up, it first sets in between {float(before[axis]):.5g} ({name}, largest exponent "
-        f"{float(before['lyapunov']):+.4f}) and {float(after[axis]):.5g} ({float(after['lyapunov']):+.4f})."
-    )
 
 
 _COLUMNS_COMPARED, _COLUMNS_LISTED = 120, 4

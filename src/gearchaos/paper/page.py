@@ -108,10 +108,15 @@ def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
     """What the template shows of one figure."""
     setting = drawn.setting
     width, height = struct.unpack(">II", drawn.png[16:24])  # the PNG header
+    ranges: dict[tuple[str, str], dict[str, str]] = {}  # every one once, and whether it is given or assumed
+    for study in setting.studies.values():
+        for name, r in study.axes.items():
+            text = f"{symbol(name)} from {r.start:g} to {r.stop:g}".replace("-", "−")
+            ranges.setdefault((text, r.range), {"text": text, "range": r.range, "why": r.why})
     return {
         "number": setting.number, "title": setting.title, "caption": setting.caption, "shows": setting.shows,
         "found": drawn.found, "files": drawn.files, "png": base64.b64encode(drawn.png).decode(),
-        "width": width, "height": height, "settings": _settings(setting), "ranges": _ranges(setting),
+        "width": width, "height": height, "settings": _settings(setting), "ranges": list(ranges.values()),
         "claims": [c for c in claims if c.figure == setting.number],
     }
 
@@ -128,16 +133,6 @@ def _settings(figure: FigureSettings) -> list[str]:
     return [(f"({', '.join(panels)}) " if several and panels else "") + text for text, panels in lines.items()]
 
 
-def _ranges(figure: FigureSettings) -> list[dict[str, str]]:
-    """Every axis range once, and whether it is given or assumed."""
-    seen: dict[tuple[str, str], dict[str, str]] = {}
-    for study in figure.studies.values():
-        for name, r in study.axes.items():
-            text = f"{symbol(name)} from {r.start:g} to {r.stop:g}".replace("-", "−")
-            seen.setdefault((text, r.range), {"text": text, "range": r.range, "why": r.why})
-    return list(seen.values())
-
-
 _PLURAL = {HOLDS: "hold", DIGITS: "hold within the printed digits", MISPRINT: "misprints"}
 
 
@@ -151,9 +146,20 @@ def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
 
 
 def _claim(claim: Claim) -> dict[str, Any]:
+    """What the template shows of a claim, all of whose motions may be proved.
+
+    Then ``mark`` stands beside the verdict: at how many values of a scan a period is proved, or "theorem" where the
+    claim holds as printed or within its digits.
+    """
+    all_proved, mark = all(proof["proved"] for proof in claim.proofs), ""
+    if all_proved and len(claim.proofs) > _ONE_BY_ONE:
+        periods = sorted({proof["period"] for proof in claim.proofs})
+        mark = f"{', '.join(f'{n}T' for n in periods)} proved at {len(claim.proofs)} values"
+    elif all_proved and claim.proofs and claim.verdict not in (CONTRADICTED, MISPRINT):
+        mark = "theorem"
     return {
         **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": _proof_lines(claim),
-        "mark": _mark(claim), "all_proved": all(proof["proved"] for proof in claim.proofs),
+        "mark": mark, "all_proved": all_proved,
     }
 
 
@@ -166,20 +172,6 @@ def proofs_in_words(claims: Sequence[Claim]) -> str:
         return f'Periodic motions were not proved, since {MISSING} (pip install "gearchaos[proof]").'
     count = sum(proof["proved"] for proof in proofs)
     return f"Proved in ball arithmetic: {count} of {len(proofs)} periodic motions behind the statements."
-
-
-def _mark(claim: Claim) -> str:
-    """What is marked beside the verdict on a claim: "theorem", or at how many values of a scan a period is proved.
-
-    Empty if the claim does not hold as printed or within its digits, or if one of its motions is not proved.
-    """
-    count = len(claim.proofs)
-    if not count or not all(proof["proved"] for proof in claim.proofs):
-        return ""
-    if count > _ONE_BY_ONE:
-        periods = sorted({proof["period"] for proof in claim.proofs})
-        return f"{', '.join(f'{n}T' for n in periods)} proved at {count} values"
-    return "" if claim.verdict in (CONTRADICTED, MISPRINT) else "theorem"
 
 
 def _proof_lines(claim: Claim) -> list[dict[str, str]]:

@@ -76,7 +76,13 @@ def skeleton(
     'frequency $\\omega$'
     """
     if getattr(ds, "attrs", {}).get("study") == "curve":
-        ds = _as_skeleton(ds)
+        # a single curve is a skeleton of one curve
+        kind, period, closed = ds.attrs.get("event", ""), ds.attrs.get("period", 0), ds.attrs.get("closed") == "true"
+        zeros = {dim: np.zeros(ds.sizes.get(dim, 0), int) for dim in ("point", "special")}
+        ds = ds.assign(
+            curve=("point", zeros["point"]), special_curve=("special", zeros["special"]),
+            curve_kind=("number", np.array([kind], dtype=object)), curve_period=("number", np.array([period], int)),
+            curve_closed=("number", np.array([closed])))
     check(ds, "skeleton", curve=("point",), curve_kind=("number",), curve_period=("number",), special_kind=("special",))
     over, settings = Overlay(ax), json.loads(ds.attrs["settings"])
     x, y = settings["x"][0], settings["y"][0]
@@ -105,16 +111,6 @@ def skeleton(
                   for period in np.unique(periods[shown]).tolist()]
         side_legend(over.ax, [*lines, *markers])
     return over.ax
-
-
-def _as_skeleton(ds: xr.Dataset) -> xr.Dataset:
-    """A single curve as a skeleton of one curve."""
-    kind, period, closed = ds.attrs.get("event", ""), ds.attrs.get("period", 0), ds.attrs.get("closed") == "true"
-    zeros = {dim: np.zeros(ds.sizes.get(dim, 0), int) for dim in ("point", "special")}
-    return ds.assign(
-        curve=("point", zeros["point"]), special_curve=("special", zeros["special"]),
-        curve_kind=("number", np.array([kind], dtype=object)), curve_period=("number", np.array([period], int)),
-        curve_closed=("number", np.array([closed])))
 
 
 def _style(kind: str, period: int) -> dict[str, Any]:
@@ -171,7 +167,12 @@ def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) ->
     over, settings = Overlay(ax), json.loads(ds.attrs["settings"])
     axes = [(name, *(end * unit_in(ds, name) for end in (low, high)), count)
             for name, low, high, count in (settings["x"], settings["y"])]
-    lines, handles = _sides(ds, axes), []
+    cell, beyond = (np.column_stack([ds[f"{prefix}_{name}"].values for name, *_ in axes])
+                    for prefix in ("cell", "neighbour"))
+    size = np.array([(high - low) / (count - 1) for _, low, high, count in axes])
+    step = np.round((beyond - cell) / size)
+    middle, along = cell + step * size * (0.5 - _INWARDS), step[:, ::-1] * size * 0.5
+    lines, handles = np.stack([middle - along, middle + along], axis=1), []  # lines (S, 2, 2) along the sides
     for code, name in flags(ds["cause"]).items():
         own = ds["cause"].values == code
         if own.any():
@@ -184,17 +185,6 @@ def agreement(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) ->
     if legend:
         side_legend(over.ax, handles)
     return over.ax
-
-
-def _sides(ds: xr.Dataset, axes: list[tuple[str, float, float, int]]) -> np.ndarray:
-    """The lines (S, 2, 2) along the sides, with the coordinates x and y of both ends."""
-    cell, beyond = (np.column_stack([ds[f"{prefix}_{name}"].values for name, *_ in axes])
-                    for prefix in ("cell", "neighbour"))
-    size = np.array([(high - low) / (count - 1) for _, low, high, count in axes])
-    step = np.round((beyond - cell) / size)
-    middle = cell + step * size * (0.5 - _INWARDS)
-    along = step[:, ::-1] * size * 0.5
-    return np.stack([middle - along, middle + along], axis=1)
 
 
 _SPEEDS, _TORQUES = 801, 121  # points of the grid on which the line is found

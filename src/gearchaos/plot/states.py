@@ -305,7 +305,13 @@ def manifolds(
     """
     check(ds, "manifolds", z=("point",), z_dot=("point",), manifold=("point",), manifold_stable=("number",),
           manifold_saddle=("number",))
-    shown, over, handles = _chosen(ds, saddles), Overlay(ax), []
+    count = ds.sizes["saddle_number"]
+    numbers = np.arange(count) if saddles is None else np.asarray(saddles)
+    known = saddles is None or (numbers.ndim == 1 and numbers.size > 0 and numbers.dtype.kind in "iu")
+    if not known or not np.all((numbers >= 0) & (numbers < count)):
+        raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
+                         f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
+    shown, over, handles = list(dict.fromkeys(numbers.tolist())), Overlay(ax), []
     single, kinds = len(shown) == 1, [kind for wanted, kind in ((stable, True), (unstable, False)) if wanted]
     points = np.column_stack([ds[name].values for name in _PLANE])
     branches = np.split(points, np.flatnonzero(np.diff(ds["manifold"].values)) + 1)
@@ -329,16 +335,3 @@ def manifolds(
                    for kind, style in of_kinds.items()]
         side_legend(over.ax, [*entries, *handles])
     return over.ax
-
-
-def _chosen(ds: xr.Dataset, saddles: Any) -> list[int]:
-    """The numbers of the saddles to show; raises `InputError` for one that does not exist."""
-    count = ds.sizes["saddle_number"]
-    if saddles is None:
-        return list(range(count))
-    numbers = np.asarray(saddles)
-    known = numbers.ndim == 1 and numbers.size > 0 and numbers.dtype.kind in "iu"
-    if not known or not np.all((numbers >= 0) & (numbers < count)):
-        raise InputError("saddles", f"must be numbers of saddles from 0 to {count - 1}", saddles,
-                         f"Their periods are {', '.join(map(str, ds['saddle_period'].values.tolist()))}.")
-    return list(dict.fromkeys(numbers.tolist()))

@@ -93,9 +93,17 @@ def agreement(skeleton: xr.Dataset, zones: xr.Dataset) -> xr.Dataset:
         raise InputError("zones", "must be of the model of the skeleton", "another one")
     settings = json.loads(skeleton.attrs["settings"])
     common, longest = _common(settings, zones, names), settings["period"]
+    points = np.stack([skeleton[name].values for name in names], axis=1)
+    number, none = skeleton["curve"].values, np.zeros(0)
+    curves = [
+        CurveData(str(kind), int(period), points[number == i], none, none, none, none, [], [], bool(closed),
+                  int(boundary) or None)
+        for i, (kind, period, closed, boundary) in enumerate(zip(
+            *(skeleton[f"curve_{n}"].values for n in ("kind", "period", "closed", "boundary")), strict=True))
+    ]
     sides = explain_sides(
         ParameterFamily(model, names), common[x_name].values, common[y_name].values, common["label"].values,
-        common["period"].values, _curves(skeleton, names), longest,
+        common["period"].values, curves, longest,
         Classification(**json.loads(zones.attrs["settings"])["classification"]))
     window = {n: [float(common[n].min()), float(common[n].max())] for n in names}
     x, y = ([name, *window[name], common.sizes[name]] for name in names)
@@ -116,18 +124,6 @@ def _common(settings: dict[str, Any], zones: xr.Dataset, names: tuple[str, str])
             raise InputError("zones", f"must have at least two values of {name} in the window of the skeleton, from "
                              f"{start:g} to {stop:g}", f"{values.min():g} to {values.max():g}, {len(values)} values")
     return zones.isel(inside)
-
-
-def _curves(skeleton: xr.Dataset, names: tuple[str, str]) -> list[CurveData]:
-    """The curves of a skeleton, without their orbits."""
-    values = np.stack([skeleton[name].values for name in names], axis=1)
-    number, none = skeleton["curve"].values, np.zeros(0)
-    return [
-        CurveData(str(kind), int(period), values[number == i], none, none, none, none, [], [], bool(closed),
-                  int(boundary) or None)
-        for i, (kind, period, closed, boundary) in enumerate(zip(
-            *(skeleton[f"curve_{n}"].values for n in ("kind", "period", "closed", "boundary")), strict=True))
-    ]
 
 
 def _dataset(

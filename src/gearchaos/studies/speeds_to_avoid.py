@@ -15,7 +15,6 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.operating import as_model
-from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
@@ -268,20 +267,15 @@ def speeds_to_avoid(
     ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
         provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
     windows = _windows(motions, dataset, severity)
-    return SpeedsToAvoid(
-        float(at_start.torque), windows, ", or ".join(criteria), ratio, dataset, tried, RESOLUTION,
-        _coarse(windows, model), at_start.error_harmonics.source)
-
-
-def _coarse(windows: tuple[Window, ...], model: MeshModel) -> str:
-    """What is not known to the resolution, in words."""
     edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
-    texts = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
-             if width > 1.01 * RESOLUTION * edge]
+    coarse = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
+              if width > 1.01 * RESOLUTION * edge]
     zeta = model.value("zeta") or 0.0
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
-        texts.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
-    return "; ".join(texts)
+        coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
+    return SpeedsToAvoid(
+        float(at_start.torque), windows, ", or ".join(criteria), ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
+        at_start.error_harmonics.source)
 
 
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
