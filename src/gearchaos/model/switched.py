@@ -194,9 +194,20 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
     left, right = np.where(b1 + b2 > 0, b2, J2), np.where(b1 + b2 > 0, b1, J1)
     static_force = (rows["q1"] * left + rows["q2"] * right) / (left + right)
+    # A stiffness without parts has the level 1 in both halves of the period: with another division the steps would be
+    # others, and results would differ in their last bits.
+    stiffness = batch.model.stiffness
+    parts = [*stiffness.parts({**stiffness.numbers(), **batch.values})] or [(0.0, 1.0), (0.5, 1.0)]
+    if np.any(parts[0][0] > 0):  # until then the last level of the period before lasts on
+        parts.insert(0, (0.0, parts[-1][1]))
+    starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
+                      for row in zip(*parts, strict=True))
+    a, p = batch.harmonics("c", "alpha")
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
-        damping=2 * rows["zeta"], static_force=static_force, **_velocity(rows), **_stiffness(batch))
+        levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
+        chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
+        **_velocity(rows))
 
 
 class _Rows:
@@ -274,23 +285,6 @@ def _lateral(rows: _Rows) -> list[tuple[str, float]]:
     if "y" in rows.names:
         return [("y", 1.0)]
     return [("y1", 1.0), ("y2", -1.0)] if "y1" in rows.names else []
-
-
-def _stiffness(batch: Batch) -> dict[str, Any]:
-    """The fields of a `SwitchedAffine` that describe the mesh stiffness.
-
-    Where it has no parts, both halves of the period have the level 1: with another division the steps would be others,
-    and results would differ in their last bits.
-    """
-    stiffness = batch.model.stiffness
-    parts = [*stiffness.parts({**stiffness.numbers(), **batch.values})] or [(0.0, 1.0), (0.5, 1.0)]
-    if np.any(parts[0][0] > 0):  # until then the last level of the period before lasts on
-        parts.insert(0, (0.0, parts[-1][1]))
-    starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
-                      for row in zip(*parts, strict=True))
-    a, p = batch.harmonics("c", "alpha")
-    return {"levels": levels, "starts": starts, "same_starts": all(np.ndim(start) == 0 for start, _ in parts),
-            "chi_cos": (a * np.cos(p)).T, "chi_sin": (a * np.sin(p)).T}
 
 
 def _velocity(rows: _Rows) -> dict[str, Any]:

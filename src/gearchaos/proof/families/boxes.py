@@ -300,23 +300,18 @@ def prove_parameter_box(model: MeshModel, points: np.ndarray, widths: Mapping[st
             if candidate is None:
                 return Unproved("Newton diverged", 0.0, bits)
             system = BoxSystem(candidate, list(widths.values()))
-            return _certificate(system, list(widths), _largest(system))
+            scales = [Fraction(1, 2**k) for k in range(_HALVINGS)]
+            low, proof = first_proved(lambda scale: (scale, system.prove(scale)), scales, "Krawczyk not contracting")
+            high = 2 * low
+            for _ in range(_REFINEMENTS if low < 1 else 0):
+                middle = (low + high) / 2
+                try:
+                    proof, low = system.prove(middle), middle
+                except UndecidedError:
+                    high = middle
+            return _certificate(system, list(widths), proof)
         except UndecidedError as failure:
             return failure.unproved(bits)
-
-
-def _largest(system: BoxSystem) -> BoxProof:
-    """The proof for the largest scale up to 1 that bisection finds; raises `UndecidedError` if none is."""
-    scales = [Fraction(1, 2**k) for k in range(_HALVINGS)]
-    low, proof = first_proved(lambda scale: (scale, system.prove(scale)), scales, "Krawczyk not contracting")
-    high = 2 * low
-    for _ in range(_REFINEMENTS if low < 1 else 0):
-        middle = (low + high) / 2
-        try:
-            proof, low = system.prove(middle), middle
-        except UndecidedError:
-            high = middle
-    return proof
 
 
 def _certificate(system: BoxSystem, names: list[str], proof: BoxProof) -> BoxCertificate:
