@@ -61,6 +61,18 @@ def render(
     times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s") for f in figures]
     if claims:
         times.append(("Statements", f"{check_seconds:.1f} s", ""))
+    q, wrong = quality, failed(claims)
+    provenance = [
+        ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
+        ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
+        ("diagrams", f"{q.bifurcation[0]} columns of {q.bifurcation[1]} points"),
+        ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
+        ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
+    ]
+    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
+    outcome = f"Of {len(claims)} statements: {', '.join(parts)}. " + (
+        f"Not confirmed: {', '.join(c.id for c in wrong)}." if wrong
+        else "None is contradicted; the misprints are those known and listed below.")
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: _text_of(f"templates/{name}")), autoescape=True,
         undefined=jinja2.StrictUndefined,
@@ -70,10 +82,10 @@ def render(
     environment.filters["capitalised"] = lambda text: text[:1].upper() + text[1:]
     return environment.get_template("report.html.j2").render(
         css=Markup(_text_of("templates/report.css")), figures=[_figure(f, claims) for f in figures],
-        claims=[_claim(c) for c in claims], tally=tally, outcome=_outcome(claims, tally),
+        claims=[_claim(c) for c in claims], tally=tally, outcome=outcome,
         equations=_equations(), defaults=_defaults(), times=times,
         corrections=tomllib.loads(_text_of("corrections.toml"))["correction"],
-        provenance=_provenance(quality), run=run, proofs=proofs_in_words(claims),
+        provenance=provenance, run=run, proofs=proofs_in_words(claims),
     )
 
 
@@ -91,17 +103,6 @@ def _maths(text: str) -> Markup:
         return f"{head}<sub>{index}</sub>"
 
     return Markup(_INDEXED.sub(lower, str(escape(text))))
-
-
-def _provenance(q: Quality) -> list[tuple[str, str]]:
-    """With what the report was made: its resolution, the machine, and the versions of the libraries."""
-    return [
-        ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
-        ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
-        ("diagrams", f"{q.bifurcation[0]} columns of {q.bifurcation[1]} points"),
-        ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
-        ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
-    ]
 
 
 def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
@@ -134,15 +135,6 @@ def _settings(figure: FigureSettings) -> list[str]:
 
 
 _PLURAL = {HOLDS: "hold", DIGITS: "hold within the printed digits", MISPRINT: "misprints"}
-
-
-def _outcome(claims: Sequence[Claim], tally: Sequence[tuple[str, int]]) -> str:
-    """The number of claims by verdict as a sentence, and the claims that failed."""
-    parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
-    text = f"Of {len(claims)} statements: {', '.join(parts)}."
-    if wrong := failed(claims):
-        return f"{text} Not confirmed: {', '.join(c.id for c in wrong)}."
-    return f"{text} None is contradicted; the misprints are those known and listed below."
 
 
 def _claim(claim: Claim) -> dict[str, Any]:

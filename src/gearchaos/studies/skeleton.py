@@ -198,20 +198,18 @@ class SkeletonJournal(dict[str, Any]):
         self.update(found)
 
     def _write(self, document: Any) -> None:
-        """Append one document as a line."""
+        """Append one document as a line: arrays as real and imaginary parts in turn, an event or a curve as its fields."""
+        def plain(value: Any) -> Any:
+            if isinstance(value, np.ndarray):
+                return value.view(float).tolist()
+            return {f.name: getattr(value, f.name) for f in fields(value)}
+
         with self._path.open("ab") as file:
-            file.write(json.dumps(document, default=_plain).encode() + b"\n")
+            file.write(json.dumps(document, default=plain).encode() + b"\n")
 
     def __setitem__(self, name: str, value: Any) -> None:
         super().__setitem__(name, value)
         self._write([name, {"why": value} if isinstance(value, str) else value])
-
-
-def _plain(value: Any) -> Any:
-    """What JSON has for an array, with real and imaginary parts in turn, or for an event or a curve: its fields."""
-    if isinstance(value, np.ndarray):
-        return value.view(float).tolist()
-    return {f.name: getattr(value, f.name) for f in fields(value)}
 
 
 def _decoded(value: Any) -> Any:
