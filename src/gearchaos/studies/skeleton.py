@@ -198,7 +198,7 @@ class SkeletonJournal(dict[str, Any]):
         self.update(found)
 
     def _write(self, document: Any) -> None:
-        """Append one document as a line: arrays as real and imaginary parts in turn, an event or a curve as its fields."""
+        """Append one document as a line: arrays as real and imaginary parts in turn, events and curves as fields."""
         def plain(value: Any) -> Any:
             if isinstance(value, np.ndarray):
                 return value.view(float).tolist()
