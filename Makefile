@@ -65,16 +65,13 @@ chromium:
 kernels: $(VENV)/.installed-test
 	$(BIN)/gearchaos warmup
 
-# Tests of a file stay in one process, since they share servers, stores and the browser; files are begun in the order of
-# tests/conftest.py, not by how many tests they have.
-SHARED := -n 2 --dist loadfile --no-loadscope-reorder
-
+# --dist loadfile keeps the tests of a file in one process, since they share servers, stores and the browser.
 test: lint chromium kernels
-	$(BIN)/python -m pytest $(SHARED)
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 .PHONY: quick slow
 quick: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m "not slow" $(SHARED)
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 slow: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m exhaustive -n 2

@@ -2,18 +2,8 @@
 
 import signal
 import sys
-from pathlib import Path
 
 import pytest
-
-SLOW = Path(__file__).parent / "slow"
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(config, items):
-    """Where files are shared out among processes, those that take minutes come first, lest one of them end last."""
-    if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: SLOW not in item.path.parents)
 
 
 @pytest.fixture(autouse=True)
