@@ -107,12 +107,13 @@ class Socket(WSHandler):
         if not known:
             self._refuse()
             return
+        reply = None
         try:
             reply = await answer(message, self.connection)
         except Exception:  # an unknown model or value; errors in event handlers are caught by `Session`
             log.info("a patch cannot be applied", exc_info=True)
-            reply = self.connection.error(message, _INVALID)
-        await self.send_message(reply)
+        # outside of the handler, in which Bokeh would send the traceback
+        await self.send_message(reply or self.connection.error(message, _INVALID))
 
     def _refuse(self) -> None:
         log.info("a connection is closed: %s", _INVALID)
