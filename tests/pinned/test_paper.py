@@ -29,7 +29,7 @@ from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import CHECKS, _maps, _motions, records
 from gearchaos.paper.claims._claim import VERDICTS, CheckResult, PeriodicMotion
 from gearchaos.paper.figures import LAYOUTS, draw, spectral_comparison
-from gearchaos.paper.page import _flat, _mark, _maths, _proof_lines, proofs_in_words
+from gearchaos.paper.page import _claim, _flat, _maths, _proof_lines, proofs_in_words
 from gearchaos.paper.report import writable_folder
 from gearchaos.proof.certificate import Unproved, checksum
 from gearchaos.studies import load
@@ -463,7 +463,7 @@ def test_certificates_are_the_same_on_each_run(tmp_path):
 
 def test_a_motion_that_is_not_proved_says_why(tmp_path, monkeypatch):
     (other,) = claims.prove_claims([periodic_claim(5)], tmp_path)
-    assert _mark(other) == "" and not list(tmp_path.iterdir())
+    assert _claim(other)["mark"] == "" and not list(tmp_path.iterdir())
     assert _proof_lines(other)[0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
     monkeypatch.setattr(claims, "prove", lambda verdict: Unproved("neutral", float("nan"), 512))
     (neutral,) = claims.prove_claims([periodic_claim(6)], tmp_path)
@@ -474,11 +474,11 @@ def test_a_motion_that_is_not_proved_says_why(tmp_path, monkeypatch):
 
 def test_a_range_is_proved_at_the_values_computed(tmp_path):
     (scan,) = claims.prove_claims([periodic_claim(6, 4)], tmp_path)
-    assert _mark(scan) == "6T proved at 4 values"
+    assert _claim(scan)["mark"] == "6T proved at 4 values"
     (line,) = _proof_lines(scan)
     assert line["text"].startswith("6T at 4 of the values of ε1 computed, from 0.231 to 0.2313: radius ")
     assert line["file"] == "certificates/x-6T-eps1-*.json"
-    assert _mark(replace(scan, proofs=scan.proofs[:1], verdict="misprint")) == ""
+    assert _claim(replace(scan, proofs=scan.proofs[:1], verdict="misprint"))["mark"] == ""
 
 
 def test_without_python_flint_the_report_says_so_once(tmp_path, monkeypatch, capsys):
