@@ -61,15 +61,15 @@ def render(
     times = [(f"Figure {f.setting.number}", f"{f.compute_seconds:.1f} s", f"{f.draw_seconds:.1f} s") for f in figures]
     if claims:
         times.append(("Statements", f"{check_seconds:.1f} s", ""))
-    q, wrong = quality, failed(claims)
     provenance = [
-        ("quality", q.name), ("zones", f"{q.zones[0]} × {q.zones[1]} cells"),
-        ("basins", f"{q.basins[0]} × {q.basins[1]} initial states"),
-        ("diagrams", f"{q.bifurcation[0]} columns of {q.bifurcation[1]} points"),
-        ("portraits", f"{q.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
+        ("quality", quality.name), ("zones", f"{quality.zones[0]} × {quality.zones[1]} cells"),
+        ("basins", f"{quality.basins[0]} × {quality.basins[1]} initial states"),
+        ("diagrams", f"{quality.bifurcation[0]} columns of {quality.bifurcation[1]} points"),
+        ("portraits", f"{quality.portrait} points"), ("cores", str(os.cpu_count())), ("machine", platform.machine()),
         ("Python", platform.python_version()), *((name, metadata.version(name)) for name in _LIBRARIES),
     ]
     parts = [f"{count} {verdict if count == 1 else _PLURAL.get(verdict, verdict)}" for verdict, count in tally]
+    wrong = failed(claims)
     outcome = f"Of {len(claims)} statements: {', '.join(parts)}. " + (
         f"Not confirmed: {', '.join(c.id for c in wrong)}." if wrong
         else "None is contradicted; the misprints are those known and listed below.")
