@@ -10,7 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.dynamics.time_series import time_sum
-from gearchaos.flow import RESIDUAL, ExactFlow, Measure, near_returns, newton_iteration, start_newton_search
+from gearchaos.flow import (
+    RESIDUAL,
+    ExactFlow,
+    Measure,
+    SwitchedSystem,
+    near_returns,
+    newton_iteration,
+    start_newton_search,
+)
 
 ON_ORBIT = 1e-8
 """A state counts as on an orbit if no coordinate differs by more than this."""
@@ -197,7 +205,7 @@ def candidates(
 def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
     """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
 
-    The product of the multipliers is det(monodromy) = exp(tr A · nT). Where the computed multipliers violate this, the
+    The product of the multipliers is det(monodromy) = exp(∫ tr A dτ). Where the computed multipliers violate this, the
     smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
     norm are then taken from the growth of orthonormalised tangent vectors, and the last exponent is the trace minus the
     sum of the others.
@@ -206,7 +214,9 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
     modulus = np.abs(orbits.multipliers)
     with np.errstate(divide="ignore"):
         exponents = np.log(modulus).T / duration
-    error = np.abs(exponents.sum(axis=0) - flow.system.trace[points]) * duration
+    measured = flow.system.damps_in_contact
+    measures = flow.advance(orbits.w, orbits.period, points=points, measured=True).measures if measured else None
+    error = np.abs(exponents.sum(axis=0) - mean_trace(flow.system, points, measures, duration)) * duration
     inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
     if len(inexact) == 0:
         return exponents
@@ -223,6 +233,19 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
     exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
     exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
     return exponents
+
+
+def mean_trace(
+    system: SwitchedSystem, points: np.ndarray, measures: np.ndarray | None, duration: np.ndarray
+) -> np.ndarray:
+    """Mean over time of the trace of the linear part along motions (L,), which is the sum of their exponents.
+
+    ``measures`` (len(Measure), L) over the ``duration`` are needed only where the damping acts in contact alone.
+    """
+    if measures is None or not system.damps_in_contact:
+        return system.trace[points]
+    share = (measures[Measure.FRONT_TIME] + measures[Measure.BACK_TIME]) / duration
+    return system.trace[points] + system.contact_trace[points] * share
 
 
 def tangent_frame(d: int, count: int) -> np.ndarray:

@@ -153,9 +153,11 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     motions = np.flatnonzero(bounded & np.isnan(verdicts.trace_error))  # only their largest exponent was computed
     if len(motions):
         frame = orbits.tangent_frame(state.flow.dimension, len(motions))
-        growth = state.advance(motions, _TRACE_CHECK_PERIODS, tangent=frame, growth=True).growth
+        measured = state.flow.system.damps_in_contact
+        run = state.advance(motions, _TRACE_CHECK_PERIODS, tangent=frame, growth=True, measured=measured)
         duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
-        state.set_trace_error(motions, time_sum(growth).sum(axis=0) / duration)
+        trace = orbits.mean_trace(state.flow.system, state.points[motions], run.measures, duration)
+        state.set_trace_error(motions, time_sum(run.growth).sum(axis=0) / duration, trace)
     wrong = np.flatnonzero(verdicts.trace_error > _MAX_TRACE_ERROR)
     state.assign(wrong, Label.UNDECIDED, Reason.INCONSISTENT)
     verdicts.period[wrong], verdicts.residual[wrong], verdicts.multipliers[wrong] = 0, np.nan, np.nan

@@ -194,9 +194,10 @@ class ClassificationState:
         k, verdicts = len(value), self.verdicts
         verdicts.exponent[:k, motions] = value
         verdicts.exponent_low[:k, motions], verdicts.exponent_high[:k, motions] = low, high
-        if k == self.flow.dimension:
-            self.set_trace_error(motions, value.sum(axis=0))
+        if k == self.flow.dimension and not self.flow.system.damps_in_contact:
+            self.set_trace_error(motions, value.sum(axis=0), self.flow.system.trace[self.points[motions]])
 
-    def set_trace_error(self, motions: np.ndarray, exponent_sum: np.ndarray) -> None:
-        """Record the absolute difference of the sum (motions,) of all exponents from the trace of the linear part."""
-        self.verdicts.trace_error[motions] = np.abs(exponent_sum - self.flow.system.trace[self.points[motions]])
+    def set_trace_error(self, motions: np.ndarray, exponent_sum: np.ndarray, trace: np.ndarray) -> None:
+        """Record the absolute difference of the sum (motions,) of all exponents from the mean trace of the linear
+        part."""
+        self.verdicts.trace_error[motions] = np.abs(exponent_sum - trace)

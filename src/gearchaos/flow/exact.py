@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from gearchaos.flow.kernels.advance import advance_packs
-from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
+from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
 from gearchaos.flow.system import SwitchedSystem
 from gearchaos.flow.tables import prepare_points
@@ -284,7 +284,8 @@ class ExactFlow(Generic[System]):
         """Advance all packs of a call; raise `StoppedError` if the computation is cancelled."""
         if len(call.packs) == 0:
             return
-        points, measuring, dims = self._points, len(call.measures) > 0, (0,) * self.dimension
+        points, measuring = self._points, len(call.measures) > 0
+        dims = dimensions(self.dimension, self.system.damps_in_contact)
         buffer = 8 * WIDTH * (self.dimension + points.table.shape[2])  # bytes: matrices and bounds of `WIDTH` lanes
         # With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose
         # contact state differs from that at the same entry one period ago. In a single period that saves nothing.

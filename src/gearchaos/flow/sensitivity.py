@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.exact import raise_if_cancelled
-from gearchaos.flow.kernels.arrays import new_workspace, sensitivity_rows
+from gearchaos.flow.kernels.arrays import dimensions, new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
 from gearchaos.flow.system import SwitchedSystem
@@ -82,8 +82,8 @@ class SensitivityFlow:
 
     Notes
     -----
-    The derivatives are exact to rounding: the variational equations are integrated beside the motion, and a contact
-    switch adds nothing to them, since the right-hand side is continuous there.
+    The derivatives are exact to rounding: the variational equations are integrated beside the motion. A contact switch
+    adds nothing to them where the right-hand side is continuous there, else its jump.
 
     Examples
     --------
@@ -100,6 +100,7 @@ class SensitivityFlow:
 
     def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
         self._harmonics, self.dimension = harmonics_of(system), system.dimension
+        self._dims = dimensions(system.dimension, system.damps_in_contact)
         self._parameters = parameter_array(system, bounded=False)
         sizes = (self._parameters.shape[1], system.levels.shape[1])
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
@@ -142,7 +143,7 @@ class SensitivityFlow:
         work, segment, steps = new_workspace(self._rows.total), new_segment(), self.step_count[points]
         for number in np.unique(steps):
             lanes = np.flatnonzero(steps == number)
-            advance_with_sensitivities((0,) * d, self._harmonics, self._rows, call, int(number), lanes, work, segment)
+            advance_with_sensitivities(self._dims, self._harmonics, self._rows, call, int(number), lanes, work, segment)
         return PeriodResult(
             call.w, call.tangent.transpose(0, 2, 1), call.sensitivity.transpose(0, 2, 1), call.switches,
             call.switch_count, call.extrema, call.extremum_count, call.status,

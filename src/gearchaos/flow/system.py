@@ -14,10 +14,10 @@ class SwitchedSystem(Protocol):
     The first two coordinates are z and z', the displacement in half backlashes and its velocity, so that the contact
     state σ follows from w[0] alone:
 
-        w' = A w + f(τ) − b χ(τ) (w[0] − σ) [σ ≠ 0],    σ = 0 if |z| <= 1, 1 if z > 1, −1 if z < −1
+        w' = A w + f(τ) − b (χ(τ) (w[0] − σ) + D w[1]) [σ ≠ 0],    σ = 0 if |z| <= 1, 1 if z > 1, −1 if z < −1
 
-    with f(τ) = f0, to whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and
-    χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K.
+    with D = ``damping`` if ``damps_in_contact``, else 0: then the mesh damping is a part of A. Further f(τ) = f0, to
+    whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K.
     Any object with these attributes can be used.
 
     Attributes
@@ -43,10 +43,14 @@ class SwitchedSystem(Protocol):
         Harmonics of the stiffness, added to its level.
     damping : (P,)
         Damping coefficient in the mesh force, damping z' + χ (z − σ), whose extremes are measured.
+    damps_in_contact : bool
+        Whether the mesh damping acts in contact alone. Otherwise it acts in the gap, too.
     velocity, velocity0, velocity_cos, velocity_sin : (P, d), (P,), (P, H), (P, H)
         The measured velocity: velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
     trace : (P,)
         Trace of A.
+    contact_trace : (P,)
+        What contact adds to the trace: −b[:, 1] D.
     period : (P,)
         2π/ω.
 
@@ -84,6 +88,8 @@ class SwitchedSystem(Protocol):
     @property
     def damping(self) -> np.ndarray: ...
     @property
+    def damps_in_contact(self) -> bool: ...
+    @property
     def velocity(self) -> np.ndarray: ...
     @property
     def velocity0(self) -> np.ndarray: ...
@@ -93,6 +99,8 @@ class SwitchedSystem(Protocol):
     def velocity_sin(self) -> np.ndarray: ...
     @property
     def trace(self) -> np.ndarray: ...
+    @property
+    def contact_trace(self) -> np.ndarray: ...
     @property
     def period(self) -> np.ndarray: ...
     @property
@@ -135,7 +143,7 @@ def fastest_rate(system: SwitchedSystem) -> np.ndarray:
     >>> fastest_rate(initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system).round(3).tolist()
     [1.143]
     """
-    contact = system.A.copy()
+    contact = _damped(system)
     contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
     modes = np.maximum(_spectral_radius(system.A), _spectral_radius(contact))
     highest = max(system.f_cos.shape[1], system.chi_cos.shape[1], 1)
@@ -166,6 +174,14 @@ def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
     return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
 
 
+def _damped(system: SwitchedSystem) -> np.ndarray:
+    """A, with the mesh damping that acts in contact, (P, d, d)."""
+    A = system.A.copy()
+    if system.damps_in_contact:
+        A[:, :, 1] -= system.b * system.damping[:, None]
+    return A
+
+
 def _spectral_radius(A: np.ndarray) -> np.ndarray:
     """Upper bound of the largest |eigenvalue| of matrices A (P, d, d): ‖A^16‖^(1/16) in the Frobenius norm.
 
@@ -190,11 +206,14 @@ def bounds(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray]:
     constant plus the sum of factor times |w_i| over i >= 2. Near ±1 and at low speed the spring force and the damping
     force are small; a factor of 2 covers their contribution within a step.
     """
-    A, order = system.A, np.arange(1, system.f_cos.shape[1] + 1)
+    A, damped, order = system.A, _damped(system), np.arange(1, system.f_cos.shape[1] + 1)
     amplitudes = np.hypot(system.f_cos, system.f_sin)
     second = np.abs(system.f0[:, 1]) + amplitudes.sum(axis=1)
     longest_step = STEP_ANGLE / fastest_rate(system)
-    spring = np.abs(A[:, 1, 1]) + system.b[:, 1] * stiffness_bound(system) * longest_step
+    damping = np.maximum(np.abs(A[:, 1, 1]), np.abs(damped[:, 1, 1]))
+    spring = damping + system.b[:, 1] * stiffness_bound(system) * longest_step
     third = spring * second + (amplitudes * order * system.omega[:, None]).sum(axis=1)
     factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
+    if system.damps_in_contact:
+        factors = np.maximum(factors, np.maximum(np.abs(damped[:, 1, :]), np.abs((damped @ damped)[:, 1, :])))
     return 2.0 * np.stack([second, third], axis=1), 2.0 * factors

@@ -24,6 +24,7 @@ from gearchaos.validation import MAX_HARMONICS, to_float
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
+DAMPING_LAWS: tuple[str, ...] = ("always", "contact")
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
@@ -104,6 +105,9 @@ class MeshModel(HasCard):
         Static transmission error ε(τ); "error" in names of this package, except those of exceptions.
     stiffness : TwoLevelStiffness, HarmonicStiffness or SteppedStiffness
         Mesh stiffness χ(τ).
+    damping_law : {"always", "contact"}
+        Where the mesh damping 2ζz' acts: ``always`` as in (2.5), across the open gap, too; or in ``contact`` alone, as
+        in a Kelvin–Voigt element.
     initial : mapping of str to float
         Initial values by name of coordinate; those left out are x1(0) = 1 and 0 for all others, as in the paper.
 
@@ -140,11 +144,14 @@ class MeshModel(HasCard):
     zeta_support2: float = 0.01
     error: TransmissionError = field(default_factory=TransmissionError)
     stiffness: Stiffness = field(default_factory=TwoLevelStiffness)
+    damping_law: str = "always"
     initial: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise unknown_name("kind", str(self.kind), KINDS)
+        if self.damping_law not in DAMPING_LAWS:
+            raise unknown_name("damping_law", str(self.damping_law), DAMPING_LAWS)
         for name in ("beta1", "beta2"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
@@ -164,7 +171,8 @@ class MeshModel(HasCard):
         object.__setattr__(self, "initial", MappingProxyType(initial))
 
     def __hash__(self) -> int:
-        return hash((self.kind, self.stiffness, *sorted(self.parameters().items()), *sorted(self.initial.items())))
+        values = sorted(self.parameters().items()), sorted(self.initial.items())
+        return hash((self.kind, self.stiffness, self.damping_law, *map(tuple, values)))
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -280,6 +288,7 @@ class MeshModel(HasCard):
 
 _PARTS: dict[str, tuple[type, str, str]] = {
     "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
+    "damping_law": (str, "must be always or contact", "E.g. damping_law='contact'."),
     "stiffness": (
         Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
         f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name."),

@@ -48,13 +48,17 @@ def _parameters(d: int, h: int, k: int, n: int) -> dict[str, int]:
     }
 
 
-def _fixed_rows(d: int) -> dict[str, int]:
-    """Rows of the workspace whose number depends on d alone; a polynomial has `ORDER` + 1 coefficients."""
+def _fixed_rows(d: int, in_contact: bool) -> dict[str, int]:
+    """Rows of the workspace that do not depend on harmonics; a polynomial has `ORDER` + 1 coefficients.
+
+    ``in_contact`` says that the mesh damping acts in contact alone.
+    """
     return {
         "A": d * d,
         "minus_b": d,
         "f0": d,
         "omega": 1,  # mesh frequency
+        "contact_damping": int(in_contact),  # damping coefficient of the mesh force
         "state": _TERMS * d,  # polynomials of the coordinates: coefficient k of coordinate i in row k * d + i
         "forcing": _TERMS,  # polynomial of the harmonic forcing of z''
         "stiffness": _TERMS,  # polynomial of the stiffness; zero in free flight
@@ -63,6 +67,7 @@ def _fixed_rows(d: int) -> dict[str, int]:
         "start": d,  # state or tangent vector at the start of the segment
         "end": d,  # and at its end
         "stiffness_column": d,  # factor of z - σ: first column of A, less b times the stiffness at the start
+        "velocity_column": d * in_contact,  # factor of z': second column of A, in contact less b times the damping
         "constant": d,  # constant forcing, with A[:, 0] σ
         "duration": 1,  # of the segment, in units of τ
         "level": 1,  # stiffness on the step, without its harmonics
@@ -100,6 +105,7 @@ def _sensitivity_rows(d: int, h: int, k: int, q: int) -> dict[str, int]:
         "forcing_amplitudes": 2 * h,
         "stiffness_amplitudes": 2 * k,
         "level": 1,
+        "damping": 1,
         "stretch": 1,  # derivative of the logarithm of the mesh period
         "forcing": _TERMS,  # polynomial of the derivative of the harmonic forcing
         "stiffness": _TERMS,  # polynomial of the derivative of the stiffness; zero in free flight
@@ -113,7 +119,7 @@ def _record(name: str, sizes: dict[str, int]) -> Any:
 
 
 ParameterColumns = _record("ParameterColumns", _parameters(1, 1, 1, 1))
-Rows = _record("Rows", _fixed_rows(1))
+Rows = _record("Rows", _fixed_rows(1, True))
 HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
 SensitivityRows = _record("SensitivityRows", _sensitivity_rows(1, 1, 1, 1))
 
@@ -134,9 +140,9 @@ class Harmonics(NamedTuple):
     point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_amplitudes`` on
 
 
-def harmonics(d: int, h: int, k: int, n: int) -> Harmonics:
+def harmonics(d: int, h: int, k: int, n: int, in_contact: bool) -> Harmonics:
     """The offsets for d coordinates, h harmonics of the forcing, and k harmonics and n levels of the stiffness."""
-    fixed = row_offsets(d)
+    fixed = row_offsets(d, in_contact)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_amplitudes
     return Harmonics(h, k, max(h, k), ParameterColumns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
@@ -149,14 +155,35 @@ def sensitivity_rows(d: int, harmonics: Harmonics, q: int) -> Any:
 
 
 @cache
-def row_offsets(d: int) -> Any:
+def row_offsets(d: int, in_contact: bool) -> Any:
     """`Rows` of the workspace for d coordinates."""
-    return Rows(*_offsets(_fixed_rows(d)))
+    return Rows(*_offsets(_fixed_rows(d, in_contact)))
+
+
+def dimensions(d: int, in_contact: bool) -> tuple[int, ...] | tuple[float, ...]:
+    """The argument ``dims`` of the kernels: its length is d, and its type, for which they are compiled, says whether
+    the mesh damping acts in contact alone."""
+    return (0.0,) * d if in_contact else (0,) * d
+
+
+@intrinsic
+def _constant_in_contact(typingctx, dims):
+    value = isinstance(dims.dtype, types.Float)
+
+    def codegen(context, builder, signature, args):
+        return context.get_constant(types.boolean, value)
+
+    return types.boolean(dims), codegen
+
+
+damps_in_contact: Any = (lambda dims: isinstance(dims[0], float)) if config.DISABLE_JIT else _constant_in_contact
+"""``damps_in_contact(dims)``: whether the mesh damping acts in contact alone, for kernels a compile-time constant."""
 
 
 @intrinsic
 def _constant_rows(typingctx, dims):
-    kind, value = types.NamedUniTuple(types.intp, len(Rows._fields), Rows), row_offsets(len(dims))
+    offsets = row_offsets(len(dims), isinstance(dims.dtype, types.Float))
+    kind, value = types.NamedUniTuple(types.intp, len(Rows._fields), Rows), offsets
 
     def codegen(context, builder, signature, args):
         return context.get_constant_generic(builder, kind, value)
@@ -164,7 +191,7 @@ def _constant_rows(typingctx, dims):
     return kind(dims), codegen
 
 
-rows: Any = (lambda dims: row_offsets(len(dims))) if config.DISABLE_JIT else _constant_rows
+rows: Any = (lambda dims: row_offsets(len(dims), isinstance(dims[0], float))) if config.DISABLE_JIT else _constant_rows
 """``rows(dims)``: `row_offsets` for kernels, as compile-time constants."""
 
 

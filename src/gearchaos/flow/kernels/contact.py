@@ -8,7 +8,7 @@ boundary of its contact state, positive inside. The root search advances s by *i
 
 from __future__ import annotations
 
-from gearchaos.flow.kernels.arrays import position_of, rows, rows_per_slot, slot_of
+from gearchaos.flow.kernels.arrays import damps_in_contact, position_of, rows, rows_per_slot, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, ORDER, WIDTH
 from gearchaos.flow.kernels.measures import gather_measures, measure_segment, output_series, scatter_measures
@@ -247,16 +247,34 @@ def _scatter(dims, vectors, length, first, listed, count, ws, row):
 
 
 @subroutine
+def saltate(dims, ws):
+    """Change the end rows of a tangent vector v by the contact switch at the end of the segment, if there is one.
+
+    The right-hand side jumps by −b D z' where contact begins and by b D z' where it ends, and the instant of the switch
+    changes by −v[0]/z', so that v jumps by −b D v[0] or b D v[0] (R. I. Leine, H. Nijmeijer, *Dynamics and Bifurcations
+    of Non-Smooth Mechanical Systems*, 2004, section 7.3). With damping that always acts nothing jumps.
+    """
+    at = rows(dims)
+    sigma, beyond = load(ws, at.sigma), load(ws, at.next_sigma)
+    beyond = select(beyond < broadcast(SEARCH_FAILED), beyond, sigma)
+    jump = (beyond * beyond - sigma * sigma) * load(ws, at.contact_damping) * load(ws, at.end)
+    for i in range(1, len(dims)):
+        store(ws, at.end + i, vfma(load(ws, at.minus_b + i), jump, load(ws, at.end + i)))
+
+
+@subroutine
 def _advance_tangents(dims, tangents, before, after, listed, count, ws, varying):
     """Advance the tangent vectors of the listed lanes over the segment, from parity ``before`` to parity ``after``.
 
-    The right-hand side is continuous, so that they do not change at a contact switch. ``tangents`` is `Lanes.tangents`.
+    ``tangents`` is `Lanes.tangents`.
     """
     d, vectors = len(dims), tangents.shape[2]
     for c in range(vectors):
         _gather(dims, tangents, 2 * vectors * d, (before * vectors + c) * d, listed, count, ws)
         state_series(dims, ws, False, varying)
         end_state(dims, ws)
+        if damps_in_contact(dims):
+            saltate(dims, ws)
         _scatter(dims, tangents, 2 * vectors * d, (after * vectors + c) * d, listed, count, ws, rows(dims).end)
 
 

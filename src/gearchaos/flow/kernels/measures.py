@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import measure_index, rows, rows_per_slot
+from gearchaos.flow.kernels.arrays import damps_in_contact, measure_index, rows, rows_per_slot
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import ORDER, WIDTH, Measure
 from gearchaos.flow.kernels.simd import (
@@ -52,6 +52,8 @@ def output_series(dims, harmonics, ws):
     d = len(dims)
     at, row, sigma = rows(dims), harmonics.rows, load(ws, rows(dims).sigma)
     damping, first, constant = load(ws, row.damping), load(ws, row.velocity), load(ws, row.velocity0)
+    if damps_in_contact(dims):
+        damping = damping * sigma * sigma
     for m in range(ORDER + 1):
         velocity = first * load(ws, at.state + m * d)
         for i in range(1, d):

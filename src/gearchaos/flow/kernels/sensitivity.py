@@ -6,8 +6,8 @@ dw/ds = h F, so that the derivative v of w by a parameter p at constant s solves
 
     dv/ds = h (∂F/∂w v + ∂F/∂p) + (∂h/∂p) F.
 
-F is continuous at contact switches, so v is too, and ∂h/∂p = −h/ω ∂ω/∂p. Where the stiffness jumps at an instant that
-depends on p, v jumps by the difference of F before and after, times the derivative of that instant.
+∂h/∂p = −h/ω ∂ω/∂p. At a contact switch v jumps if F does, see `contact.saltate`. Where the stiffness jumps at an
+instant that depends on p, v jumps by the difference of F before and after, times the derivative of that instant.
 
 Every step is computed from Taylor polynomials. The results agree with those of `advance.advance_packs` to rounding.
 """
@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, rows
+from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, damps_in_contact, rows
 from gearchaos.flow.kernels.compilation import kernel, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, MAX_SWITCHES, ORDER, TWO_PI, WIDTH
-from gearchaos.flow.kernels.contact import find_exits, switch_contact
+from gearchaos.flow.kernels.contact import find_exits, saltate, switch_contact
 from gearchaos.flow.kernels.recording import extremum_derivatives, record_extrema, record_switches
 from gearchaos.flow.kernels.simd import broadcast, load, store, vfma
 from gearchaos.flow.kernels.taylor import (
@@ -72,6 +72,7 @@ def _fill_derivatives(dims, harmonics, call, q, points, steps, ws, row):
         for j in range(k):
             ws[(row.stiffness_amplitudes + 2 * j) * WIDTH + l] = values[column.chi_cos + j]
             ws[(row.stiffness_amplitudes + 2 * j + 1) * WIDTH + l] = values[column.chi_sin + j]
+        ws[row.damping * WIDTH + l] = values[column.damping]
         ws[row.level * WIDTH + l] = values[column.levels + int(call.values[steps[l], LEVEL])]
         ws[row.stretch * WIDTH + l] = -values[column.omega] / call.parameters[points[l], column.omega]
 
@@ -122,6 +123,10 @@ def _source(dims, ws, row, k, i, weakening, spring):
         total = total + load(ws, row.forcing + k)
     for j in range(d):
         total = vfma(load(ws, row.A + i * d + j), load(ws, row.motion + k * d + j), total)
+    if damps_in_contact(dims):
+        contact = load(ws, at.sigma) * load(ws, at.sigma)
+        force = load(ws, at.minus_b + i) * load(ws, row.damping) - load(ws, row.b + i) * load(ws, at.contact_damping)
+        total = vfma(contact * force, load(ws, row.motion + k * d + 1), total)
     return total
 
 
@@ -143,15 +148,19 @@ def _sensitivity_series(dims, harmonics, ws, row):
             if harmonics.stiffness > 0:
                 total = vfma(load(ws, at.minus_b + i), stiffness_variation(ws, at, d, k, zero), total)
             for j in range(1, d):
-                total = vfma(load(ws, at.A + i * d + j), load(ws, now + j), total)
+                factor = at.velocity_column + i if damps_in_contact(dims) and j == 1 else at.A + i * d + j
+                total = vfma(load(ws, factor), load(ws, now + j), total)
             store(ws, after + i, vfma(scale, total, stretch * load(ws, row.motion + (k + 1) * d + i)))
 
 
 @subroutine
 def _advance_vector(dims, ws, row, number):
-    """Evaluate the polynomials of a vector at the end of the segment, and keep the result as its new value."""
+    """Evaluate the polynomials of a vector at the end of the segment, and keep the result as its new value; the first
+    one is the state, which is continuous."""
     d, at = len(dims), rows(dims)
     end_state(dims, ws)
+    if damps_in_contact(dims) and number > 0:
+        saltate(dims, ws)
     for i in range(d):
         store(ws, row.vectors + number * d + i, load(ws, at.end + i))
 

@@ -3,15 +3,16 @@ the workspace with the parameters and step data from which they are computed.
 
 With s in [0, 1] the fraction of the segment, w(s) = Σ_k c_k s^k solves
 
-    dw/ds = h (A w + f(τ) − b χ(τ) (w[0] − σ)),
+    dw/ds = h (A w + f(τ) − b (χ(τ) (w[0] − σ) + D w[1])),
 
-with h the duration of the segment. Coefficient k of coordinate i is row ``at.state + k * d + i`` of the workspace;
+with h the duration of the segment; χ and D are 0 in free flight, and D is 0 unless the mesh damping acts in contact
+alone, otherwise it is a part of A. Coefficient k of coordinate i is row ``at.state + k * d + i`` of the workspace;
 ``at`` stands for ``rows(dims)``.
 """
 
 from __future__ import annotations
 
-from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, rows
+from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, damps_in_contact, rows
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.simd import broadcast, load, load_scalar, store, store_scalar, vfma
@@ -40,6 +41,8 @@ def fill_point(dims, parameters, harmonics, points, measuring, ws):
             store_scalar(ws, (at.minus_b + i) * WIDTH + l, -load_scalar(parameters, offset + column.b + i))
         _copy(parameters, offset + column.f0, d, ws, at.f0, l)
         _copy(parameters, offset + column.omega, 1, ws, at.omega, l)
+        if damps_in_contact(dims):
+            _copy(parameters, offset + column.damping, 1, ws, at.contact_damping, l)
         for j in range(h):
             _copy(parameters, offset + column.f_cos + j, 1, ws, row.forcing_amplitudes + 2 * j, l)
             _copy(parameters, offset + column.f_sin + j, 1, ws, row.forcing_amplitudes + 2 * j + 1, l)
@@ -172,6 +175,10 @@ def excitation_series(dims, harmonics, ws):
         first_column = load(ws, at.A + i * len(dims))
         store(ws, at.stiffness_column + i, vfma(load(ws, at.minus_b + i), chi, first_column))
         store(ws, at.constant + i, vfma(first_column, sigma, load(ws, at.f0 + i)))
+        if damps_in_contact(dims):
+            damping = contact * load(ws, at.contact_damping)
+            second_column = load(ws, at.A + i * len(dims) + 1)
+            store(ws, at.velocity_column + i, vfma(load(ws, at.minus_b + i), damping, second_column))
 
 
 @subroutine
@@ -234,7 +241,8 @@ def state_series(dims, ws, forced, varying):
             if varying:
                 total = vfma(load(ws, at.minus_b + i), stiffness_variation(ws, at, d, k, sigma), total)
             for j in range(1, d):
-                total = vfma(load(ws, at.A + i * d + j), load(ws, at.state + k * d + j), total)
+                factor = at.velocity_column + i if damps_in_contact(dims) and j == 1 else at.A + i * d + j
+                total = vfma(load(ws, factor), load(ws, at.state + k * d + j), total)
             store(ws, at.state + (k + 1) * d + i, total * scale)
 
 
