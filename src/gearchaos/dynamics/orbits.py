@@ -214,7 +214,7 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
     modulus = np.abs(orbits.multipliers)
     with np.errstate(divide="ignore"):
         exponents = np.log(modulus).T / duration
-    measured = flow.system.damps_in_contact
+    measured = flow.system.damping_law != "always"
     measures = flow.advance(orbits.w, orbits.period, points=points, measured=True).measures if measured else None
     error = np.abs(exponents.sum(axis=0) - mean_trace(flow.system, points, measures, duration)) * duration
     inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
@@ -242,7 +242,7 @@ def mean_trace(
 
     ``measures`` (len(Measure), L) over the ``duration`` are needed only where the damping acts in contact alone.
     """
-    if measures is None or not system.damps_in_contact:
+    if measures is None or system.damping_law == "always":
         return system.trace[points]
     share = (measures[Measure.FRONT_TIME] + measures[Measure.BACK_TIME]) / duration
     return system.trace[points] + system.contact_trace[points] * share

@@ -15,7 +15,7 @@ import numpy as np
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
-from gearchaos.flow.system import SwitchedSystem
+from gearchaos.flow.system import SwitchedSystem, contact_states
 from gearchaos.flow.tables import prepare_points
 
 cancel_event: ContextVar[threading.Event | None] = ContextVar("cancel_event", default=None)
@@ -261,6 +261,7 @@ class ExactFlow(Generic[System]):
         self._run(Call(
             self._packs(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
             out.growth, out.sections, out.measures, out.samples, out.status,
+            contact_states(self.system, out.w, points),
         ))
         return out
 
@@ -285,7 +286,7 @@ class ExactFlow(Generic[System]):
         if len(call.packs) == 0:
             return
         points, measuring = self._points, len(call.measures) > 0
-        dims = dimensions(self.dimension, self.system.damps_in_contact)
+        dims = dimensions(self.dimension, self.system.damping_law)
         buffer = 8 * WIDTH * (self.dimension + points.table.shape[2])  # bytes: matrices and bounds of `WIDTH` lanes
         # With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose
         # contact state differs from that at the same entry one period ago. In a single period that saves nothing.

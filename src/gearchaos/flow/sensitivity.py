@@ -13,7 +13,7 @@ from gearchaos.flow.exact import raise_if_cancelled
 from gearchaos.flow.kernels.arrays import dimensions, new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
-from gearchaos.flow.system import SwitchedSystem
+from gearchaos.flow.system import SwitchedSystem, contact_states
 from gearchaos.flow.tables import harmonics_of, parameter_array, step_counts, step_values, steps_in_parts
 
 _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
@@ -99,8 +99,8 @@ class SensitivityFlow:
     """
 
     def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
-        self._harmonics, self.dimension = harmonics_of(system), system.dimension
-        self._dims = dimensions(system.dimension, system.damps_in_contact)
+        self._system, self._harmonics, self.dimension = system, harmonics_of(system), system.dimension
+        self._dims = dimensions(system.dimension, system.damping_law)
         self._parameters = parameter_array(system, bounded=False)
         sizes = (self._parameters.shape[1], system.levels.shape[1])
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
@@ -139,6 +139,7 @@ class SensitivityFlow:
             np.array(w, dtype=float, order="C"), np.empty((count, d, d)), np.empty((count, parameters, d)),
             np.empty((count, records, 4)), np.zeros(count, np.int64),
             np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
+            contact_states(self._system, w.T, points),
         )
         work, segment, steps = new_workspace(self._rows.total), new_segment(), self.step_count[points]
         for number in np.unique(steps):

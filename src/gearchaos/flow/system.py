@@ -16,8 +16,10 @@ class SwitchedSystem(Protocol):
 
         w' = A w + f(τ) − b (χ(τ) (w[0] − σ) + D w[1]) [σ ≠ 0],    σ = 0 if |z| <= 1, 1 if z > 1, −1 if z < −1
 
-    with D = ``damping`` if ``damps_in_contact``, else 0: then the mesh damping is a part of A. Further f(τ) = f0, to
-    whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K.
+    with f(τ) = f0, to whose second element Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ), j = 1, ..., H, is added, and
+    χ(τ) = level + Σ_j (chi_cos[j] cos jωτ + chi_sin[j] sin jωτ), j = 1, ..., K. With the damping law ``always`` D = 0,
+    and the mesh damping is a part of A; with ``contact`` D = ``damping``; with ``unilateral`` too, and σ = 0 also
+    where the force χ (z − σ) + D z' would pull.
     Any object with these attributes can be used.
 
     Attributes
@@ -43,8 +45,8 @@ class SwitchedSystem(Protocol):
         Harmonics of the stiffness, added to its level.
     damping : (P,)
         Damping coefficient in the mesh force, damping z' + χ (z − σ), whose extremes are measured.
-    damps_in_contact : bool
-        Whether the mesh damping acts in contact alone. Otherwise it acts in the gap, too.
+    damping_law : {"always", "contact", "unilateral"}
+        Where the mesh damping acts.
     velocity, velocity0, velocity_cos, velocity_sin : (P, d), (P,), (P, H), (P, H)
         The measured velocity: velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
     trace : (P,)
@@ -88,7 +90,7 @@ class SwitchedSystem(Protocol):
     @property
     def damping(self) -> np.ndarray: ...
     @property
-    def damps_in_contact(self) -> bool: ...
+    def damping_law(self) -> str: ...
     @property
     def velocity(self) -> np.ndarray: ...
     @property
@@ -174,10 +176,24 @@ def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
     return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
 
 
+def contact_states(system: SwitchedSystem, w: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The contact states (L,) of trajectories in the states w (d, L) at phase 0, at these points (L,).
+
+    They are 0 in free flight, 1 or −1 in contact with the front or back flank, and 1/2 or −1/2 where a flank is
+    released: z is beyond the boundary, but the force would pull.
+    """
+    side = (w[0] > 1).astype(float) - (w[0] < -1)
+    if system.damping_law != "unilateral":
+        return side
+    stiffness = system.levels[points, 0] + system.chi_cos[points].sum(axis=1)
+    force = stiffness * (w[0] - side) + system.damping[points] * w[1]
+    return np.where(side * force > 0, side, side / 2)
+
+
 def _damped(system: SwitchedSystem) -> np.ndarray:
     """A, with the mesh damping that acts in contact, (P, d, d)."""
     A = system.A.copy()
-    if system.damps_in_contact:
+    if system.damping_law != "always":
         A[:, :, 1] -= system.b * system.damping[:, None]
     return A
 
@@ -214,6 +230,6 @@ def bounds(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray]:
     spring = damping + system.b[:, 1] * stiffness_bound(system) * longest_step
     third = spring * second + (amplitudes * order * system.omega[:, None]).sum(axis=1)
     factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
-    if system.damps_in_contact:
+    if system.damping_law != "always":
         factors = np.maximum(factors, np.maximum(np.abs(damped[:, 1, :]), np.abs((damped @ damped)[:, 1, :])))
     return 2.0 * np.stack([second, third], axis=1), 2.0 * factors

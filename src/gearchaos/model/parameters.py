@@ -24,7 +24,7 @@ from gearchaos.validation import MAX_HARMONICS, to_float
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
-DAMPING_LAWS: tuple[str, ...] = ("always", "contact")
+DAMPING_LAWS: tuple[str, ...] = ("always", "contact", "unilateral")
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
@@ -105,9 +105,10 @@ class MeshModel(HasCard):
         Static transmission error ε(τ); "error" in names of this package, except those of exceptions.
     stiffness : TwoLevelStiffness, HarmonicStiffness or SteppedStiffness
         Mesh stiffness χ(τ).
-    damping_law : {"always", "contact"}
+    damping_law : {"always", "contact", "unilateral"}
         Where the mesh damping 2ζz' acts: ``always`` as in (2.5), across the open gap, too; or in ``contact`` alone, as
-        in a Kelvin–Voigt element.
+        in a Kelvin–Voigt element, which may pull before it opens; or ``unilateral``: in a contact that never pulls, and
+        ends where the force does.
     initial : mapping of str to float
         Initial values by name of coordinate; those left out are x1(0) = 1 and 0 for all others, as in the paper.
 
@@ -288,7 +289,7 @@ class MeshModel(HasCard):
 
 _PARTS: dict[str, tuple[type, str, str]] = {
     "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
-    "damping_law": (str, "must be always or contact", "E.g. damping_law='contact'."),
+    "damping_law": (str, "must be always, contact or unilateral", "E.g. damping_law='contact'."),
     "stiffness": (
         Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
         f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name."),

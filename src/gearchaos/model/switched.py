@@ -7,7 +7,8 @@ velocity, so that the contact state follows from w[0] alone:
 
 The forcing f(τ) is constant, f0, but for its second row, z'': it also has the terms of the transmission
 error, Σ_j (f_cos[j] cos jωτ + f_sin[j] sin jωτ). With the damping law ``always`` the mesh damping 2ζz' acts in every
-contact state, as in (2.12): it is a part of A, and D = 0. With the law ``contact`` it acts in contact alone: D = 2ζ.
+contact state, as in (2.12): it is a part of A, and D = 0. With the laws ``contact`` and ``unilateral`` it acts in
+contact alone, and D = 2ζ; with the latter σ = 0 also where the force would pull.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ class SwitchedAffine:
     mean_velocity: np.ndarray  # (P,), mean of x1' over a steady motion; 0 without bearing friction
     rotation_decay: np.ndarray  # (P,), rate at which friction leads to that velocity; 0 if it is not in the state
     damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
-    damps_in_contact: bool  # whether that acts in contact alone
+    damping_law: str  # where that acts: always, in contact, or unilateral
     static_force: np.ndarray  # (P,), mean of the mesh force 2ζz' + χ f(z) over a steady motion
 
     @property
@@ -133,7 +134,7 @@ class SwitchedAffine:
     @property
     def contact_trace(self) -> np.ndarray:
         """What contact adds to the trace while it lasts, (P,)."""
-        return -self.b[:, 1] * self.damping * self.damps_in_contact
+        return -self.b[:, 1] * self.damping * (self.damping_law != "always")
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
         """The systems of the points with these indices (N,), in that order."""
@@ -148,7 +149,7 @@ def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
     """
     sign = velocity_signs(system.names)
     return replace(
-        system, damping=-system.damping if system.damps_in_contact else system.damping,
+        system, damping=system.damping if system.damping_law == "always" else -system.damping,
         A=-sign[:, None] * system.A * sign, b=-sign * system.b, f0=-sign * system.f0, f_sin=-system.f_sin,
         chi_sin=-system.chi_sin, levels=np.ascontiguousarray(system.levels[:, ::-1]),
         starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
@@ -215,7 +216,7 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
         chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
-        damps_in_contact=rows.in_contact, **_velocity(rows))
+        damping_law=batch.model.damping_law, **_velocity(rows))
 
 
 class _Rows:
@@ -223,7 +224,6 @@ class _Rows:
 
     def __init__(self, batch: Batch, names: tuple[str, ...]) -> None:
         self.batch, self.names, self.kind = batch, names, batch.model.kind
-        self.in_contact = batch.model.damping_law == "contact"
         self.omega = self["omega"]
         a, p = batch.harmonics("eps", "theta")
         self.order = np.arange(1, len(a) + 1)
@@ -252,7 +252,7 @@ class _Rows:
 
     def add_force(self, row: int, factor: np.ndarray | float) -> None:
         """Add the mesh force S = 2ζz' + χ f(z), (2.5), times a factor to the right side of one row."""
-        if not self.in_contact:
+        if self.batch.model.damping_law == "always":
             self.A[:, row, 1] += 2 * self["zeta"] * factor
         self.b[:, row] -= factor
 

@@ -179,11 +179,11 @@ def advance_packs(dims, points, call, lanes, slots, work, measuring, ticks):
 
 @inlined
 def _load_lane(call, grids, lanes, trajectory, lane, parity):
-    """Copy a trajectory of the call into a lane; its contact state follows from z alone."""
-    point, z = call.points[trajectory], call.w[0, trajectory]
+    """Copy a trajectory of the call into a lane."""
+    point = call.points[trajectory]
     lanes.trajectory[lane], lanes.point[lane], lanes.status[lane] = trajectory, point, OK
     lanes.first_step[lane], lanes.first_entry[lane] = grids.first_step[point], grids.first_entry[point]
-    lanes.sigma[lane] = 1.0 if z > 1.0 else (-1.0 if z < -1.0 else 0.0)
+    lanes.sigma[lane] = call.sigma[trajectory]
     first = state_index(lanes, len(call.w), lane, parity)
     for i in range(len(call.w)):
         lanes.vectors[first + i * WIDTH] = call.w[i, trajectory]

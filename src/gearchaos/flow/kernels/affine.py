@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import COS_SIN, damps_in_contact, position_of, rows, slot_of
+from gearchaos.flow.kernels.arrays import COS_SIN, damps_in_contact, position_of, releases, rows, slot_of
 from gearchaos.flow.kernels.compilation import inlined, kernel, subroutine
 from gearchaos.flow.kernels.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.simd import (
@@ -125,7 +125,8 @@ def find_suspects(dims, sigma, slot, vectors, bounds, before, after):
     On a step of duration h, z differs from its chord by at most h² max|z''| / 8, and z' from its chord by at most h²
     max|z'''| / 8. A lane stayed in its contact state if its gap, the distance to the nearest boundary, is larger than
     the first bound at both ends of the step, or if z' has the same sign and is larger than the second bound at both
-    ends. The second test needs a continuous z'', so that it is left out where the damping acts in contact alone.
+    ends. The second test needs a continuous z'', so that it is left out where the damping acts in contact alone. Where
+    contact ends with the force, all lanes beyond the boundary are suspects.
     ``bounds`` is the first vector that `load_bounds` wrote, ``sigma`` is `Lanes.sigma`.
     """
     zero, one, slack = broadcast(0.0), broadcast(1.0), broadcast(0.0)
@@ -138,6 +139,8 @@ def find_suspects(dims, sigma, slot, vectors, bounds, before, after):
     gap0 = select(free, one - vabs(z0), vfma(state, z0, broadcast(-1.0)))
     gap1 = select(free, one - vabs(z1), vfma(state, z1, broadcast(-1.0)))
     near = smaller(gap0, gap1) < load(vectors, bounds) + slack
+    if releases(dims):
+        return bits((gap1 < zero) | near | (zero < vabs(state)))
     if damps_in_contact(dims):
         return bits((gap1 < zero) | near)
     slow = smaller(vabs(v0), vabs(v1)) < load(vectors, bounds + 1) + slack

@@ -16,7 +16,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import config, types
+from numba import config, typeof, types
 from numba.extending import intrinsic
 
 from gearchaos.flow.kernels.compilation import inlined
@@ -48,11 +48,12 @@ def _parameters(d: int, h: int, k: int, n: int) -> dict[str, int]:
     }
 
 
-def _fixed_rows(d: int, in_contact: bool) -> dict[str, int]:
+def _fixed_rows(d: int, law: str) -> dict[str, int]:
     """Rows of the workspace that do not depend on harmonics; a polynomial has `ORDER` + 1 coefficients.
 
-    ``in_contact`` says that the mesh damping acts in contact alone.
+    ``law`` is one of `DAMPING_LAWS`.
     """
+    in_contact, releases = law != "always", law == "unilateral"
     return {
         "A": d * d,
         "minus_b": d,
@@ -67,6 +68,9 @@ def _fixed_rows(d: int, in_contact: bool) -> dict[str, int]:
         "start": d,  # state or tangent vector at the start of the segment
         "end": d,  # and at its end
         "stiffness_column": d,  # factor of z - σ: first column of A, less b times the stiffness at the start
+        "full_stiffness": _TERMS * releases,  # polynomial of the stiffness, also in free flight
+        "first_gap": _TERMS * releases,  # polynomials of the distances from the boundaries of the contact state
+        "second_gap": _TERMS * releases,
         "velocity_column": d * in_contact,  # factor of z': second column of A, in contact less b times the damping
         "constant": d,  # constant forcing, with A[:, 0] σ
         "duration": 1,  # of the segment, in units of τ
@@ -119,7 +123,7 @@ def _record(name: str, sizes: dict[str, int]) -> Any:
 
 
 ParameterColumns = _record("ParameterColumns", _parameters(1, 1, 1, 1))
-Rows = _record("Rows", _fixed_rows(1, True))
+Rows = _record("Rows", _fixed_rows(1, "unilateral"))
 HarmonicRows = _record("HarmonicRows", _harmonic_rows(1, 1, 1))
 SensitivityRows = _record("SensitivityRows", _sensitivity_rows(1, 1, 1, 1))
 
@@ -140,9 +144,9 @@ class Harmonics(NamedTuple):
     point_rows: int  # rows that depend on a point alone: those before ``state``, and from ``forcing_amplitudes`` on
 
 
-def harmonics(d: int, h: int, k: int, n: int, in_contact: bool) -> Harmonics:
+def harmonics(d: int, h: int, k: int, n: int, law: str) -> Harmonics:
     """The offsets for d coordinates, h harmonics of the forcing, and k harmonics and n levels of the stiffness."""
-    fixed = row_offsets(d, in_contact)
+    fixed = row_offsets(d, law)
     rows = HarmonicRows(*_offsets(_harmonic_rows(d, h, k), fixed.total))
     point_rows = fixed.state + rows.total - rows.forcing_amplitudes
     return Harmonics(h, k, max(h, k), ParameterColumns(*_offsets(_parameters(d, h, k, n))), rows, point_rows)
@@ -155,43 +159,58 @@ def sensitivity_rows(d: int, harmonics: Harmonics, q: int) -> Any:
 
 
 @cache
-def row_offsets(d: int, in_contact: bool) -> Any:
+def row_offsets(d: int, law: str) -> Any:
     """`Rows` of the workspace for d coordinates."""
-    return Rows(*_offsets(_fixed_rows(d, in_contact)))
+    return Rows(*_offsets(_fixed_rows(d, law)))
 
 
-def dimensions(d: int, in_contact: bool) -> tuple[int, ...] | tuple[float, ...]:
-    """The argument ``dims`` of the kernels: its length is d, and its type, for which they are compiled, says whether
-    the mesh damping acts in contact alone."""
-    return (0.0,) * d if in_contact else (0,) * d
+DAMPING_LAWS: dict[str, Any] = {"always": 0, "contact": 0.0, "unilateral": 0j}
+"""Where the mesh damping acts, and the number whose type tells the kernels: always, also across the gap; in contact; or
+in contact that ends where the force does, so that it never pulls."""
+
+
+def dimensions(d: int, law: str) -> tuple[Any, ...]:
+    """The argument ``dims`` of the kernels: its length is d, and its type, for which they are compiled, the law."""
+    return (DAMPING_LAWS[law],) * d
+
+
+def _law(dims: Any) -> str:
+    """The damping law of ``dims``, or of its Numba type."""
+    kinds = {types.Integer: "always", types.Float: "contact", types.Complex: "unilateral"}
+    element = getattr(dims, "dtype", None) or typeof(dims[0])
+    return next(law for kind, law in kinds.items() if isinstance(element, kind))
 
 
 @intrinsic
 def _constant_in_contact(typingctx, dims):
-    value = isinstance(dims.dtype, types.Float)
-
-    def codegen(context, builder, signature, args):
-        return context.get_constant(types.boolean, value)
-
-    return types.boolean(dims), codegen
+    return types.boolean(dims), _constant(types.boolean, _law(dims) != "always")
 
 
-damps_in_contact: Any = (lambda dims: isinstance(dims[0], float)) if config.DISABLE_JIT else _constant_in_contact
-"""``damps_in_contact(dims)``: whether the mesh damping acts in contact alone, for kernels a compile-time constant."""
+@intrinsic
+def _constant_releases(typingctx, dims):
+    return types.boolean(dims), _constant(types.boolean, _law(dims) == "unilateral")
 
 
 @intrinsic
 def _constant_rows(typingctx, dims):
-    offsets = row_offsets(len(dims), isinstance(dims.dtype, types.Float))
-    kind, value = types.NamedUniTuple(types.intp, len(Rows._fields), Rows), offsets
-
-    def codegen(context, builder, signature, args):
-        return context.get_constant_generic(builder, kind, value)
-
-    return kind(dims), codegen
+    kind = types.NamedUniTuple(types.intp, len(Rows._fields), Rows)
+    return kind(dims), _constant(kind, row_offsets(len(dims), _law(dims)))
 
 
-rows: Any = (lambda dims: row_offsets(len(dims), isinstance(dims[0], float))) if config.DISABLE_JIT else _constant_rows
+def _constant(kind: Any, value: Any) -> Any:
+    """The code of an intrinsic that is a constant."""
+    return lambda context, builder, signature, args: context.get_constant_generic(builder, kind, value)
+
+
+_PYTHON = config.DISABLE_JIT
+
+damps_in_contact: Any = (lambda dims: _law(dims) != "always") if _PYTHON else _constant_in_contact
+"""``damps_in_contact(dims)``: whether the mesh damping acts in contact alone, for kernels a compile-time constant."""
+
+releases: Any = (lambda dims: _law(dims) == "unilateral") if _PYTHON else _constant_releases
+"""``releases(dims)``: whether contact ends where the force does, before the gap opens, likewise."""
+
+rows: Any = (lambda dims: row_offsets(len(dims), _law(dims))) if _PYTHON else _constant_rows
 """``rows(dims)``: `row_offsets` for kernels, as compile-time constants."""
 
 
@@ -249,6 +268,7 @@ class Call(NamedTuple):
     measures: np.ndarray  # (len(Measure), L), or (0, L) if not requested
     samples: np.ndarray  # (periods, samples, d + 1, L)
     status: np.ndarray  # (L,)
+    sigma: np.ndarray  # (L,) contact states at the start, see `system.contact_states`
 
 
 class Lanes(NamedTuple):
@@ -264,7 +284,7 @@ class Lanes(NamedTuple):
     first_step: np.ndarray  # (B,) its first step, as in `Grids`
     first_entry: np.ndarray  # (B,) its first entry of the step tables, as in `Grids`
     status: np.ndarray  # (B,)
-    sigma: np.ndarray  # (B,) contact state
+    sigma: np.ndarray  # (B,) contact state: 0 in free flight, 1 or -1 in contact, 1/2 or -1/2 where a flank is released
     matrix_sigma: np.ndarray  # (buffers, B) contact state to which the matrices of a buffer belong; NaN for none
     measures: np.ndarray  # (slots * len(Measure) * WIDTH,), empty if nothing is measured
     point_rows: np.ndarray  # (slots * rows * WIDTH,) workspace rows saved for the measures, see `Harmonics.point_rows`

@@ -8,7 +8,7 @@ boundary of its contact state, positive inside. The root search advances s by *i
 
 from __future__ import annotations
 
-from gearchaos.flow.kernels.arrays import damps_in_contact, position_of, rows, rows_per_slot, slot_of
+from gearchaos.flow.kernels.arrays import damps_in_contact, position_of, releases, rows, rows_per_slot, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, ORDER, WIDTH
 from gearchaos.flow.kernels.measures import gather_measures, measure_segment, output_series, scatter_measures
@@ -26,12 +26,14 @@ from gearchaos.flow.kernels.simd import (
     vsqrt,
 )
 from gearchaos.flow.kernels.taylor import (
+    add_sinusoid,
     advance_phases,
     end_state,
     excitation_series,
     fill_level,
     fill_point,
     fill_step,
+    in_contact,
     state_series,
 )
 
@@ -49,6 +51,7 @@ _SMALLEST_WINDOW = 1e-9  # smallest window of an increment, see `_next_window`, 
 
 _MAX_INCREMENTS = 400
 _BEYOND_END = 2.0  # a value of s beyond the end of every segment, which is at 1
+_JUMPED = -1e-13  # a force less than this at the start of a segment has jumped with the stiffness
 SEARCH_FAILED = 2.0  # value of ``next_sigma`` for a lane whose exit was not found within `_MAX_INCREMENTS` increments
 
 
@@ -174,7 +177,96 @@ def _window_after(touch, s):
 
 
 @subroutine
-def find_exits(dims, ws):
+def _gap_series(dims, harmonics, ws):
+    """Polynomials of the two distances from the boundaries of the contact state where contact ends with the force.
+
+    The first is 1 − z in free flight, in contact the force towards the flank, and for a released flank the negative of
+    the force that it would have. The second is 1 + z in free flight, else the distance by which z is beyond its
+    boundary; forward in time, contact ends before that is zero.
+    """
+    d, at, row = len(dims), rows(dims), harmonics.rows
+    sigma, zero, one = load(ws, at.sigma), broadcast(0.0), broadcast(1.0)
+    free, held = sigma == zero, zero < in_contact(dims, sigma)
+    side = select(sigma < zero, broadcast(-1.0), one)
+    angle = load(ws, at.duration) * load(ws, at.omega)
+    store(ws, at.full_stiffness, load(ws, at.level))
+    for m in range(1, ORDER + 1):
+        store(ws, at.full_stiffness + m, zero)
+    for j in range(harmonics.stiffness):
+        a, b = load(ws, row.stiffness_amplitudes + 2 * j), load(ws, row.stiffness_amplitudes + 2 * j + 1)
+        add_sinusoid(ws, at.full_stiffness, a, b, row.cos_sin + 2 * j, angle * broadcast(j + 1.0), False)
+    for m in range(ORDER + 1):
+        z, offset = load(ws, at.state + m * d), one if m == 0 else zero
+        force = load(ws, at.contact_damping) * load(ws, at.state + m * d + 1)
+        for i in range(m + 1 if harmonics.stiffness > 0 else 1):
+            extension = load(ws, at.state + (m - i) * d)
+            extension = extension - side if m == i else extension
+            force = vfma(load(ws, at.full_stiffness + i), extension, force)
+        force = side * force
+        store(ws, at.first_gap + m, select(free, offset - z, select(held, force, zero - force)))
+        store(ws, at.second_gap + m, select(free, offset + z, side * z - offset))
+
+
+@subroutine
+def _find_exits_with_force(dims, harmonics, ws):
+    """`find_exits` where contact ends with the force. The gaps are polynomials of their own, see `_gap_series`.
+
+    The force may jump with the stiffness: a lane whose gap is negative at the start leaves at once.
+    """
+    at, far = rows(dims), broadcast(_BEYOND_END)
+    _gap_series(dims, harmonics, ws)
+    sigma, zero, one = load(ws, at.sigma), broadcast(0.0), broadcast(1.0)
+    side = select(sigma < zero, broadcast(-1.0), one)
+    free, held = sigma == zero, zero < in_contact(dims, sigma)
+    closed = select(load(ws, at.contact_damping) < zero, broadcast(0.5), one)  # in reversed time flanks are released
+    to_first = select(free, closed, select(held, broadcast(0.5) * side, side))
+    to_second = select(free, zero - closed, zero)
+    first0, second0 = load(ws, at.first_gap), load(ws, at.second_gap)
+    third1, third2 = _third_derivative_bound(ws, at.first_gap, 1), _third_derivative_bound(ws, at.second_gap, 1)
+    exit_at, next_sigma, touch, probe = far, sigma, zero - far, broadcast(_PROBE)
+    s = select(zero < load(ws, at.duration), zero, far)
+    jumped = (s <= one) & (first0 < broadcast(_JUMPED)) & (zero < vabs(sigma))
+    exit_at, next_sigma, s = select(jumped, zero, exit_at), select(jumped, to_first, next_sigma), select(jumped, far, s)
+    searching, window_limit = s <= one, far
+    for _ in range(_MAX_INCREMENTS):
+        moved1, slope1, curve1 = _displacement(ws, at.first_gap, 1, s)
+        moved2, slope2, curve2 = _displacement(ws, at.second_gap, 1, s)
+        gap1, gap2 = first0 + moved1, second0 + moved2
+        window = smaller(window_limit, _window_after(touch, s))
+        ahead = smaller(window, one - s)
+        increment1 = _safe_increment(gap1, slope1, curve1 - third1 * ahead)
+        increment2 = _safe_increment(gap2, slope2, curve2 - third2 * ahead)
+        second = increment2 < increment1
+        increment, beyond = select(second, increment2, increment1), select(second, to_second, to_first)
+        speed, change = vabs(select(second, slope2, slope1)), select(second, third2, third1) * ahead
+        error = change * increment * increment
+        exact = error <= broadcast(_EXACT) * speed
+        leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
+        near = (increment < broadcast(_PROBE)) & (smaller(gap1, gap2) <= broadcast(_EXACT))
+        touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
+        root = s + increment
+        window_limit = _next_window(error, speed, increment, ahead)
+        increment = smaller(increment, window)
+        if any_true(touching):
+            later1, _, _ = _displacement(ws, at.first_gap, 1, s + probe)
+            later2, _, _ = _displacement(ws, at.second_gap, 1, s + probe)
+            through = touching & (select(second, second0 + later2, first0 + later1) < zero)
+            leaving, root = leaving | through, select(through, s, root)
+            increment = select(touching, probe, increment)
+            touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
+        exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
+        increment = select(leaving, far, increment)
+        s = select(searching, s + increment, s)
+        searching = s <= one
+        if not any_true(searching):
+            break
+    next_sigma = select(s <= one, broadcast(SEARCH_FAILED), next_sigma)
+    store(ws, at.end_fraction, select(exit_at > one, one, exit_at))
+    store(ws, at.next_sigma, next_sigma)
+
+
+@subroutine
+def find_exits(dims, harmonics, ws):
     """Find where each lane leaves its contact state: writes s at the exit, or 1 if it stays, to row ``end_fraction``,
     and the contact state after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
 
@@ -183,6 +275,9 @@ def find_exits(dims, ws):
     proportional to the distance from it: where the gap grows like the cube of that distance, increments from a bound
     for the whole rest of the segment would only be proportional to its square.
     """
+    if releases(dims):
+        _find_exits_with_force(dims, harmonics, ws)
+        return
     d = len(dims)
     at = rows(dims)
     sigma, third = load(ws, at.sigma), _third_derivative_bound(ws, at.state, d)
@@ -257,7 +352,10 @@ def saltate(dims, ws):
     at = rows(dims)
     sigma, beyond = load(ws, at.sigma), load(ws, at.next_sigma)
     beyond = select(beyond < broadcast(SEARCH_FAILED), beyond, sigma)
-    jump = (beyond * beyond - sigma * sigma) * load(ws, at.contact_damping) * load(ws, at.end)
+    change, zero = in_contact(dims, beyond) - in_contact(dims, sigma), broadcast(0.0)
+    if releases(dims):  # nothing jumps where the force is zero
+        change = select((sigma == zero) | (beyond == zero), change, zero)
+    jump = change * load(ws, at.contact_damping) * load(ws, at.end)
     for i in range(1, len(dims)):
         store(ws, at.end + i, vfma(load(ws, at.minus_b + i), jump, load(ws, at.end + i)))
 
@@ -289,8 +387,11 @@ def switch_contact(dims, harmonics, ws):
     rest = load(ws, at.duration) * (broadcast(1.0) - load(ws, at.end_fraction))
     store(ws, at.duration, select(switching, rest, zero))
     store(ws, at.sigma, select(switching, beyond, sigma))
-    boundary = select(sigma == zero, beyond, sigma)
-    store(ws, at.start, select(switching, boundary, load(ws, at.start)))
+    boundary, at_boundary = select(sigma == zero, beyond, sigma), switching
+    if releases(dims):  # contact ends and begins again beyond the boundary
+        boundary = select(zero < sigma + beyond, broadcast(1.0), broadcast(-1.0))
+        at_boundary = switching & ((sigma == zero) | (beyond == zero))
+    store(ws, at.start, select(at_boundary, boundary, load(ws, at.start)))
     return any_true(switching)
 
 
@@ -310,7 +411,7 @@ def _run_segment(dims, points, lanes, listed, count, work, parity, first, measur
     ws, at, harmonics = work.rows, rows(dims), points.harmonics
     excitation_series(dims, harmonics, ws)
     state_series(dims, ws, True, harmonics.stiffness > 0)
-    find_exits(dims, ws)
+    find_exits(dims, harmonics, ws)
     if measuring:
         output_series(dims, harmonics, ws)
         measure_segment(dims, ws, work.measures, 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import damps_in_contact, measure_index, rows, rows_per_slot
+from gearchaos.flow.kernels.arrays import damps_in_contact, measure_index, releases, rows, rows_per_slot
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import ORDER, WIDTH, Measure
 from gearchaos.flow.kernels.simd import (
@@ -28,6 +28,7 @@ from gearchaos.flow.kernels.taylor import (
     fill_step,
     horner,
     horner3,
+    in_contact,
     restore_point_rows,
     save_point_rows,
     spring_extension,
@@ -53,7 +54,7 @@ def output_series(dims, harmonics, ws):
     at, row, sigma = rows(dims), harmonics.rows, load(ws, rows(dims).sigma)
     damping, first, constant = load(ws, row.damping), load(ws, row.velocity), load(ws, row.velocity0)
     if damps_in_contact(dims):
-        damping = damping * sigma * sigma
+        damping = damping * in_contact(dims, sigma)
     for m in range(ORDER + 1):
         velocity = first * load(ws, at.state + m * d)
         for i in range(1, d):
@@ -170,9 +171,12 @@ def measure_segment(dims, ws, measures, first):
     end, sigma = load(ws, at.end_fraction), load(ws, at.sigma)
     duration, zero = load(ws, at.duration) * end, broadcast(0.0)
     moving = zero < duration
+    beyond = load(ws, at.next_sigma)
+    if releases(dims):
+        beyond, sigma = beyond * in_contact(dims, beyond), sigma * in_contact(dims, sigma)
     _add(measures, first + Measure.FRONT_TIME, select(sigma > zero, duration, zero))
     _add(measures, first + Measure.BACK_TIME, select(sigma < zero, duration, zero))
-    _add(measures, first + Measure.SWITCHES, select(load(ws, at.next_sigma) == sigma, zero, broadcast(1.0)))
+    _add(measures, first + Measure.SWITCHES, select(beyond == sigma, zero, broadcast(1.0)))
     _add_integrals(dims, ws, duration, end, measures, first)
     _update_extremes(ws, at.state, d, end, moving, measures, first + Measure.Z_MAX)
     _update_extremes(ws, at.state + 1, d, end, moving, measures, first + Measure.Z_DOT_MAX)

@@ -93,11 +93,11 @@ def record_switches(ws, at, call, lanes, count, segment):
         lane, sigma, beyond = lanes[l], ws[at.sigma * WIDTH + l], ws[at.next_sigma * WIDTH + l]
         if beyond == SEARCH_FAILED:
             call.status[lane] = CHATTER
-        elif sigma != beyond and call.switch_count[lane] < call.switches.shape[1]:
+        elif (abs(sigma) > 0.75) != (abs(beyond) > 0.75) and call.switch_count[lane] < call.switches.shape[1]:
             record = call.switches[lane, call.switch_count[lane]]
             record[0] = segment.start[l] + segment.length[l] * ws[at.end_fraction * WIDTH + l]
-            record[1] = beyond if sigma == 0.0 else sigma
-            record[2] = 1.0 if sigma == 0.0 else 0.0
+            record[1] = 1.0 if sigma + beyond > 0.0 else -1.0
+            record[2] = 1.0 if abs(beyond) > 0.75 else 0.0
             record[3] = ws[(at.start + 1) * WIDTH + l]
             call.switch_count[lane] += 1
 

@@ -31,6 +31,7 @@ from gearchaos.flow.kernels.taylor import (
     fill_level,
     fill_point,
     fill_step,
+    in_contact,
     state_series,
     stiffness_variation,
 )
@@ -53,6 +54,7 @@ class SensitivityCall(NamedTuple):
     extrema: np.ndarray  # (L, E, 3 + d + Q) fraction of the period; z; 1 maximum, -1 minimum; derivatives of z
     extremum_count: np.ndarray  # (L,)
     status: np.ndarray  # (L,)
+    sigma: np.ndarray  # (L,) contact states at the start, see `system.contact_states`
 
 
 @subroutine
@@ -82,7 +84,7 @@ def _derivative_series(dims, harmonics, ws, row):
     """Polynomials of the derivatives of the harmonic forcing and, for lanes in contact, of the stiffness."""
     at, cos_sin = rows(dims), harmonics.rows.cos_sin
     angle = load(ws, at.duration) * load(ws, at.omega)
-    contact = load(ws, at.sigma) * load(ws, at.sigma)
+    contact = in_contact(dims, load(ws, at.sigma))
     for m in range(ORDER + 1):
         store(ws, row.forcing + m, broadcast(0.0))
         store(ws, row.stiffness + m, broadcast(0.0))
@@ -124,7 +126,7 @@ def _source(dims, ws, row, k, i, weakening, spring):
     for j in range(d):
         total = vfma(load(ws, row.A + i * d + j), load(ws, row.motion + k * d + j), total)
     if damps_in_contact(dims):
-        contact = load(ws, at.sigma) * load(ws, at.sigma)
+        contact = in_contact(dims, load(ws, at.sigma))
         force = load(ws, at.minus_b + i) * load(ws, row.damping) - load(ws, row.b + i) * load(ws, at.contact_damping)
         total = vfma(contact * force, load(ws, row.motion + k * d + 1), total)
     return total
@@ -180,7 +182,7 @@ def _run_segment(dims, harmonics, call, lanes, count, work, row, segment):
     _load_vector(dims, ws, row, 0)
     excitation_series(dims, harmonics, ws)
     state_series(dims, ws, True, harmonics.stiffness > 0)
-    find_exits(dims, ws)
+    find_exits(dims, harmonics, ws)
     for i in range((ORDER + 1) * d):
         store(ws, row.motion + i, load(ws, at.state + i))
     record_extrema(dims, ws, row, call, lanes, count, segment)
@@ -218,7 +220,7 @@ def _jump_sensitivities(dims, harmonics, call, work, row):
     for l in range(WIDTH):
         step, point, sigma = work.steps[l], work.points[l], ws[at.sigma * WIDTH + l]
         level, old = int(call.values[step, LEVEL]), int(call.values[step - 1, LEVEL])
-        if sigma == 0.0 or level == old:
+        if abs(sigma) < 0.75 or level == old:
             continue
         values = call.parameters[point]
         drop = values[column.levels + old] - values[column.levels + level]
@@ -258,9 +260,8 @@ def _begin_pack(dims, call, lanes, work, row, segment):
         store(ws, row.vectors + i, broadcast(0.0))
     for l in range(WIDTH):
         lane = lanes[l]
-        z = call.w[lane, 0]
         work.points[l] = call.point[lane]
-        ws[at.sigma * WIDTH + l] = 1.0 if z > 1.0 else (-1.0 if z < -1.0 else 0.0)
+        ws[at.sigma * WIDTH + l] = call.sigma[lane]
         segment.start[l] = 0.0
         for i in range(d):
             ws[(row.vectors + i) * WIDTH + l] = call.w[lane, i]

@@ -12,10 +12,10 @@ alone, otherwise it is a part of A. Coefficient k of coordinate i is row ``at.st
 
 from __future__ import annotations
 
-from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, damps_in_contact, rows
+from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, damps_in_contact, releases, rows
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.constants import ORDER, TWO_PI, WIDTH
-from gearchaos.flow.kernels.simd import broadcast, load, load_scalar, store, store_scalar, vfma
+from gearchaos.flow.kernels.simd import broadcast, load, load_scalar, select, store, store_scalar, vabs, vfma
 
 
 @inlined
@@ -147,6 +147,14 @@ def add_sinusoid(ws, first, a, b, phase, angle, fresh):
 
 
 @subroutine
+def in_contact(dims, sigma):
+    """1 where a contact state is contact, else 0; 0 also for a released flank, ±1/2."""
+    if releases(dims):
+        return select(vabs(sigma) < broadcast(0.75), broadcast(0.0), broadcast(1.0))
+    return sigma * sigma
+
+
+@subroutine
 def excitation_series(dims, harmonics, ws):
     """Compute the polynomials of the forcing and, for lanes in contact, of the stiffness on the segment.
 
@@ -155,7 +163,7 @@ def excitation_series(dims, harmonics, ws):
     """
     at, cos_sin, row = rows(dims), harmonics.rows.cos_sin, harmonics.rows
     angle = load(ws, at.duration) * load(ws, at.omega)
-    contact = load(ws, at.sigma) * load(ws, at.sigma)  # 1 in contact, else 0
+    contact = in_contact(dims, load(ws, at.sigma))
     if harmonics.forcing == 0:
         for m in range(ORDER + 1):
             store(ws, at.forcing + m, broadcast(0.0))
