@@ -205,7 +205,7 @@ class Points(NamedTuple):
     parameters: np.ndarray  # (P, total), columns as in `ParameterColumns`
     steps: Steps
     grids: Grids
-    table: np.ndarray  # (entries of all points, 3, rows), see `tables.tabulate`
+    table: np.ndarray  # (entries of all points, 3, rows), see `step_tables.tabulate`
     harmonics: Harmonics
     tabulated: int  # harmonics of the forcing whose responses have separate rows in the step tables
 
