@@ -13,18 +13,11 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from gearchaos.flow.kernels.advance import advance_packs
-<<<<<<< HEAD
 from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
-from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
-from gearchaos.flow.system import SwitchedSystem, contact_states
-from gearchaos.flow.tables import prepare_points
-=======
-from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH
 from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.step_tables import prepare_points
-from gearchaos.flow.system import SwitchedSystem
->>>>>>> main
+from gearchaos.flow.system import SwitchedSystem, contact_states
 
 cancel_event: ContextVar[threading.Event | None] = ContextVar("cancel_event", default=None)
 """The event that cancels computations of the flow in the current context.
