@@ -1,0 +1,225 @@
+"""Tiles and blocks: what a worker writes when it has computed, and whether that is still as it was written."""
+
+from __future__ import annotations
+
+import io
+import json
+import socket
+import time
+import zlib
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, astuple, dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import zarr
+
+from gearchaos.store.objects import Objects
+from gearchaos.store.store import (
+    BLOCKS,
+    FAILED,
+    STUDY,
+    TILES,
+    Store,
+    checked,
+    contents,
+    from_description,
+    span,
+    with_checksum,
+)
+from gearchaos.store.tiles import within
+
+_HEAD = 160
+"""Size in bytes of the beginning of the object of a tile, with what is known of its computation."""
+
+_THREADS = 4
+"""Number of arrays of a block that are encoded and written at the same time."""
+
+
+@dataclass(frozen=True)
+class TileRecord:
+    """What is known of the computation of a tile: seconds it took, time at its end, machine."""
+
+    tile: int
+    seconds: float
+    at: float
+    host: str
+
+
+@dataclass(frozen=True)
+class BlockRecord:
+    """What is known of a block: size and CRC-32 of its shard in each array, and its tiles."""
+
+    shards: dict[str, tuple[int, int]]
+    tiles: list[TileRecord]
+
+
+def write_tile(store: Store, tile: int, results: Mapping[str, np.ndarray], seconds: float) -> None:
+    """Write the results (L, ...) of the work items of a tile."""
+    for name, spec in store.arrays.items():
+        if results[name].shape != (store.grid.size(tile), *spec.shape):
+            raise ValueError(f"{name} has results of shape {results[name].shape[1:]}, not {spec.shape}")
+    record = TileRecord(tile, round(seconds, 6), round(time.time(), 3), socket.gethostname()[:40])
+    file = io.BytesIO()
+    file.write(json.dumps(asdict(record)).encode().ljust(_HEAD))
+    arrays: dict[str, Any] = {n: np.asarray(results[n], spec.dtype) for n, spec in store.arrays.items()}
+    np.savez(file, **arrays)
+    store.objects.put(store.tile(tile), with_checksum(file.getvalue()))
+
+
+def read_tile(store: Store, tile: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
+    """The results of a tile in some arrays, in the shape of the tile; None if they are missing or damaged."""
+    try:
+        content = checked(store.objects.get(store.tile(tile)))
+        if json.loads(content[:_HEAD])["tile"] != tile:
+            return None
+    except ValueError:
+        return None
+    shape = span(store.grid.region(tile))
+    with np.load(io.BytesIO(content[_HEAD:])) as found:
+        return {name: found[name].reshape(*shape, *store.arrays[name].shape) for name in names}
+
+
+def tile_record(store: Store, tile: int) -> TileRecord | None:
+    """What is known of a tile that is in no block yet; None if it is damaged or gone."""
+    try:
+        return TileRecord(**json.loads(store.objects.get(store.tile(tile), _HEAD) or b""))
+    except (TypeError, ValueError):
+        return None
+
+
+def block_record(store: Store, block: int) -> BlockRecord | None:
+    """What is known of a block; None if it is not written, or its record is damaged."""
+    try:
+        found = json.loads(checked(store.objects.get(f"{BLOCKS}/{block}")))
+    except ValueError:
+        return None
+    return BlockRecord({n: tuple(s) for n, s in found["shards"].items()}, [TileRecord(*t) for t in found["tiles"]])
+
+
+def write_block(store: Store, block: int) -> list[int]:
+    """Write a block from its tiles, and delete them; returns the tiles that are missing or damaged, of which there must
+    be none.
+
+    A process that is killed meanwhile leaves tiles, shards, or both; whoever goes on writes the same bytes.
+    """
+    region, tiles = store.grid.block_region(block), store.grid.tiles_of(block)
+    values = {n: np.empty((*span(region), *spec.shape), spec.dtype) for n, spec in store.arrays.items()}
+    records, damaged = [], []
+    for tile in tiles:
+        found, record = read_tile(store, tile, store.arrays), tile_record(store, tile)
+        if found is None or record is None:
+            damaged.append(tile)
+            continue
+        records.append(record)
+        for name, part in found.items():
+            values[name][within(store.grid.region(tile), region)] = part
+    if damaged:
+        store.objects.delete([store.tile(tile) for tile in damaged])
+        return damaged
+    with ThreadPoolExecutor(_THREADS) as threads:
+        shards = list(threads.map(lambda name: _write_shard(store, name, block, values.pop(name)), store.arrays))
+    store.objects.keep([store.shard(name, block) for name in store.arrays])
+    written = {"shards": dict(zip(store.arrays, shards, strict=True)), "tiles": [list(astuple(r)) for r in records]}
+    store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()))
+    store.objects.keep([f"{BLOCKS}/{block}"])
+    store.objects.delete([store.tile(tile) for tile in tiles])
+    return []
+
+
+def _write_shard(store: Store, name: str, block: int, values: np.ndarray) -> tuple[int, int]:
+    """Write the results of a block in one array, as zarr encodes them; size and CRC-32 of the shard."""
+    memory, shard = zarr.storage.MemoryStore(), store.shard(name, block)
+    store.create_array(memory, name)[store.grid.block_region(block)] = values
+    content = contents(memory)[shard]
+    store.objects.put(shard, content)
+    return len(content), zlib.crc32(content)
+
+
+def damaged_shards(store: Store, block: int) -> list[str]:
+    """The arrays of which the shard of a written block is missing or has another content; all if its record is
+    damaged."""
+    record = block_record(store, block)
+    if record is None:
+        return list(store.arrays)
+    found = {name: store.objects.get(store.shard(name, block)) for name in store.arrays}
+    return [name for name, content in found.items()
+            if content is None or record.shards.get(name) != (len(content), zlib.crc32(content))]
+
+
+def work(url: str, threads: int, task: tuple[str, int]) -> str | list[int]:
+    """What a worker does, in any process: compute a ("tile", number), or write a ("block", number).
+
+    Returns
+    -------
+    str or list of int
+        The error of a tile as text, empty without one; the damaged tiles of a block that could not be written.
+
+    Raises
+    ------
+    OSError
+        If the store cannot be read or written to.
+    """
+    kind, number = task
+    objects = Objects(url)
+    store, begun = _store(url, objects.get(STUDY) or b""), time.perf_counter()
+    if kind == "block":
+        return write_block(store, number)
+    try:
+        results = store.study.compute(store.grid.items(number), threads=threads)
+    except Exception as error:  # the failure of one tile must not stop the others
+        return f"{type(error).__name__}: {error}"
+    write_tile(store, number, results, time.perf_counter() - begun)
+    return ""
+
+
+@lru_cache(maxsize=4)
+def _store(url: str, description: bytes) -> Store:
+    """The store with this URL and this content of ``run/study.json``, opened once per process."""
+    return from_description(Objects(url), description)
+
+
+@dataclass(frozen=True)
+class State:
+    """What is there of a store, by the names of its objects.
+
+    Attributes
+    ----------
+    blocks : set of int
+        The blocks that are written.
+    tiles : dict of int to set of int
+        The tiles that are there of other blocks, by block.
+    failed : dict of int to str
+        The errors of tiles that failed in the last run.
+    """
+
+    blocks: set[int]
+    tiles: dict[int, set[int]]
+    failed: dict[int, str]
+
+    @classmethod
+    def of(cls, store: Store) -> State:
+        """The state of a store now."""
+        objects, tiles = store.objects, dict[int, set[int]]()
+        for name in objects.names(TILES):
+            block, number = name.split("/")[2:]
+            tiles.setdefault(int(block), set()).add(int(number))
+        blocks = _numbers(objects, BLOCKS)  # listed after the tiles: a block that is written meanwhile is not missed
+        failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace") for n in _numbers(objects, FAILED)}
+        return cls(blocks, {b: t for b, t in tiles.items() if b not in blocks}, failed)
+
+    def done(self, store: Store, block: int) -> int:
+        """Number of tiles of a block that are done."""
+        return store.grid.tile_count(block) if block in self.blocks else len(self.tiles.get(block, ()))
+
+
+def tiles_there(store: Store, block: int) -> set[int]:
+    """The tiles of a block that have an object."""
+    return _numbers(store.objects, f"{TILES}/{block}")
+
+
+def _numbers(objects: Objects, folder: str) -> set[int]:
+    """The numbers that are the names of the objects in a folder; others are left out."""
+    return {int(last) for name in objects.names(folder) if (last := name.rpartition("/")[2]).isdecimal()}

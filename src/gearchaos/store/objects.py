@@ -1,0 +1,290 @@
+"""The objects of a store by name: files of a folder, or of a prefix of an object store, read and written by zarr."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import os
+import re
+from collections.abc import Iterable
+from contextlib import suppress
+from datetime import timedelta
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+from gearchaos.errors import InputError, missing_package
+from gearchaos.files import sync_folder
+
+PARTIAL = ".partial"
+"""Suffix of the files that zarr writes before it renames them; of a process that was killed they are left."""
+
+_PROVIDERS = {"s3": "AWS", "s3a": "AWS", "gs": "GOOGLE", "az": "AZURE", "abfs": "AZURE", "abfss": "AZURE"}
+"""Beginning of the names of the environment variables of a provider, by scheme of the URL."""
+
+_MEMORY = "memory"
+"""Scheme of a folder in the memory of this process, which other processes do not see: for tests."""
+
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://|(s3a?|gs|az|abfss?):/")
+"""Beginning of the URL of an object store, e.g. ``s3://``, also after `pathlib.Path` has made it ``s3:/``."""
+
+_ALMOST_URL = re.compile(r"(s3a?|gs|az|abfss?):(.+)")
+"""A path that was meant as the URL of an object store: its scheme, and bucket with prefix."""
+
+_URL = re.compile(r"([a-z][a-z0-9+.-]*)://([^/?#%\s]+)((?:/[^/?#%]+)*)")
+"""A normalised URL: scheme, bucket, and a path without empty parts, query and encoded characters."""
+
+_ADVICE = {
+    "AWS": "Set AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION; profiles in ~/.aws are not read, but "
+           "`aws configure export-credentials --format env` prints them.",
+    "GOOGLE": "Set GOOGLE_APPLICATION_CREDENTIALS to the file of a service account.",
+    "AZURE": "Set AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY.",
+}
+"""How to give credentials, by provider."""
+
+_FIRST = {"max_retries": 2, "retry_timeout": timedelta(seconds=10)}
+"""Retries of the first request to a URL: a wrong address is reported within seconds."""
+
+_LATER = {"max_retries": 20, "retry_timeout": timedelta(minutes=3)}
+"""Retries of all other requests: a run outlasts a short outage, and ends with an error after a long one."""
+
+_AT_ONCE = 64
+"""Number of objects whose sizes are asked for at the same time."""
+
+
+def is_url(text: str) -> bool:
+    """Whether a location is the URL of an object store, not a path."""
+    return _SCHEME.match(text) is not None
+
+
+class Objects:
+    """The objects of a store by name, with "/" between the parts of a name. Each is written as a whole or not at all.
+
+    Parameters
+    ----------
+    location : path
+        A folder, which need not exist, or a URL such as ``s3://bucket/map.zarr``. A URL is normalised here, and the
+        bucket is reached at the first use.
+
+    Attributes
+    ----------
+    url : str
+        `Objects` of it are the same in any process: an absolute path, or a normalised URL.
+    folder : Path or None
+        The folder; None in an object store.
+    """
+
+    def __init__(self, location: str | os.PathLike[str]) -> None:
+        self._text = os.fspath(location)
+        self.folder = None if is_url(self._text) else Path(self._text).absolute()
+        self.url = _normalised(self._text) if self.folder is None else str(self.folder)
+
+    def __str__(self) -> str:
+        return self._text
+
+    @cached_property
+    def zarr(self) -> Any:
+        """The same objects as a store of the package zarr.
+
+        Raises `InputError` if a bucket does not exist or cannot be reached with the environment variables of this
+        process.
+        """
+        if self.folder is None:
+            return _connected(self.url, tuple(sorted(_settings(self.url).items())))
+        from zarr.storage import LocalStore
+
+        return LocalStore(self.folder)
+
+    def exists(self) -> bool:
+        """Whether there is anything at this location; raises `InputError` for a link to nothing."""
+        if self.folder is None:
+            return next(iter(self._listed("", most=1)), None) is not None
+        try:
+            os.lstat(self.folder)
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        except (OSError, ValueError) as error:  # ValueError for a name with a null character
+            why = f"{getattr(error, 'strerror', error)}."
+            raise InputError("out", "must be a possible path of a folder", self._text, why) from None
+        if not self.folder.exists():
+            raise InputError("out", "must not be a link to nothing", self._text,
+                             "Remove it, or make what it points to.")
+        return True
+
+    def check_creatable(self) -> None:
+        """Raise `InputError` if the folder cannot be created, e.g. since its parent does not exist."""
+        if self.folder is not None and not self.folder.parent.is_dir():
+            url = _ALMOST_URL.match(self._text)
+            advice = f"For an object store: {url[1]}://{url[2]}" if url else "Create the folder first."
+            raise InputError("out", "must lie in an existing folder", self._text, advice)
+
+    def get(self, name: str, most: int | None = None) -> bytes | None:
+        """The bytes of an object, the first ``most`` of them if given; None if there is none, or it is no file."""
+        from zarr.abc.store import RangeByteRequest
+        from zarr.core.buffer import default_buffer_prototype
+
+        if self.folder is not None and not (self.folder / name).is_file():  # reading a pipe might never end
+            return None
+        part = None if most is None else RangeByteRequest(0, most)
+        found = self._done(name, self.zarr.get(name, default_buffer_prototype(), part))
+        return None if found is None else found.to_bytes()
+
+    def put(self, name: str, content: bytes, new: bool = False) -> None:
+        """Write an object, which replaces an older one; a ``new`` one is not written where there is one."""
+        from zarr.core.buffer import default_buffer_prototype
+
+        data = default_buffer_prototype().buffer.from_bytes(content)
+        store = self.zarr
+        self._done(name, store.set_if_not_exists(name, data) if new else store.set(name, data))
+
+    def names(self, prefix: str = "") -> list[str]:
+        """The names of all objects below a prefix."""
+        return [name for name in self._listed(prefix) if not name.endswith(PARTIAL)]
+
+    def _listed(self, prefix: str, most: int | None = None) -> list[str]:
+        """The first names of objects below a prefix, also of those that are being written."""
+
+        async def collect() -> list[str]:
+            out = []
+            async for name in self.zarr.list_prefix(f"{prefix}/" if prefix else ""):
+                out.append(name)
+                if len(out) == most:
+                    break
+            return out
+
+        return self._done(prefix, collect())
+
+    def sizes(self, names: Iterable[str]) -> dict[str, int]:
+        """Sizes in bytes of those of these objects that exist."""
+
+        async def size(name: str) -> tuple[str, int | None]:
+            async with at_once:
+                with suppress(FileNotFoundError):
+                    return name, await store.getsize(name)
+                return name, None
+
+        async def collect() -> list[tuple[str, int | None]]:
+            return await asyncio.gather(*map(size, names))
+
+        store, at_once = self.zarr, asyncio.Semaphore(_AT_ONCE)
+        return {name: found for name, found in self._done("", collect()) if found is not None}
+
+    def total_bytes(self) -> int:
+        """Size of all objects together."""
+        return self._done("", self.zarr.getsize_prefix(""))
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Delete these objects, if they exist."""
+        for name in names:
+            self._done(name, self.zarr.delete(name))
+
+    def delete_partial(self) -> None:
+        """Delete what processes that were killed have left of objects that they were writing."""
+        self.delete([name for name in self._listed("") if name.endswith(PARTIAL)])
+
+    def keep(self, names: Iterable[str]) -> None:
+        """Let objects survive a power failure; those of an object store do at once."""
+        if self.folder is not None:
+            paths = [self.folder / name for name in names]
+            for path in paths:
+                with path.open("rb") as file:
+                    os.fsync(file.fileno())
+            for folder in {parent for path in paths for parent in path.parents if parent >= self.folder.parent}:
+                sync_folder(folder)
+
+    def _done(self, name: str, work: Any) -> Any:
+        """The result of a coroutine of zarr; errors have the location of the object."""
+        from zarr.core.sync import sync
+
+        try:
+            return sync(work)
+        except Exception as error:
+            where = f"{self.url}/{name}"
+            if type(error).__module__.startswith("obstore"):
+                raise ConnectionError(errno.EIO, f"The object store failed: {_reason(error)}", where) from None
+            if isinstance(error, OSError):  # that of a full disk has no path
+                raise OSError(error.errno, error.strerror or str(error), where) from error
+            raise
+
+    def __reduce__(self) -> tuple[type[Objects], tuple[str]]:
+        return Objects, (self.url,)
+
+
+def _normalised(url: str) -> str:
+    """The URL of a folder without superfluous slashes; raises `InputError` if it is none that can be opened."""
+    scheme, _, path = url.partition("://")
+    text = f"{scheme.lower()}://{re.sub('/+', '/', path).strip('/')}"
+    known = [*_PROVIDERS, _MEMORY]
+    if scheme.lower() not in known:
+        rule = f"must be a path, or begin with {', '.join(f'{name}://' for name in known[:-1])}"
+        advice = "pathlib.Path makes s3:// into s3:/; give the URL as a text." if "://" not in url else ""
+        raise InputError("store", rule, url, advice)
+    if not _URL.fullmatch(text) or any(part in (".", "..") for part in text.split("/")):
+        raise InputError("store", "must be a URL such as s3://bucket/map.zarr", url,
+                         "It has a bucket and a path, without '?', '#', '%' and '..'.")
+    return text
+
+
+def _settings(url: str) -> dict[str, str]:
+    """The environment variables on which the connection to a URL depends."""
+    provider = _PROVIDERS.get(url.partition("://")[0], "-")
+    return {name: value for name, value in os.environ.items() if name.upper().startswith(f"{provider}_")}
+
+
+@lru_cache(maxsize=64)
+def _connected(url: str, settings: tuple[tuple[str, str], ...]) -> Any:
+    """The objects below a URL as a store of zarr, by these environment variables; tried once per process."""
+    from zarr.storage import MemoryStore, ObjectStore
+
+    if url.startswith(f"{_MEMORY}://"):
+        return MemoryStore()
+    try:
+        import obstore
+    except ImportError:
+        raise missing_package("store", "obstore", "object") from None
+    plain = _plain_http(url, dict(settings))
+
+    def client(retries: Any, timeout: timedelta) -> Any:
+        options: Any = {"connect_timeout": timedelta(seconds=5), "timeout": timeout, "allow_http": plain}
+        return obstore.store.from_url(url, client_options=options, retry_config=retries)
+
+    try:
+        first = client(_FIRST, timedelta(seconds=10))
+        next(obstore.list(first, chunk_size=1), None)
+    except (obstore.exceptions.BaseError, FileNotFoundError, ValueError) as error:
+        raise InputError("store", "must be in an object store that can be reached", url,
+                         _why(error, _PROVIDERS[url.partition("://")[0]], dict(settings))) from None
+    return ObjectStore(client(_LATER, timedelta(minutes=5)))
+
+
+def _plain_http(url: str, settings: dict[str, str]) -> bool:
+    """Whether connections without encryption are allowed: the endpoint says http://, or a variable allows it.
+
+    Raises `InputError` if the endpoint is no URL.
+    """
+    endpoints = {n: v for n, v in settings.items() if n.startswith("AWS_ENDPOINT")}
+    for name, value in endpoints.items():
+        if not re.match("https?://[^/]", value):
+            raise InputError(name, "must begin with http:// or https://", value, f"It is the endpoint of {url}.")
+    allowed = any(v.lower() in ("1", "true") for n, v in settings.items() if n.endswith("_ALLOW_HTTP"))
+    return allowed or any(value.startswith("http://") for value in endpoints.values())
+
+
+def _why(error: Exception, provider: str, settings: dict[str, str]) -> str:
+    """Why a bucket cannot be reached with these environment variables, and what to do."""
+    text = _reason(error)
+    if "NoSuchBucket" in text or "404 Not Found" in text or isinstance(error, FileNotFoundError):
+        return f"There is no such bucket: create it, or correct the URL or the endpoint ({text})."
+    given = any(re.search("KEY|CREDENTIAL|ACCOUNT|TOKEN|ROLE|SKIP_SIGNATURE", name) for name in settings)
+    if not given or re.search("401 U|403 F|AccessDenied|AccessKey|Account must|Signature|169.254", text):
+        return f"Credentials are missing or refused ({text}). {_ADVICE[provider]}"
+    return f"{text}. Check the network, and the endpoint and region in the variables {provider}_…."
+
+
+def _reason(error: Exception) -> str:
+    """The message of an error of obstore in one line: the server and what it says, or why it does not answer."""
+    text = " ".join(str(error).partition("\n\nDebug source")[0].split())
+    server = re.search(r"performing \w+ (https?://[^/ ]+)", text)
+    code = re.search("<Code>(.*?)</Code> ?<Message>(.*?)</Message>", text)
+    what = f"{code[1]}: {code[2]}" if code else text.rpartition(" - ")[2].partition("<")[0]
+    return f"{server[1]}: {what}".rstrip(".: ") if server else what
