@@ -77,7 +77,7 @@ def run(
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
     chosen = loaded.study(study_class(loaded.kind), **axes, **coarse)
     part = None if shard is None else Shard.parse(shard)
-    _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
+    _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, progress=True), json_out)
 
 
 @app.command(rich_help_panel="Runs")
@@ -85,7 +85,7 @@ def finish(store: StorePath, json_out: Json = False) -> None:
     """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
     from gearchaos.store.run import finish_store
 
-    _report(store, finish_store(store, say=say, progress=True), json_out)
+    _report(store, finish_store(store, progress=True), json_out)
 
 
 def _report(store: str, outcome: Outcome, json_out: bool) -> None:

@@ -99,6 +99,11 @@ def block_record(store: Store, block: int) -> BlockRecord | None:
     return BlockRecord({n: tuple(s) for n, s in found["shards"].items()}, [TileRecord(*t) for t in found["tiles"]])
 
 
+def is_written(store: Store, block: int) -> bool:
+    """Whether a block is written."""
+    return store.objects.get(f"{BLOCKS}/{block}", 1) is not None
+
+
 def write_block(store: Store, block: int) -> list[int]:
     """Write a block from its tiles, and delete them; returns the tiles that are missing or damaged, of which there must
     be none.

@@ -135,10 +135,10 @@ def summary(store: Store) -> dict[str, Any]:
     known = [*chain.from_iterable(record.tiles for record in found.records.values()),
              *filter(None, (tile_record(store, t) for tiles in found.state.tiles.values() for t in tiles))]
     rate, boxes = _rate(known, grid), list(_boxes(without, grid))
-    files = [*found.files, *damaged]
+    files, whole = [*found.files, *damaged], store.finished and not without and not damaged
     return {
         "store": str(store.objects), "study": store.study.kind,
-        "finished": store.finished and not without and not damaged,
+        "finished": whole,
         "tiles": grid.count, "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
         "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(found.state.failed.items())},
@@ -149,7 +149,7 @@ def summary(store: Store) -> dict[str, Any]:
             "tiles": len(without), "files": files[:_LISTED], "file_count": len(files),
             "arrays": sorted(set(chain.from_iterable(found.lost.values()))),
             "pieces": [dict(zip(store.study.grid, map(list, box), strict=True)) for box in boxes[:_LISTED]]},
-        "running": running(store.objects), "command": found.repair,
+        "running": running(store.objects), "command": None if whole else found.repair,
     }
 
 

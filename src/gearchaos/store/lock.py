@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 from filelock import SoftFileLock, Timeout
 
@@ -70,8 +71,10 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
     if objects.folder is None:
         yield
         return
+    objects.check_creatable()
     folder = objects.folder / LOCKS
     with ExitStack() as stack:
+        stack.callback(_remove_empty, folder, folder.parent, objects.folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             stack.enter_context(SoftFileLock(folder / shard.lock, timeout=_WAIT))
@@ -87,6 +90,13 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
             if other != shard.lock and not other.endswith(same) and _held(objects, other, _WAIT):
                 raise _refusal(objects, other)
         yield
+
+
+def _remove_empty(*folders: Path) -> None:
+    """Remove folders in which nothing is: those of a store that could not be made."""
+    with suppress(OSError):
+        for folder in folders:
+            folder.rmdir()
 
 
 def running(objects: Objects) -> list[str]:

@@ -113,6 +113,8 @@ class Objects:
 
     def check_creatable(self) -> None:
         """Raise `InputError` if the folder cannot be created, e.g. since its parent does not exist."""
+        if self.folder is not None and self.folder.exists() and not self.folder.is_dir():
+            raise InputError("out", "must be a folder", self._text, "It is a file: give another path.")
         if self.folder is not None and not self.folder.parent.is_dir():
             url = _ALMOST_URL.match(self._text)
             advice = f"For an object store: {url[1]}://{url[2]}" if url else "Create the folder first."
@@ -177,6 +179,10 @@ class Objects:
         """Delete these objects, if they exist."""
         for name in names:
             self._done(name, self.zarr.delete(name))
+
+    def delete_all(self, prefix: str) -> None:
+        """Delete all objects below a prefix."""
+        self._done(prefix, self.zarr.delete_dir(prefix))
 
     def delete_partial(self) -> None:
         """Delete what processes that were killed have left of objects that they were writing."""

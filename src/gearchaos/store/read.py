@@ -16,7 +16,7 @@ from xarray.core import indexing
 
 from gearchaos.datasets import load as load_file
 from gearchaos.errors import InputError
-from gearchaos.store.blocks import block_record, read_tile, tiles_there
+from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects
 from gearchaos.store.store import STUDY, Store, open_store, span
@@ -62,12 +62,12 @@ class StoredArray(BackendArray):
         if block in self._lost:
             return np.full(shape, fill, self.dtype)
         try:
-            if block_record(store, block) is not None:
+            if is_written(store, block):
                 return np.asarray(self._array[region])
             out = np.full(shape, fill, self.dtype)
             if self._read_tiles(block, region, out):
                 return out
-            if block_record(store, block) is not None:  # it was written meanwhile
+            if is_written(store, block):  # it was written meanwhile
                 return np.asarray(self._array[region])
             what = "a tile that is in no block yet"
         except (LookupError, RuntimeError, ValueError):

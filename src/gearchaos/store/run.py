@@ -170,112 +170,74 @@ def run(
     return run_into_store(
         study, out, tile=tile,
         pool=pools.pool_from_options(threads, processes, scheduler, cluster, jobs, workers, WORKER_MODULES),
-        shard=None if shard is None else Shard.parse(shard), say=_say if progress else _silent, progress=progress,
-    )
+        shard=None if shard is None else Shard.parse(shard), progress=progress)
 
 
-def _silent(_: str) -> None:
-    pass
-
-
-def _say(line: str) -> None:
-    """Print a line on stderr."""
-    print(line, file=sys.stderr, flush=True)
+def _say(line: str, progress: bool) -> None:
+    """Print a line on stderr, if progress is shown and stderr is not closed."""
+    if progress and sys.stderr is not None:
+        print(line, file=sys.stderr, flush=True)
 
 
 def run_into_store(
     study: Study, path: str | os.PathLike[str], *, tile: int | None = None, pool: pools.PoolFactory | None = None,
-    shard: Shard | None = None, say: Callable[[str], None] = _silent, progress: bool = False,
+    shard: Shard | None = None, progress: bool = False,
 ) -> Outcome:
-    """Compute a study into a store, or resume it.
-
-    Parameters
-    ----------
-    study : Study
-    path : path
-        The folder of the store, created if it does not exist.
-    tile : int, optional
-        Largest number of work items in a tile; for a new store only.
-    pool : PoolFactory, optional
-        Threads of this process by default; see `gearchaos.execute.pools`.
-    shard : Shard, optional
-        Compute only these blocks; other processes or machines compute the others into the same store.
-    say : callable
-        Called with each line of text for the user.
-    progress : bool
-        Show a progress bar on stderr.
-
-    Raises
-    ------
-    InputError
-        If the folder is not a store, has another study, or has another writer.
-    OSError
-        If the store cannot be written to, or the connection to the workers is lost; tiles that are done are kept.
-    """
+    """Compute a study into a store, or resume it: `run` with ``out`` and a pool of workers, by default of threads."""
     if type(study) is not STUDIES.get(study.kind):
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
     shard, objects = shard or Shard(), Objects(path)
-    store, new = _opened(study, objects, tile, shard, say, progress)
+    store = _opened(study, objects, tile, progress) if objects.exists() and objects.get(STUDY) is not None else None
     with write_lock(objects, shard):
+        if store is None:
+            objects.check_creatable()
+            study.cost.announce(progress)
+            if objects.get(STUDY) is None:
+                _create(study, objects, divide(study, tile), shard)
+            store = _opened(study, objects, None, False)
         blocks = shard.blocks(store.grid)
         if not blocks:
-            say(f"{shard} has nothing to do: the store has {store.grid.block_count} blocks, which it was made with")
-        store, damaged = (store, set()) if new else _verified(store, blocks, say)
+            _say(f"{shard} has nothing to do: the store has {store.grid.block_count} blocks of tiles", progress)
+        store, damaged = _verified(store, blocks, progress)
         return _write(store, blocks, damaged, shard.count, pool or pools.thread_pool(), progress)
 
 
-def finish_store(
-    path: str | os.PathLike[str], *, say: Callable[[str], None] = _silent, progress: bool = False
-) -> Outcome:
+def finish_store(path: str | os.PathLike[str], *, progress: bool = False) -> Outcome:
     """Finish a store of which all tiles are done: write the blocks that are not written, and complete the Dataset.
 
     Nothing is computed but tiles whose results are damaged or missing. If other tiles were never computed, nothing is
-    changed, and the outcome says how many.
-
-    Raises
-    ------
-    InputError
-        If the folder is not a store, or has a writer.
-    OSError
-        If the store cannot be written to.
+    changed, and the outcome says how many. Raises as `run`.
     """
     store = open_store(path)
     with write_lock(store.objects, Shard()):
         state, blocks = State.of(store), range(store.grid.block_count)
         if any(state.done(store, block) < store.grid.tile_count(block) for block in blocks):
             return _outcome(store, set(), {}, store.shards)
-        store, damaged = _verified(store, blocks, say)
+        store, damaged = _verified(store, blocks, progress)
         return _write(store, blocks, damaged, 1, pools.thread_pool(), progress)
 
 
-def _opened(
-    study: Study, objects: Objects, tile: int | None, shard: Shard, say: Callable[[str], None], progress: bool
-) -> tuple[Store, bool]:
-    """The store at this location, and whether it was created now; tells the user of the time that the study takes."""
-    new = not objects.exists() or objects.get(STUDY) is None
-    if new:
-        study.cost.announce(progress)
-        _created(study, objects, divide(study, tile), shard)
+def _opened(study: Study, objects: Objects, tile: int | None, progress: bool) -> Store:
+    """The store at this location, which must hold the study; tells the user what is done, and the time it may take."""
     store = open_store(objects)
     if differing := differences(to_record(store.study), to_record(study)):
         raise InputError("store", "must hold the same study", str(objects), "; ".join(differing) + ".")
-    if not new:
-        state = State.of(store)
-        done = sum(state.done(store, block) for block in range(store.grid.block_count))
-        study.cost.announce(progress and done < store.grid.count)
-        say(f"{objects}: {done} of {store.grid.count} tiles are done already")
+    if progress:
+        done = sum(map(partial(State.of(store).done, store), range(store.grid.block_count)))
+        study.cost.announce(done < store.grid.count)
+        _say(f"{objects}: {done} of {store.grid.count} tiles are done already", progress)
         for line in differences(store.versions, versions(study)):
-            say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits")
+            _say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits",
+                 progress)
         if tile is not None and divide(study, tile).tile != store.grid.tile:
-            say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept")
-    return store, new
+            _say(f"the store's own tiles of {' x '.join(map(str, store.grid.tile))} are kept", progress)
+    return store
 
 
-def _created(study: Study, objects: Objects, tiles: Grid, shard: Shard) -> None:
+def _create(study: Study, objects: Objects, tiles: Grid, shard: Shard) -> None:
     """Create a store. A study that is a single tile is computed first: the size of its results may not be known."""
-    objects.check_creatable()
     begun, error = time.perf_counter(), None
     single = [np.array([n]) for n in dict.fromkeys((0, study.count // 2, study.count - 1))]
     for items in [tiles.items(0)] if tiles.count == 1 else single:
@@ -294,12 +256,12 @@ def _created(study: Study, objects: Objects, tiles: Grid, shard: Shard) -> None:
         write_tile(store, 0, sample, time.perf_counter() - begun)
 
 
-def _verified(store: Store, blocks: Iterable[int], say: Callable[[str], None]) -> tuple[Store, set[int]]:
+def _verified(store: Store, blocks: Iterable[int], progress: bool) -> tuple[Store, set[int]]:
     """Write damaged metadata again, and find the blocks, of these, of which results are missing or damaged."""
     files, state = store.damaged_files(), State.of(store)
     written = [block for block in blocks if block in state.blocks]
     if files:
-        say(f"damaged files of the store are written anew: {', '.join(files)}")
+        _say(f"damaged files of the store are written anew: {', '.join(files)}", progress)
         store = restore(store)
     with ThreadPoolExecutor(cores()) as threads:
         found = dict(zip(written, threads.map(partial(damaged_shards, store), written), strict=True))
@@ -307,7 +269,8 @@ def _verified(store: Store, blocks: Iterable[int], say: Callable[[str], None]) -
     if damaged:
         names = [store.shard(name, block) for block in sorted(damaged) for name in found[block]]
         more = f" and {len(names) - 10} more" if len(names) > 10 else ""
-        say(f"results are missing or damaged, their blocks are computed again: {', '.join(names[:10])}{more}")
+        _say(f"results are missing or damaged, their blocks are computed again: {', '.join(names[:10])}{more}",
+             progress)
         store.objects.delete([FINISHED])
     return store, damaged
 
@@ -432,7 +395,7 @@ def _finish(store: Store, progress: bool) -> None:
             store.objects.put(name, value)
         store.objects.keep(changed)
         files = {name: zlib.crc32(value) for name, value in changed.items()}
-    store.objects.delete(store.objects.names(TILES))
+    store.objects.delete_all(TILES)
     store.objects.delete_partial()
     store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
     store.objects.keep([FINISHED])

@@ -228,7 +228,6 @@ def create(store: Store) -> Store:
     """
     objects = store.objects
     content = store.metadata()
-    objects.check_creatable()
     for name in objects.names() if objects.exists() else ():
         if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
             raise _damaged(objects, "run/study.json is missing, other files of a store are there")
