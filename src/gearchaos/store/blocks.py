@@ -69,17 +69,18 @@ def write_tile(store: Store, tile: int, results: Mapping[str, np.ndarray], secon
     store.objects.put(store.tile(tile), with_checksum(file.getvalue()))
 
 
-def read_tile(store: Store, tile: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
-    """The results of a tile in some arrays, in the shape of the tile; None if they are missing or damaged."""
+def read_tile(store: Store, tile: int, names: Iterable[str]) -> tuple[TileRecord, dict[str, np.ndarray]] | None:
+    """What is known of a tile, and its results in some arrays, in the shape of the tile; None if it is missing or
+    damaged."""
     try:
         content = checked(store.objects.get(store.tile(tile)))
-        if json.loads(content[:_HEAD])["tile"] != tile:
-            return None
     except ValueError:
         return None
-    shape = span(store.grid.region(tile))
+    record, shape = TileRecord(**json.loads(content[:_HEAD])), span(store.grid.region(tile))
+    if record.tile != tile:
+        return None
     with np.load(io.BytesIO(content[_HEAD:])) as found:
-        return {name: found[name].reshape(*shape, *store.arrays[name].shape) for name in names}
+        return record, {name: found[name].reshape(*shape, *store.arrays[name].shape) for name in names}
 
 
 def tile_record(store: Store, tile: int) -> TileRecord | None:
@@ -114,12 +115,12 @@ def write_block(store: Store, block: int) -> list[int]:
     values = {n: np.empty((*span(region), *spec.shape), spec.dtype) for n, spec in store.arrays.items()}
     records, damaged = [], []
     for tile in tiles:
-        found, record = read_tile(store, tile, store.arrays), tile_record(store, tile)
-        if found is None or record is None:
+        found = read_tile(store, tile, store.arrays)
+        if found is None:
             damaged.append(tile)
             continue
-        records.append(record)
-        for name, part in found.items():
+        records.append(found[0])
+        for name, part in found[1].items():
             values[name][within(store.grid.region(tile), region)] = part
     if damaged:
         store.objects.delete([store.tile(tile) for tile in damaged])

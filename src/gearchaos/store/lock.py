@@ -100,9 +100,9 @@ def _remove_empty(*folders: Path) -> None:
 
 
 def running(objects: Objects) -> list[str]:
-    """The processes that hold locks of a store, as "shard 2/4: process 4711 on host node3"; none in object stores."""
+    """Who holds locks of a store, as "shard 2/4, process 4711 on host node3"; none in object stores."""
     names = [] if objects.folder is None else sorted(p.name for p in (objects.folder / LOCKS).glob("*.lock"))
-    return [f"{_writer(name)}: {_holder(objects, name)}" for name in names if _held(objects, name, 0.0)]
+    return [_holder(objects, name) for name in names if _held(objects, name, 0.0)]
 
 
 def _held(objects: Objects, name: str, timeout: float) -> bool:
@@ -114,21 +114,17 @@ def _held(objects: Objects, name: str, timeout: float) -> bool:
         return True
 
 
-def _writer(name: str) -> str:
-    """The writer of a lock in words."""
-    number, of, count = name.removesuffix(".lock").partition("-of-")
-    return f"shard {number}/{count}" if of else "a run"
-
-
 def _holder(objects: Objects, name: str) -> str:
-    """The process that holds a lock, as the lock says."""
+    """The writer and the process that hold a lock, as its name and its content say."""
+    number, of, count = name.removesuffix(".lock").partition("-of-")
     lines = (objects.get(f"{LOCKS}/{name}") or b"").decode(errors="replace").split("\n")
-    return f"process {lines[0]} on host {lines[1]}" if len(lines) > 1 else "a process that does not give its name"
+    process = f"process {lines[0]} on host {lines[1]}" if len(lines) > 1 else "a process that does not give its name"
+    return f"{f'shard {number}/{count}' if of else 'a run'}, {process}"
 
 
 def _refusal(objects: Objects, name: str) -> InputError:
     """The error where another writer holds a lock."""
     return InputError(
         "store", "must not have another writer", str(objects),
-        f"{_writer(name)}, {_holder(objects, name)}, is writing to it. Wait for it, or divide the work: --shard 1/2 "
-        f"and --shard 2/2. If that host is gone, delete {objects}/{LOCKS}/{name}.")
+        f"{_holder(objects, name)}, is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2. "
+        f"If that host is gone, delete {objects}/{LOCKS}/{name}.")

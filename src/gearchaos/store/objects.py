@@ -34,14 +34,6 @@ _ALMOST_URL = re.compile(r"(s3a?|gs|az|abfss?):(.+)")
 _URL = re.compile(r"([a-z][a-z0-9+.-]*)://([^/?#%\s]+)((?:/[^/?#%]+)*)")
 """A normalised URL: scheme, bucket, and a path without empty parts, query and encoded characters."""
 
-_ADVICE = {
-    "AWS": "Set AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION; profiles in ~/.aws are not read, but "
-           "`aws configure export-credentials --format env` prints them.",
-    "GOOGLE": "Set GOOGLE_APPLICATION_CREDENTIALS to the file of a service account.",
-    "AZURE": "Set AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY.",
-}
-"""How to give credentials, by provider."""
-
 _FIRST = {"max_retries": 2, "retry_timeout": timedelta(seconds=10)}
 """Retries of the first request to a URL: a wrong address is reported within seconds."""
 
@@ -90,7 +82,7 @@ class Objects:
         process.
         """
         if self.folder is None:
-            return _connected(self.url, tuple(sorted(_settings(self.url).items())))
+            return _connected(self.url)
         from zarr.storage import LocalStore
 
         return LocalStore(self.folder)
@@ -231,60 +223,34 @@ def _normalised(url: str) -> str:
     return text
 
 
-def _settings(url: str) -> dict[str, str]:
-    """The environment variables on which the connection to a URL depends."""
-    provider = _PROVIDERS.get(url.partition("://")[0], "-")
-    return {name: value for name, value in os.environ.items() if name.upper().startswith(f"{provider}_")}
-
-
 @lru_cache(maxsize=64)
-def _connected(url: str, settings: tuple[tuple[str, str], ...]) -> Any:
-    """The objects below a URL as a store of zarr, by these environment variables; tried once per process."""
+def _connected(url: str) -> Any:
+    """The objects below a URL as a store of zarr, by the environment variables of this process; tried once."""
     from zarr.storage import MemoryStore, ObjectStore
 
-    if url.startswith(f"{_MEMORY}://"):
+    scheme = url.partition("://")[0]
+    if scheme == _MEMORY:
         return MemoryStore()
     try:
         import obstore
     except ImportError:
         raise missing_package("store", "obstore", "object") from None
-    plain = _plain_http(url, dict(settings))
+    plain = any(n.startswith("AWS_ENDPOINT") and v.startswith("http://") for n, v in os.environ.items())
 
     def client(retries: Any, timeout: timedelta) -> Any:
-        options: Any = {"connect_timeout": timedelta(seconds=5), "timeout": timeout, "allow_http": plain}
+        options: Any = {"connect_timeout": timedelta(seconds=5), "timeout": timeout}
+        options |= {"allow_http": True} if plain else {}
         return obstore.store.from_url(url, client_options=options, retry_config=retries)
 
     try:
         first = client(_FIRST, timedelta(seconds=10))
         next(obstore.list(first, chunk_size=1), None)
     except (obstore.exceptions.BaseError, FileNotFoundError, ValueError) as error:
-        raise InputError("store", "must be in an object store that can be reached", url,
-                         _why(error, _PROVIDERS[url.partition("://")[0]], dict(settings))) from None
+        raise InputError(
+            "store", "must be in a bucket that can be reached", url, f"{_reason(error)}. Check the bucket, and "
+            f"credentials, region and endpoint in the environment variables {_PROVIDERS[scheme]}_…; profiles in ~/.aws "
+            "are not read, but `aws configure export-credentials --format env` prints them.") from None
     return ObjectStore(client(_LATER, timedelta(minutes=5)))
-
-
-def _plain_http(url: str, settings: dict[str, str]) -> bool:
-    """Whether connections without encryption are allowed: the endpoint says http://, or a variable allows it.
-
-    Raises `InputError` if the endpoint is no URL.
-    """
-    endpoints = {n: v for n, v in settings.items() if n.startswith("AWS_ENDPOINT")}
-    for name, value in endpoints.items():
-        if not re.match("https?://[^/]", value):
-            raise InputError(name, "must begin with http:// or https://", value, f"It is the endpoint of {url}.")
-    allowed = any(v.lower() in ("1", "true") for n, v in settings.items() if n.endswith("_ALLOW_HTTP"))
-    return allowed or any(value.startswith("http://") for value in endpoints.values())
-
-
-def _why(error: Exception, provider: str, settings: dict[str, str]) -> str:
-    """Why a bucket cannot be reached with these environment variables, and what to do."""
-    text = _reason(error)
-    if "NoSuchBucket" in text or "404 Not Found" in text or isinstance(error, FileNotFoundError):
-        return f"There is no such bucket: create it, or correct the URL or the endpoint ({text})."
-    given = any(re.search("KEY|CREDENTIAL|ACCOUNT|TOKEN|ROLE|SKIP_SIGNATURE", name) for name in settings)
-    if not given or re.search("401 U|403 F|AccessDenied|AccessKey|Account must|Signature|169.254", text):
-        return f"Credentials are missing or refused ({text}). {_ADVICE[provider]}"
-    return f"{text}. Check the network, and the endpoint and region in the variables {provider}_…."
 
 
 def _reason(error: Exception) -> str:

@@ -20,7 +20,7 @@ from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects
 from gearchaos.store.store import STUDY, Store, open_store, span
-from gearchaos.store.tiles import Region, regions, within
+from gearchaos.store.tiles import Region, within
 
 
 class StoredArray(BackendArray):
@@ -38,9 +38,9 @@ class StoredArray(BackendArray):
         self.shape, self.dtype = (*store.grid.shape, *spec.shape), np.dtype(spec.dtype)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._select)
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self.select)
 
-    def _select(self, key: tuple[int | slice, ...]) -> np.ndarray:
+    def select(self, key: tuple[int | slice, ...]) -> np.ndarray:
         """The values at a tuple of whole numbers and of slices with positive steps, one for each dimension."""
         slices = [k if isinstance(k, slice) else slice(k, k + 1) for k in key]
         chosen = [range(n)[k] for k, n in zip(slices, self.shape, strict=True)]
@@ -85,7 +85,7 @@ class StoredArray(BackendArray):
                 continue
             part = store.grid.region(tile)
             both = tuple(slice(max(p.start, r.start), min(p.stop, r.stop)) for p, r in zip(part, region, strict=True))
-            out[within(both, region)] = found[self._name][within(both, part)]
+            out[within(both, region)] = found[1][self._name][within(both, part)]
         if whole and store.objects.get(STUDY) is None:
             raise InputError("store", "must still be there when its values are read", str(store.objects),
                              "It was moved or deleted after it was opened: load it again.")
@@ -112,10 +112,7 @@ def results(store: Store) -> dict[str, np.ndarray]:
     out = {}
     for name, spec in store.arrays.items():
         array = StoredArray(store, name, {block for block, names in lost.items() if name in names})
-        values = np.empty((*store.grid.shape, *spec.shape), spec.dtype)
-        for region in regions(store.grid.shape, store.grid.block):
-            values[region] = array.read(region)
-        out[name] = values.reshape(count, *spec.shape)
+        out[name] = array.select((slice(None),) * len(array.shape)).reshape(count, *spec.shape)
     return out
 
 
@@ -135,13 +132,9 @@ def dataset(store: Store) -> xr.Dataset:
         return opened.load()
     lost = missing(store).lost
     arrays = {n: StoredArray(store, n, {b for b, names in lost.items() if n in names}) for n in store.arrays}
-    return opened.assign({name: _lazy(opened[name].variable, array) for name, array in arrays.items()})
-
-
-def _lazy(variable: xr.Variable, array: StoredArray) -> xr.Variable:
-    """A variable with other values, which are read when they are used and then kept in memory."""
-    cached: Any = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(array))
-    return xr.Variable(variable.dims, indexing.CopyOnWriteArray(cached), variable.attrs)
+    cached: dict[str, Any] = {n: indexing.MemoryCachedArray(indexing.LazilyIndexedArray(a)) for n, a in arrays.items()}
+    return opened[list(arrays)].assign({  # zarr lists variables by the alphabet
+        n: xr.Variable(opened[n].dims, indexing.CopyOnWriteArray(a), opened[n].attrs) for n, a in cached.items()})
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:

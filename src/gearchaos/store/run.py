@@ -36,9 +36,9 @@ from gearchaos.store.store import (
     Store,
     create,
     open_store,
-    restore,
     versions,
     with_checksum,
+    write_metadata,
 )
 from gearchaos.store.tiles import Grid, divide, with_blocks
 from gearchaos.studies.registry import STUDIES
@@ -262,7 +262,7 @@ def _verified(store: Store, blocks: Iterable[int], progress: bool) -> tuple[Stor
     written = [block for block in blocks if block in state.blocks]
     if files:
         _say(f"damaged files of the store are written anew: {', '.join(files)}", progress)
-        store = restore(store)
+        store = write_metadata(store, store.metadata())
     with ThreadPoolExecutor(cores()) as threads:
         found = dict(zip(written, threads.map(partial(damaged_shards, store), written), strict=True))
     damaged = {block for block, names in found.items() if names}

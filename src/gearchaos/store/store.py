@@ -15,7 +15,6 @@ import warnings
 import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from math import prod
 from typing import Any
 
@@ -181,11 +180,6 @@ class Store:
         """An array of results as zarr reads it."""
         return zarr.open_array(self.objects.zarr, path=self.array_path(name), mode="r", zarr_format=3)
 
-    @cached_property
-    def item_bytes(self) -> int:
-        """Size of the result of one work item in all arrays."""
-        return sum(spec.item_bytes for spec in self.arrays.values())
-
 
 def contents(memory: zarr.storage.MemoryStore) -> dict[str, bytes]:
     """All objects of a store in memory by name."""
@@ -215,42 +209,37 @@ def versions(study: Study) -> dict[str, str]:
 
 
 def create(store: Store) -> Store:
-    """Write the objects of a new store; its description comes last, so that one that is not complete is no store.
-
-    Processes that create the same store at the same time write the same objects.
+    """Write the objects of a new store.
 
     Raises
     ------
     InputError
-        If the folder cannot be created or has anything else in it.
+        If its folder has anything else in it.
     OSError
         If an object cannot be written.
     """
-    objects = store.objects
-    content = store.metadata()
+    objects, content = store.objects, store.metadata()
     for name in objects.names() if objects.exists() else ():
         if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
             raise _damaged(objects, "run/study.json is missing, other files of a store are there")
         if name not in content and not name.startswith("run/"):
             raise InputError("store", "must be a new folder, or one that gearchaos run made", str(objects),
                              f"It has other files, such as {name}.")
-    for name, value in content.items():
-        objects.put(name, value)
-    made = replace(store, files={name: zlib.crc32(value) for name, value in content.items()})
-    objects.put(STUDY, made.description(), new=True)
-    objects.keep([*content, STUDY])
-    return made
+    return write_metadata(store, content)
 
 
-def restore(store: Store) -> Store:
-    """Write metadata and coordinates again; results are kept, and those made at the end are made again."""
-    content = store.metadata()
+def write_metadata(store: Store, content: Mapping[str, bytes]) -> Store:
+    """Write metadata and coordinates, then the description: a folder without it is no store yet.
+
+    What was made from all results is to be made again.
+    """
     for name, value in content.items():
         store.objects.put(name, value)
     store.objects.delete([FINISHED])
     made = replace(store, files={name: zlib.crc32(value) for name, value in content.items()})
-    if made.files != store.files:  # another version of zarr may write them otherwise
+    if made.files != store.files:  # in a new store, or since another version of zarr writes them otherwise
         store.objects.put(STUDY, made.description())
+    store.objects.keep([*content, STUDY])
     return made
 
 

@@ -6,10 +6,8 @@ checksum. A *block* is the tiles whose results lie in one file of each array, a 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from math import prod
 
 import numpy as np
@@ -157,13 +155,6 @@ def _parts_in(region: Region, part: Shape, counts: Shape) -> list[int]:
 def within(part: Region, region: Region) -> Region:
     """A part of the grid as seen from the beginning of a region that contains it."""
     return tuple(slice(p.start - r.start, p.stop - r.start) for p, r in zip(part, region, strict=True))
-
-
-def regions(shape: Shape, part: Shape) -> Iterator[Region]:
-    """The parts of a grid, in C order."""
-    starts = (range(0, n, m) for n, m in zip(shape, part, strict=True))
-    for corner in product(*starts):
-        yield tuple(slice(i, min(i + m, n)) for i, m, n in zip(corner, part, shape, strict=True))
 
 
 def divide(study: Study, size: int | None = None) -> Grid:
