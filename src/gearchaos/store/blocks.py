@@ -158,15 +158,8 @@ def damaged_shards(store: Store, block: int) -> list[str]:
 def work(url: str, threads: int, task: tuple[str, int]) -> str | list[int]:
     """What a worker does, in any process: compute a ("tile", number), or write a ("block", number).
 
-    Returns
-    -------
-    str or list of int
-        The error of a tile as text, empty without one; the damaged tiles of a block that could not be written.
-
-    Raises
-    ------
-    OSError
-        If the store cannot be read or written to.
+    Returns the error of a tile as text, empty without one, or the damaged tiles of a block that could not be written.
+    Raises OSError if the store cannot be read or written to.
     """
     kind, number = task
     objects = Objects(url)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sized
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -75,8 +75,9 @@ class Missing:
     @property
     def files(self) -> list[str]:
         """The names of the objects of results that are missing or damaged."""
-        shards = [self.store.shard(name, block) for block, names in self.lost.items() for name in names]
-        return sorted([*shards, *(f"{BLOCKS}/{b}" for b in self.lost if b not in self.records), *self.tiles])
+        lost = [[self.store.shard(name, block) for name in names] if block in self.records else [f"{BLOCKS}/{block}"]
+                for block, names in self.lost.items()]
+        return sorted([*chain.from_iterable(lost), *self.tiles])
 
     @property
     def repair(self) -> str:
@@ -137,9 +138,8 @@ def summary(store: Store) -> dict[str, Any]:
     rate, boxes = _rate(known, grid), list(_boxes(without, grid))
     files, whole = [*found.files, *damaged], store.finished and not without and not damaged
     return {
-        "store": str(store.objects), "study": store.study.kind,
-        "finished": whole,
-        "tiles": grid.count, "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
+        "store": str(store.objects), "study": store.study.kind, "finished": whole, "tiles": grid.count,
+         "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
         "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(found.state.failed.items())},
         "seconds": sum(record.seconds for record in known), "pieces_per_second": rate,
@@ -181,24 +181,19 @@ def in_words(store: Store) -> str:
 
 def listed(names: list[str]) -> str:
     """Names in words, of which the first are named."""
-    return ", ".join(names[:_NAMED]) + _more(names)
-
-
-def _more(names: Sized) -> str:
-    """How many there are beyond those that are named."""
-    return f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
 
 
 def _where(store: Store, tiles: list[int]) -> str:
     """Where tiles are, and what the values there are."""
-    boxes = list(_boxes(sorted(tiles), store.grid))
-    named = [", ".join(f"{dim}={first}:{end}" for dim, (first, end) in zip(store.study.grid, box, strict=True))
-             for box in boxes[:_NAMED]]
+    boxes = _boxes(sorted(tiles), store.grid)
+    named = [" ".join(f"{dim}={first}:{end}" for dim, (first, end) in zip(store.study.grid, box, strict=True))
+             for box in boxes]
     fills = {str(a.fill) for a in store.arrays.values() if np.dtype(a.dtype).kind in "iu"}
     values = f"values there are NaN, {' or '.join(sorted(fills))} in integers"
     if not store.study.gridded:
         values = f"the attractor there is {NOT_COMPUTED}"
-    return f", by position from 0: {'; '.join(named)}{_more(boxes)}; {values}"
+    return f", by position from 0: {listed(named)}; {values}"
 
 
 def _boxes(tiles: list[int], grid: Grid) -> Iterator[Box]:

@@ -61,12 +61,8 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
 
     The lock is a file with the number and the host of the process. One of a process that has ended on this host is
     taken over. Every writer first takes its own lock and then looks at those of others: of two that start at the same
-    time at least one finds the other.
-
-    Raises
-    ------
-    InputError
-        If another writer holds a lock that excludes this one, or if the store is read-only.
+    time at least one finds the other. Raises `InputError` if another writer holds a lock that excludes this one, or if
+    the store is read-only.
     """
     if objects.folder is None:
         yield

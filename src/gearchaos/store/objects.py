@@ -16,8 +16,8 @@ from typing import Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.files import sync_folder
 
-PARTIAL = ".partial"
-"""Suffix of the files that zarr writes before it renames them; of a process that was killed they are left."""
+_PARTIAL = ".partial"
+"""Suffix of the files that zarr writes before it renames them."""
 
 _PROVIDERS = {"s3": "AWS", "s3a": "AWS", "gs": "GOOGLE", "az": "AZURE", "abfs": "AZURE", "abfss": "AZURE"}
 """Beginning of the names of the environment variables of a provider, by scheme of the URL."""
@@ -90,7 +90,7 @@ class Objects:
     def exists(self) -> bool:
         """Whether there is anything at this location; raises `InputError` for a link to nothing."""
         if self.folder is None:
-            return next(iter(self._listed("", most=1)), None) is not None
+            return not self._done("", self.zarr.is_empty(""))
         try:
             os.lstat(self.folder)
         except (FileNotFoundError, NotADirectoryError):
@@ -123,28 +123,18 @@ class Objects:
         found = self._done(name, self.zarr.get(name, default_buffer_prototype(), part))
         return None if found is None else found.to_bytes()
 
-    def put(self, name: str, content: bytes, new: bool = False) -> None:
-        """Write an object, which replaces an older one; a ``new`` one is not written where there is one."""
+    def put(self, name: str, content: bytes) -> None:
+        """Write an object, which replaces an older one."""
         from zarr.core.buffer import default_buffer_prototype
 
-        data = default_buffer_prototype().buffer.from_bytes(content)
-        store = self.zarr
-        self._done(name, store.set_if_not_exists(name, data) if new else store.set(name, data))
+        self._done(name, self.zarr.set(name, default_buffer_prototype().buffer.from_bytes(content)))
 
-    def names(self, prefix: str = "") -> list[str]:
-        """The names of all objects below a prefix."""
-        return [name for name in self._listed(prefix) if not name.endswith(PARTIAL)]
-
-    def _listed(self, prefix: str, most: int | None = None) -> list[str]:
-        """The first names of objects below a prefix, also of those that are being written."""
+    def names(self, prefix: str = "", partial: bool = False) -> list[str]:
+        """The names of all objects below a prefix, or of what killed processes have left of some they were writing."""
 
         async def collect() -> list[str]:
-            out = []
-            async for name in self.zarr.list_prefix(f"{prefix}/" if prefix else ""):
-                out.append(name)
-                if len(out) == most:
-                    break
-            return out
+            listed = self.zarr.list_prefix(f"{prefix}/" if prefix else "")
+            return [name async for name in listed if name.endswith(_PARTIAL) == partial]
 
         return self._done(prefix, collect())
 
@@ -176,10 +166,6 @@ class Objects:
         """Delete all objects below a prefix."""
         self._done(prefix, self.zarr.delete_dir(prefix))
 
-    def delete_partial(self) -> None:
-        """Delete what processes that were killed have left of objects that they were writing."""
-        self.delete([name for name in self._listed("") if name.endswith(PARTIAL)])
-
     def keep(self, names: Iterable[str]) -> None:
         """Let objects survive a power failure; those of an object store do at once."""
         if self.folder is not None:
@@ -187,7 +173,8 @@ class Objects:
             for path in paths:
                 with path.open("rb") as file:
                     os.fsync(file.fileno())
-            for folder in {parent for path in paths for parent in path.parents if parent >= self.folder.parent}:
+            inner = {parent for path in paths for parent in path.parents if parent.is_relative_to(self.folder)}
+            for folder in (*inner, self.folder.parent):
                 sync_folder(folder)
 
     def _done(self, name: str, work: Any) -> Any:
@@ -203,9 +190,6 @@ class Objects:
             if isinstance(error, OSError):  # that of a full disk has no path
                 raise OSError(error.errno, error.strerror or str(error), where) from error
             raise
-
-    def __reduce__(self) -> tuple[type[Objects], tuple[str]]:
-        return Objects, (self.url,)
 
 
 def _normalised(url: str) -> str:
@@ -254,9 +238,5 @@ def _connected(url: str) -> Any:
 
 
 def _reason(error: Exception) -> str:
-    """The message of an error of obstore in one line: the server and what it says, or why it does not answer."""
-    text = " ".join(str(error).partition("\n\nDebug source")[0].split())
-    server = re.search(r"performing \w+ (https?://[^/ ]+)", text)
-    code = re.search("<Code>(.*?)</Code> ?<Message>(.*?)</Message>", text)
-    what = f"{code[1]}: {code[2]}" if code else text.rpartition(" - ")[2].partition("<")[0]
-    return f"{server[1]}: {what}".rstrip(".: ") if server else what
+    """The message of an error of obstore in one line."""
+    return " ".join(str(error).partition("\n\nDebug source")[0].split()).rstrip(".")

@@ -396,6 +396,6 @@ def _finish(store: Store, progress: bool) -> None:
         store.objects.keep(changed)
         files = {name: zlib.crc32(value) for name, value in changed.items()}
     store.objects.delete_all(TILES)
-    store.objects.delete_partial()
+    store.objects.delete(store.objects.names(partial=True))
     store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
     store.objects.keep([FINISHED])

@@ -209,15 +209,7 @@ def versions(study: Study) -> dict[str, str]:
 
 
 def create(store: Store) -> Store:
-    """Write the objects of a new store.
-
-    Raises
-    ------
-    InputError
-        If its folder has anything else in it.
-    OSError
-        If an object cannot be written.
-    """
+    """Write the objects of a new store; raises `InputError` if its folder has anything else in it."""
     objects, content = store.objects, store.metadata()
     for name in objects.names() if objects.exists() else ():
         if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
@@ -246,13 +238,12 @@ def write_metadata(store: Store, content: Mapping[str, bytes]) -> Store:
 def open_store(location: str | os.PathLike[str] | Objects) -> Store:
     """The store at a location; raises `InputError` if there is none, or it is damaged or of an unknown format."""
     objects = location if isinstance(location, Objects) else Objects(location)
-    content = objects.get(STUDY) if objects.exists() else None
-    if content is None:
-        if objects.exists() and (objects.folder is None or objects.folder.is_dir()) and objects.names("run"):
+    if objects.exists():
+        if (content := objects.get(STUDY)) is not None:
+            return from_description(objects, content)
+        if (objects.folder is None or objects.folder.is_dir()) and objects.names("run"):
             raise _damaged(objects, "run/study.json is missing, other files of a store are there")
-        raise InputError("store", "must be a folder that gearchaos run made", str(objects),
-                         f"There is no {STUDY} in it.")
-    return from_description(objects, content)
+    raise InputError("store", "must be a folder that gearchaos run made", str(objects), f"There is no {STUDY} in it.")
 
 
 def from_description(objects: Objects, content: bytes) -> Store:

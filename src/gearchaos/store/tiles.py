@@ -31,12 +31,6 @@ _BLOCK_BYTES = 2**27
 """Largest size of the results of a block in all arrays, unless a tile is larger. A worker that writes a block has twice
 as much in memory."""
 
-_LARGEST_BLOCK_BYTES = 2**28
-"""The same where there would be more than `_MOST_BLOCKS` blocks otherwise."""
-
-_MOST_BLOCKS = 4096
-"""Number of blocks from which larger ones are preferred."""
-
 _BLOCKS_PER_SHARD = 8
 """Number of blocks for each shard, if tiles are not larger: with fewer, some shards would have much more to do."""
 
@@ -186,10 +180,8 @@ def with_blocks(grid: Grid, largest: int, item_bytes: int, shards: int = 1) -> G
     shards : int
         Number of shards that share the blocks.
     """
-    items, item_bytes = prod(grid.shape), max(1, item_bytes)
-    most = min(_LARGEST_BLOCK_BYTES, max(_BLOCK_BYTES, items * item_bytes // _MOST_BLOCKS)) // item_bytes
-    shared = items // (_BLOCKS_PER_SHARD * shards)
-    most = min(most, shared if shards > 1 else max(shared, _SMALLEST_BLOCK))
+    shared = prod(grid.shape) // (_BLOCKS_PER_SHARD * shards)
+    most = min(_BLOCK_BYTES // max(1, item_bytes), shared if shards > 1 else max(shared, _SMALLEST_BLOCK))
     chunk = doubled(grid.tile, grid.shape, min(most, _CHUNK_BYTES // max(1, largest)))
     block = doubled(chunk, grid.shape, most)
     whole = (-(-b // c) * c for b, c in zip(block, chunk, strict=True))
