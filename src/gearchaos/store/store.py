@@ -209,9 +209,15 @@ def versions(study: Study) -> dict[str, str]:
 
 
 def create(store: Store) -> Store:
-    """Write the objects of a new store; raises `InputError` if its folder has anything else in it."""
+    """Write the objects of a new store, unless another shard has done so meanwhile.
+
+    Raises `InputError` if its folder has anything else in it.
+    """
     objects, content = store.objects, store.metadata()
-    for name in objects.names() if objects.exists() else ():
+    names = objects.names() if objects.exists() else []
+    if objects.get(STUDY) is not None:  # asked after the names: another shard writes this before any results
+        return open_store(objects)
+    for name in names:
         if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
             raise _damaged(objects, "run/study.json is missing, other files of a store are there")
         if name not in content and not name.startswith("run/"):
