@@ -217,9 +217,9 @@ def create(store: Store) -> Store:
     names = objects.names() if objects.exists() else []
     if objects.get(STUDY) is not None:  # asked after the names: another shard writes this before any results
         return open_store(objects)
+    if any(name.startswith((f"{TILES}/", f"{BLOCKS}/")) for name in names):
+        raise _damaged(objects, "run/study.json is missing, other files of a store are there")
     for name in names:
-        if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
-            raise _damaged(objects, "run/study.json is missing, other files of a store are there")
         if name not in content and not name.startswith("run/"):
             raise InputError("store", "must be a new folder, or one that gearchaos run made", str(objects),
                              f"It has other files, such as {name}.")
