@@ -360,7 +360,8 @@ def check(store: StorePath, json_out: Json = False) -> None:
     if files:
         say(f"To repair it: {found.repair}")
     if json_out:
-        print_json({"store": store, "damaged": bool(files), "files": files, "tiles": tiles, "command": found.repair})
+        print_json({"store": store, "damaged": bool(files), "files": files, "tiles": tiles,
+                    "command": found.repair if files else None})
     elif not files:
         print(f"{store}: all checksums are right")
     raise typer.Exit(DAMAGED if files else 0)
