@@ -139,7 +139,7 @@ def summary(store: Store) -> dict[str, Any]:
     files, whole = [*found.files, *damaged], store.finished and not without and not damaged
     return {
         "store": str(store.objects), "study": store.study.kind, "finished": whole, "tiles": grid.count,
-         "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
+        "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
         "pieces": total, "pieces_done": items,
         "failed": {str(n): error for n, error in sorted(found.state.failed.items())},
         "seconds": sum(record.seconds for record in known), "pieces_per_second": rate,

@@ -120,7 +120,9 @@ def _holder(objects: Objects, name: str) -> str:
 
 def _refusal(objects: Objects, name: str) -> InputError:
     """The error where another writer holds a lock."""
+    count = name.removesuffix(".lock").partition("-of-")[2]
+    others = f"run other shards of {count}" if count else "divide the next run: --shard 1/2 and --shard 2/2"
     return InputError(
         "store", "must not have another writer", str(objects),
-        f"{_holder(objects, name)}, is writing to it. Wait for it, or divide the work: --shard 1/2 and --shard 2/2. "
-        f"If that host is gone, delete {objects}/{LOCKS}/{name}.")
+        f"{_holder(objects, name)}, is writing to it. Wait for it, or {others}. "
+        f"If that process is gone, delete {objects}/{LOCKS}/{name}.")
