@@ -20,5 +20,5 @@ class HasCard:
 
 
 def make_cards_by(make: Callable[[HasCard], str]) -> None:
-    """Let ``make`` give the HTML of all values; the package itself, which is above all floors, does so."""
+    """Let ``make`` give the HTML of all values; the package itself, which is above all layers, does so."""
     HasCard._make_html = staticmethod(make)

@@ -10,15 +10,10 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.transmission_error import Quality, tolerances
-from gearchaos.gears.transmission_error.harmonics import (
-    TipRelief,
-    evaluate,
-    from_quality,
-    from_tip_relief,
-    relief_error,
-)
+from gearchaos.gears.transmission_error.harmonics import evaluate, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.iso1328_2013 import ISO_2013
+from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, relief_error
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 
 TAU = np.arange(4000) / 4000

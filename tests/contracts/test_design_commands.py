@@ -152,7 +152,7 @@ def test_tip_relief_is_added_to_the_error_of_the_grade():
     relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
     one, both = design.error_harmonics, relieved.error_harmonics
     tau = np.linspace(0, 1, 50)
-    from gearchaos.gears.transmission_error.harmonics import from_tip_relief
+    from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
 
     relief = from_tip_relief(relieved.geometry, relieved.path_relief)
     assert np.allclose(both.at(tau), one.at(tau) + relief.at(tau), rtol=0, atol=1e-18)

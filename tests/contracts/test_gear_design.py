@@ -21,7 +21,7 @@ from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS, Geometry
 from gearchaos.gears.mechanics import STEEL, Material
 from gearchaos.gears.transmission_error import Quality
-from gearchaos.gears.transmission_error.harmonics import TipRelief
+from gearchaos.gears.transmission_error.tip_relief import TipRelief
 
 SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 

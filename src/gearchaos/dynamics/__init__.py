@@ -1,7 +1,7 @@
 """Classification of motions by recurrence, periodic orbits, Floquet multipliers, Lyapunov exponents and spectra."""
 
+from gearchaos.dynamics.labelling import STAGES, classify, conclude
 from gearchaos.dynamics.settings import Classification
-from gearchaos.dynamics.stages import STAGES, classify, conclude
 from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.verdicts import ON_ATTRACTOR, REASONS, Label, Reason, Verdicts, motion_name
 

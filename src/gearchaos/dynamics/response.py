@@ -121,7 +121,8 @@ class Response(Columns):
     """Response measures of L motions, each (L,), dimensionless as in (2.10)-(2.12).
 
     Averages and extrema are over one period of an orbit, or `Classification.averaging_periods` for other motions.
-    A new measure is declared here, computed in `compute_response`, and described in the table of quantities.
+    If a new measure needs an integral or extremum that `flow.Measure` does not have, it becomes a row there first. Then
+    the measure is declared here, computed in `compute_response`, and described by a row in `quantities/tables.py`.
     """
 
     v_rms: Annotated[np.ndarray, Column(

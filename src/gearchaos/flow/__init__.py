@@ -7,11 +7,12 @@ names exported here.
 
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
-from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH, Measure
+from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
+from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.kernels.orbits import RESIDUAL, NewtonSearch, near_returns, newton_iteration, start_newton_search
 from gearchaos.flow.sensitivity import PeriodResult, SensitivityFlow, differentiate
+from gearchaos.flow.step_tables import steps_share_matrices
 from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period
-from gearchaos.flow.tables import steps_share_matrices
 from gearchaos.flow.target import Processor, processor
 
 __all__ = [

@@ -14,9 +14,10 @@ import numpy as np
 
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, new_lanes, new_slots, new_workspace
-from gearchaos.flow.kernels.constants import SLOTS, WIDTH, Measure
+from gearchaos.flow.kernels.constants import SLOTS, WIDTH
+from gearchaos.flow.kernels.measure import Measure
+from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import prepare_points
 
 cancel_event: ContextVar[threading.Event | None] = ContextVar("cancel_event", default=None)
 """The event that cancels computations of the flow in the current context.

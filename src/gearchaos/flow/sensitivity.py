@@ -13,8 +13,8 @@ from gearchaos.flow.exact import raise_if_cancelled
 from gearchaos.flow.kernels.arrays import new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
+from gearchaos.flow.step_tables import harmonics_of, parameter_array, step_counts, step_values, steps_in_parts
 from gearchaos.flow.system import SwitchedSystem
-from gearchaos.flow.tables import harmonics_of, parameter_array, step_counts, step_values, steps_in_parts
 
 _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
 
@@ -22,7 +22,7 @@ _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that 
 class Derivatives(NamedTuple):
     """Derivatives of the equations by Q parameters at P points."""
 
-    equations: np.ndarray  # (P, Q, total) of the columns of `tables.parameter_array`
+    equations: np.ndarray  # (P, Q, total) of the columns of `step_tables.parameter_array`
     starts: np.ndarray  # (P, Q, N) of the starts of the parts of the period
 
 

@@ -223,8 +223,8 @@ def _tabulate_responses(dims, parameters, harmonics, entry, state, work, table):
 
 @kernel
 def tabulate_steps(dims, parameters, harmonics, values, first, first_of_entry, tabulated, work, table):
-    """Compute the step tables (P, entries, 3, rows) of the points of one grid, see `tables.tabulate`, `WIDTH` points at
-    a time.
+    """Compute the step tables (P, entries, 3, rows) of the points of one grid, see `step_tables.tabulate`, `WIDTH`
+    points at a time.
 
     ``first`` (P,) is the index of each point's first step in the `Steps.values` of the grid, ``first_of_entry``
     (entries,) the one within the grid of the first step with each entry; ``tabulated`` is `Points.tabulated`.

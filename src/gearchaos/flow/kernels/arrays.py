@@ -20,7 +20,8 @@ from numba import config, types
 from numba.extending import intrinsic
 
 from gearchaos.flow.kernels.compilation import inlined
-from gearchaos.flow.kernels.constants import ORDER, SLOTS, WIDTH, Measure
+from gearchaos.flow.kernels.constants import ORDER, SLOTS, WIDTH
+from gearchaos.flow.kernels.measure import Measure
 
 CACHE_LINE, PAGE = 64, 4096
 """Bytes in a line of the cache, which is also the size of a vector; bytes in a page of memory."""
@@ -204,7 +205,7 @@ class Points(NamedTuple):
     parameters: np.ndarray  # (P, total), columns as in `ParameterColumns`
     steps: Steps
     grids: Grids
-    table: np.ndarray  # (entries of all points, 3, rows), see `tables.tabulate`
+    table: np.ndarray  # (entries of all points, 3, rows), see `step_tables.tabulate`
     harmonics: Harmonics
     tabulated: int  # harmonics of the forcing whose responses have separate rows in the step tables
 

@@ -1,12 +1,5 @@
 """Constants used by the kernels and by the functions that call them."""
 
-from __future__ import annotations
-
-from enum import IntEnum
-from typing import Self
-
-import numpy as np
-
 TWO_PI = 6.283185307179586
 
 WIDTH = 8
@@ -25,61 +18,3 @@ DIVERGED_AT = 1e8
 
 OK, DIVERGED, CHATTER = 0, 1, 2
 """Status of a trajectory."""
-
-
-class Measure(IntEnum):
-    """Rows of the array of measures (`len(Measure)`, L), each accumulated along the motion.
-
-    Times are in units of τ; z in half backlashes; the mesh force 2ζz' + χ f(z) as in (2.5) of the paper. The integrals
-    of z are about a value that it has on the motion, so that the difference of which its variance is made is not one of
-    large numbers.
-
-    Attributes
-    ----------
-    combined : ufunc
-        What makes the measure of a motion from those of its parts; `gearchaos.flow.combine_measures` does.
-
-    Examples
-    --------
-    >>> import gearchaos as gc
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
-    >>> from gearchaos.flow import Measure
-    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
-    >>> result = problem.flow.advance(problem.w, periods=10, measured=True)
-    >>> result.measures[Measure.SWITCHES].tolist()
-    [18.0]
-    """
-
-    combined: np.ufunc
-
-    def __new__(cls, row: int, combined: np.ufunc) -> Self:
-        self = int.__new__(cls, row)
-        self._value_, self.combined = row, combined
-        return self
-
-    FRONT_TIME = 0, np.add
-    """Time in contact with the front flank, z > 1."""
-    BACK_TIME = 1, np.add
-    """Time in contact with the back flank, z < -1."""
-    Z = 2, np.add
-    """Integral of z − `Z_REFERENCE`."""
-    Z_SQUARE = 3, np.add
-    """Integral of (z − `Z_REFERENCE`)²."""
-    Z_DOT_SQUARE = 4, np.add
-    """Integral of z'²."""
-    VELOCITY = 5, np.add
-    """Integral of x1' (of z' in the single model)."""
-    VELOCITY_SQUARE = 6, np.add
-    """Integral of the square of that velocity."""
-    Z_MAX = 7, np.maximum
-    """Largest z; the next three are the smallest z and the largest and smallest z'."""
-    Z_MIN = 8, np.minimum
-    Z_DOT_MAX = 9, np.maximum
-    Z_DOT_MIN = 10, np.minimum
-    FORCE_MAX = 11, np.maximum
-    """Largest mesh force."""
-    FORCE_MIN = 12, np.minimum
-    SWITCHES = 13, np.add
-    """Number of contact switches."""
-    Z_REFERENCE = 14, np.maximum
-    """z at the start of the motion."""

@@ -175,8 +175,10 @@ def _window_after(touch, s):
 
 @subroutine
 def find_exits(dims, ws):
-    """Find where each lane leaves its contact state: writes s at the exit, or 1 if it stays, to row ``end_fraction``,
-    and the contact state after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
+    """Find the *exit* of each lane: the first contact switch in the rest of the step, at a root of its gap.
+
+    Writes s at the exit, or 1 if the lane stays in its contact state, to row ``end_fraction``, and the contact state
+    after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
 
     A start on a boundary and a grazing contact are neither missed nor counted twice: whether a touch at vanishing speed
     is a crossing is decided by the sign of the gap a little later. From a touch on, increments are limited to windows

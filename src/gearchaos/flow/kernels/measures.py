@@ -1,4 +1,4 @@
-"""Measures of a motion, computed from the Taylor polynomials of its segments, exact to rounding."""
+"""The measures of `measure.py`, computed from the Taylor polynomials of segments of a motion, exact to rounding."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 
 from gearchaos.flow.kernels.arrays import measure_index, rows, rows_per_slot
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.constants import ORDER, WIDTH, Measure
+from gearchaos.flow.kernels.constants import ORDER, WIDTH
+from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.kernels.simd import (
     any_true,
     broadcast,

@@ -14,7 +14,7 @@ from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO
-from gearchaos.gears.transmission_error.harmonics import unrelieved_length
+from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
 # pitch line velocities in m/s above which a speed is refused, and above which there is a warning

@@ -22,9 +22,10 @@ from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.transmission_error import Quality, tolerances
-from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, TipRelief, from_quality, from_tip_relief
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
+from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 

@@ -1,4 +1,7 @@
-"""Accuracy grades of cylindrical gears, and the flank tolerances of both wheels that follow from them.
+"""The transmission error of a pair, and the tolerances of accuracy grades.
+
+`harmonics.py` has the error that follows from a grade, `tip_relief.py` that from tip relief, `tables.py` that from
+measured or computed tables. Here are the grades, and the flank tolerances of both wheels that follow from them.
 
 The editions of ISO 1328-1 have different formulae, and the number of a grade does not mean the same in both. National
 standards that are the text of an edition are read as it. Grades of others are refused, with the nearest grade of an
