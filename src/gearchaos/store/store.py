@@ -211,7 +211,10 @@ def versions(study: Study) -> dict[str, str]:
 def create(store: Store) -> Store:
     """Write the objects of a new store; raises `InputError` if its folder has anything else in it."""
     objects, content = store.objects, store.metadata()
-    for name in objects.names() if objects.exists() else ():
+    found = objects.names() if objects.exists() else []
+    if objects.get(STUDY) is not None:  # another shard has made it meanwhile, and may have written results
+        return store
+    for name in found:
         if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
             raise _damaged(objects, "run/study.json is missing, other files of a store are there")
         if name not in content and not name.startswith("run/"):
