@@ -129,7 +129,7 @@ def write_block(store: Store, block: int) -> list[int]:
         shards = list(threads.map(lambda name: _write_shard(store, name, block, values.pop(name)), store.arrays))
     store.objects.keep([store.shard(name, block) for name in store.arrays])
     written = {"shards": dict(zip(store.arrays, shards, strict=True)), "tiles": [list(astuple(r)) for r in records]}
-    store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()))
+    store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()), durable=True)
     store.objects.keep([f"{BLOCKS}/{block}"])
     store.objects.delete([store.tile(tile) for tile in tiles])
     return []
