@@ -140,6 +140,7 @@ class Nursery:
     def start(self, folder: Path, *arguments: object, **environment: object) -> Command:
         """Begin ``gearchaos ARGUMENTS`` in a folder."""
         output = Path(self._outputs.name, str(len(self._started)))
+        output.touch()
         variables = {name: str(value) for name, value in environment.items()}
         pid = self.ask("start", str(folder), list(map(str, arguments)), str(output), variables)
         self._started.append(Command(self, pid, output))

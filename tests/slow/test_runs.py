@@ -1,6 +1,5 @@
 """Runs lose nothing: real processes, real signals, and the same bytes whoever computes them."""
 
-import json
 import os
 import random
 import shutil
@@ -21,7 +20,7 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.store.store import open_store
-from tests.slow.instant import MAP, ROOT, STUDY, TILE, wait_until
+from tests.slow.instant import MAP, ROOT, STUDY, wait_until
 
 
 def files(path):
@@ -92,7 +91,7 @@ def test_motions_are_the_same_in_threads_in_processes_and_in_memory(tmp_path):
     zones = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.1:16", "eps1=0.05:0.3:12", settings=short)
     starts = gc.Attractors(single, 40, kicks=2, settings=short)
     for study in (zones, starts):
-        in_memory, paths = study.run(), [tmp_path / f"{study.kind} {engine}.zarr" for engine in ("threads", "processes")]
+        in_memory, paths = study.run(), [tmp_path / f"{study.kind} in {engine}" for engine in ("threads", "processes")]
         for path, options in zip(paths, ({"threads": 2}, {"processes": 2}), strict=True):
             outcome = gc.run(study, path, tile=20, **options)
             assert (outcome.done, outcome.failed, outcome.finished) == (outcome.count, {}, True)
