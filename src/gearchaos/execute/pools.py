@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import signal
@@ -113,11 +114,25 @@ def dask_workers(address: str) -> PoolFactory:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with client() as reached:
+        with _without_logs(), client() as reached:
             yield _dask_pool(reached)
 
     client().close()  # checked before any work
     return opened
+
+
+@contextmanager
+def _without_logs() -> Iterator[None]:
+    """Keep Dask from printing what it meets when a scheduler is gone: the run ends with one message."""
+    loggers = [logging.getLogger(name) for name in ("distributed.client", "tornado.application")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def local_cluster(count: int) -> PoolFactory:

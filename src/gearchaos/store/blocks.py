@@ -129,7 +129,7 @@ def write_block(store: Store, block: int) -> list[int]:
         shards = list(threads.map(lambda name: _write_shard(store, name, block, values.pop(name)), store.arrays))
     store.objects.keep([store.shard(name, block) for name in store.arrays])
     written = {"shards": dict(zip(store.arrays, shards, strict=True)), "tiles": [list(astuple(r)) for r in records]}
-    store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()))
+    store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()), durable=True)
     store.objects.keep([f"{BLOCKS}/{block}"])
     store.objects.delete([store.tile(tile) for tile in tiles])
     return []
@@ -201,12 +201,14 @@ class State:
     @classmethod
     def of(cls, store: Store) -> State:
         """The state of a store now."""
-        objects, tiles = store.objects, dict[int, set[int]]()
+        objects, grid, tiles = store.objects, store.grid, dict[int, set[int]]()
         for name in objects.names(TILES):
-            block, number = name.split("/")[2:]
-            tiles.setdefault(int(block), set()).add(int(number))
-        blocks = _numbers(objects, BLOCKS)  # listed after the tiles: a block that is written meanwhile is not missed
-        failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace") for n in _numbers(objects, FAILED)}
+            number = _number(name)
+            if number is not None and number < grid.count and name == store.tile(number):
+                tiles.setdefault(grid.block_of(number), set()).add(number)
+        blocks = _numbers(objects, BLOCKS, grid.block_count)  # listed after the tiles: a block that is written meanwhile is not missed
+        failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace")
+                  for n in _numbers(objects, FAILED, grid.count)}
         return cls(blocks, {b: t for b, t in tiles.items() if b not in blocks}, failed)
 
     def done(self, store: Store, block: int) -> int:
@@ -216,9 +218,16 @@ class State:
 
 def tiles_there(store: Store, block: int) -> set[int]:
     """The tiles of a block that have an object."""
-    return _numbers(store.objects, f"{TILES}/{block}")
+    return _numbers(store.objects, f"{TILES}/{block}", store.grid.count)
 
 
-def _numbers(objects: Objects, folder: str) -> set[int]:
-    """The numbers that are the names of the objects in a folder; others are left out."""
-    return {int(last) for name in objects.names(folder) if (last := name.rpartition("/")[2]).isdecimal()}
+def _numbers(objects: Objects, folder: str, count: int) -> set[int]:
+    """The numbers below ``count`` that are the names of the objects in a folder; others are left out."""
+    found = {name: _number(name) for name in objects.names(folder)}
+    return {n for name, n in found.items() if n is not None and n < count and name == f"{folder}/{n}"}
+
+
+def _number(name: str) -> int | None:
+    """The number that is the last part of a name, if it is one."""
+    last = name.rpartition("/")[2]
+    return int(last) if last.isdecimal() else None

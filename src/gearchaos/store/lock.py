@@ -73,7 +73,7 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
         stack.callback(_remove_empty, folder, folder.parent, objects.folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(SoftFileLock(folder / shard.lock, timeout=_WAIT))
+            stack.enter_context(_locked(folder / shard.lock, _WAIT))
         except Timeout:
             raise _refusal(objects, shard.lock) from None
         except OSError as error:
@@ -86,6 +86,23 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
             if other != shard.lock and not other.endswith(same) and _held(objects, other, _WAIT):
                 raise _refusal(objects, other)
         yield
+
+
+@contextmanager
+def _locked(path: Path, timeout: float) -> Iterator[None]:
+    """Hold a lock; one that names no process is of before a power failure, since a process gives its name at once."""
+    lock = SoftFileLock(path, timeout=timeout)
+    try:
+        lock.acquire()
+    except Timeout:
+        if not timeout or lock.pid is not None:
+            raise
+        path.unlink(missing_ok=True)
+        lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _remove_empty(*folders: Path) -> None:
@@ -104,7 +121,7 @@ def running(objects: Objects) -> list[str]:
 def _held(objects: Objects, name: str, timeout: float) -> bool:
     """Whether a lock is held for longer than ``timeout`` seconds."""
     try:
-        with SoftFileLock(objects.folder / LOCKS / name, timeout=timeout):  # type: ignore[operator]
+        with _locked(objects.folder / LOCKS / name, timeout):  # type: ignore[operator]
             return False
     except (Timeout, OSError):  # OSError in a store that is read-only
         return True

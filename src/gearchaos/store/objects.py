@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError, missing_package
-from gearchaos.files import sync_folder
+from gearchaos.files import sync_folder, write_bytes
 
 _PARTIAL = ".partial"
 """Suffix of the files that zarr writes before it renames them."""
@@ -123,10 +123,15 @@ class Objects:
         found = self._done(name, self.zarr.get(name, default_buffer_prototype(), part))
         return None if found is None else found.to_bytes()
 
-    def put(self, name: str, content: bytes) -> None:
-        """Write an object, which replaces an older one."""
+    def put(self, name: str, content: bytes, durable: bool = False) -> None:
+        """Write an object, which replaces an older one; one that is ``durable`` is never seen with a part of its
+        content, not even after a power failure."""
         from zarr.core.buffer import default_buffer_prototype
 
+        if durable and self.folder is not None:
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(self.folder / name, content, durable=True)
+            return
         self._done(name, self.zarr.set(name, default_buffer_prototype().buffer.from_bytes(content)))
 
     def names(self, prefix: str = "", partial: bool = False) -> list[str]:

@@ -263,6 +263,8 @@ def _verified(store: Store, blocks: Iterable[int], progress: bool) -> tuple[Stor
     if files:
         _say(f"damaged files of the store are written anew: {', '.join(files)}", progress)
         store = write_metadata(store, store.metadata())
+    else:  # the run that wrote them may have been killed before they would survive a power failure
+        store.objects.keep([*(store.files or {}), STUDY])
     with ThreadPoolExecutor(cores()) as threads:
         found = dict(zip(written, threads.map(partial(damaged_shards, store), written), strict=True))
     damaged = {block for block, names in found.items() if names}

@@ -236,7 +236,7 @@ def write_metadata(store: Store, content: Mapping[str, bytes]) -> Store:
     store.objects.delete([FINISHED])
     made = replace(store, files={name: zlib.crc32(value) for name, value in content.items()})
     if made.files != store.files:  # in a new store, or since another version of zarr writes them otherwise
-        store.objects.put(STUDY, made.description())
+        store.objects.put(STUDY, made.description(), durable=True)
     store.objects.keep([*content, STUDY])
     return made
 
