@@ -213,7 +213,7 @@ def finish_store(path: str | os.PathLike[str], *, progress: bool = False) -> Out
     store = open_store(path)
     with write_lock(store.objects, Shard()):
         state, blocks = State.of(store), range(store.grid.block_count)
-        if any(state.done(store, block) < store.grid.tile_count(block) for block in blocks):
+        if not store.finished and any(state.done(store, b) < store.grid.tile_count(b) for b in blocks):
             return _outcome(store, set(), {}, store.shards)
         store, damaged = _verified(store, blocks, progress)
         return _write(store, blocks, damaged, 1, pools.thread_pool(), progress)
