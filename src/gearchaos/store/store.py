@@ -228,9 +228,10 @@ def create(store: Store) -> Store:
     """
     objects = store.objects
     content = store.metadata()
-    for name in objects.names() if objects.exists() else ():
-        if name.startswith((f"{TILES}/", f"{BLOCKS}/")):
-            raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+    names = objects.names() if objects.exists() else []
+    if any(name.startswith((f"{TILES}/", f"{BLOCKS}/")) for name in names):
+        raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+    for name in names:
         if name not in content and not name.startswith("run/"):
             raise InputError("store", "must be a new folder, or one that gearchaos run made", str(objects),
                              f"It has other files, such as {name}.")
