@@ -74,7 +74,7 @@ class Missing:
 
     @property
     def files(self) -> list[str]:
-        """The names of the objects of results that are missing or damaged; of a block without its record, that alone."""
+        """The names of the objects of results that are missing or damaged; of a block without its record that alone."""
         known = self.records.keys() & self.lost.keys()
         shards = [self.store.shard(name, block) for block in known for name in self.lost[block]]
         return sorted([*shards, *(f"{BLOCKS}/{b}" for b in self.lost if b not in self.records), *self.tiles])
