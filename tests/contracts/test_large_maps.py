@@ -262,6 +262,8 @@ def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
     store = open_store(tmp_path / "plane.zarr")
     done = sum(store.grid.size(n) for block in State.of(store).blocks for n in store.grid.tiles_of(block))
     assert int((found["attractor"].values != -2).sum()) == done < study.count
+    counts = [np.sum(found["attractor"].values == n) for n in found["number"].values]
+    assert found["attractor_fraction"].values.tolist() == [count / done for count in counts]
 
 
 # --- export ----------------------------------------------------------------------------------------------------------
