@@ -1,7 +1,6 @@
 """A small map whose results are instant, for tests of stores: 8 × 12 cells, 12 tiles, 6 chunks and 3 blocks."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -60,11 +59,6 @@ def files(path):
 
 def ask(*arguments):
     return CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
-
-
-def in_a_line(text):
-    """A table of the terminal without its line breaks."""
-    return re.sub(r"\s+", " ", text)
 
 
 def describe(path, **changes):

@@ -1,11 +1,9 @@
 """Runs into stores: they go on where they were stopped, try again what fails, and keep other writers out."""
 
-import json
 import os
 import socket
 import subprocess
 import sys
-import threading
 from contextlib import nullcontext
 
 import numpy as np
@@ -13,7 +11,6 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.cli.runs import _say_missing
 from gearchaos.store import blocks
 from gearchaos.store.check import check, summary
 from gearchaos.store.lock import Shard, running, write_lock
@@ -90,20 +87,9 @@ def test_a_tile_that_fails_is_tried_three_times_and_named_while_the_rest_goes_on
     assert sorted(tiles) == sorted([0, *range(0, 12, 2), *range(48, 60, 2), 10, 10])  # one of item 0 alone, at first
     assert summary(open_store(path))["failed"] == {"5": "ArithmeticError: no"}
     assert "tile 5 failed" in ask("info", path).stdout and check(open_store(path))[0] == []
-    study = path.parent / "map.toml"
-    study.write_text('[model]\nq0 = 0.1\n[study]\nkind = "zones"\nx = "omega=0.5:1.1:12"\ny = "eps1=0.05:0.3:8"\n')
-    said = ask("run", study, "--out", path, "--json")
-    assert said.exit_code == 1 and "tile 5 failed: ArithmeticError: no\n" in said.stderr
-    assert json.loads(said.stdout) == {"store": str(path), "tiles": 12, "done": 11, "failed": 1, "finished": False,
-                                       "missing": {"1/1": 1}}
-    counted(monkeypatch)
+    fails = iter([True, True])
+    counted(monkeypatch, lambda items: next(fails, False))
     assert run(MAP, path).finished and files(path) == files(made)  # what failed is forgotten
-
-
-def test_a_tile_that_fails_twice_costs_only_time(path, made, monkeypatch):
-    failures = iter([True, True])
-    counted(monkeypatch, lambda items: items[0] == 50 and next(failures, False))
-    assert run(MAP, path, tile=8).finished and files(path) == files(made)
 
 
 def test_a_study_of_which_nothing_can_be_computed_makes_no_store(path, monkeypatch):
@@ -189,15 +175,6 @@ def test_the_rate_leaves_out_pauses_of_twenty_times_the_usual_step(path, pause, 
     assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
 
 
-def test_missing_tiles_are_told_with_the_command_that_computes_them(capsys):
-    for outcome, words in (
-            (Outcome(3, {}, 5, False, {"1/1": 2}), "missing tiles: 2. To compute them: gearchaos run STUDY.toml"),
-            (Outcome(5, {}, 5, False, {}), "missing tiles: none. To finish it: gearchaos finish m"),
-            (Outcome(0, {}, 5, False, {"2/3": 4}), "missing tiles: 4 of shard 2/3\n")):
-        _say_missing("m", outcome)
-        assert words in capsys.readouterr().err
-
-
 def test_info_tells_a_finished_run_from_one_that_is_running(made, path, monkeypatch):
     assert "finished" in ask("info", made).stdout and summary(open_store(made))["command"] is None
     half_done(path, monkeypatch)
@@ -255,24 +232,21 @@ def test_the_lock_of_a_dead_process_is_taken_over_but_not_that_of_another_host(p
 
 
 def test_a_run_that_is_refused_leaves_nothing(path):
-    with pytest.raises(gc.InputError, match="shard must read i/n"):
-        run(MAP, path, shard="3/2")
-    with pytest.raises(gc.InputError, match="out must lie in an existing folder"):
-        run(MAP, path / "below")
-    with pytest.raises(gc.InputError, match="out must be a path"):
-        run(MAP, 7)
-    with pytest.raises(gc.InputError, match="tile needs out"):
-        run(MAP, tile=8)
-    path.parent.joinpath("file").write_text("mine")
-    with pytest.raises(gc.InputError, match="out must be a folder"):
-        run(MAP, path.parent / "file")
+    (file := path.parent / "file").write_text("mine")
+    for out, options, rule in (
+            (path, {"shard": "3/2"}, "shard must read i/n"), (path / "s", {}, "out must lie in an existing folder"),
+            (7, {}, "out must be a path"), (None, {"tile": 8}, "tile needs out"), (file, {}, "out must be a folder")):
+        with pytest.raises(gc.InputError, match=rule):
+            run(MAP, out, **options)
     assert [p.name for p in path.parent.iterdir()] == ["file"]
 
 
-def test_shards_have_all_blocks_once():
+def test_shards_have_all_blocks_once(path, capsys):
     grid = Grid((10,), (1,), (1,), (1,))
     assert [list(Shard(n, 3).blocks(grid)) for n in (1, 2, 3)] == [[0, 3, 6, 9], [1, 4, 7], [2, 5, 8]]
     assert list(Shard(2, 3).blocks(Grid((1,), (1,)))) == [] and Shard().lock == "all.lock"
+    assert not run(MAP, path, shard="3/3", tile=1000, progress=True).finished
+    assert "shard 3/3 has nothing to do: the store has 1 blocks of tiles\n" in capsys.readouterr().err
     assert Shard.parse(" 2/3") == Shard(2, 3) and (str(Shard()), str(Shard(2, 3))) == ("a run", "shard 2/3")
 
 
@@ -296,22 +270,6 @@ def test_shards_share_no_block_and_the_last_one_finishes(path, made, monkeypatch
         missing = {f"{n}/3": 4 for n in {1, 2, 3} - written.keys()}
         assert (outcome.finished, outcome.missing, outcome.done) == (not missing, missing, 4 * len(written))
     assert sum(map(len, written.values())) == 12 and gc.load(path).equals(gc.load(made))
-
-
-def test_shards_at_the_same_time_finish_the_store(path, made):
-    run(MAP, path, tile=8, shard="1/3")
-    threads = [threading.Thread(target=run, args=(MAP, path), kwargs={"shard": f"{n}/3", "threads": 1}) for n in (2, 3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert open_store(path).finished and gc.load(path).equals(gc.load(made)) and check(open_store(path))[0] == []
-
-
-def test_more_shards_than_blocks_have_nothing_to_do(path, made, capsys):
-    run(MAP, path, tile=8)
-    assert run(MAP, path, shard="7/9", progress=True).finished
-    assert "shard 7/9 has nothing to do: the store has 3 blocks of tiles\n" in capsys.readouterr().err
 
 
 def test_a_shard_mends_its_own_blocks_alone_but_finishes_no_damaged_store(path, made, monkeypatch):
