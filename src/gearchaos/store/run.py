@@ -188,6 +188,7 @@ def run_into_store(
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
+    to_record(study)  # raises an error for what cannot be kept, before any work
     shard, objects = shard or Shard(), Objects(path)
     store = _opened(study, objects, tile, progress) if objects.exists() and objects.get(STUDY) is not None else None
     with write_lock(objects, shard):
