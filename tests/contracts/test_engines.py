@@ -15,7 +15,7 @@ from gearchaos.errors import InputError
 from gearchaos.execute import pools
 from gearchaos.execute.pool import Pool, PoolLostError
 from gearchaos.store.run import ATTEMPTS, _result, run_into_store
-from tests.contracts.stores import MAP, use_instant_results
+from tests.contracts.stores import MAP
 
 
 def ended(result=None, error=None):
@@ -33,12 +33,14 @@ def test_what_concerns_one_tile_is_told_in_words(future, words):
     assert _result(future) == words
 
 
-def test_a_cluster_that_is_gone_ends_the_run():
+def test_a_cluster_that_is_gone_and_a_full_disk_end_the_run():
     (cancelled := Future()).cancel()
     errors = ConnectionResetError(), type("CommClosedError", (Exception,), {})()
     for future in (cancelled, *(ended(error=error) for error in errors)):
         with pytest.raises(PoolLostError, match=r"the cluster is gone\. What is done is kept"):
             _result(future)
+    with pytest.raises(OSError, match=r"no space\. What is done is kept"):
+        _result(ended(error=OSError("no space")))
 
 
 class Executor:
@@ -85,8 +87,7 @@ def test_what_was_not_begun_is_cancelled_and_a_lost_pool_is_an_error():
 
 
 @pytest.mark.parametrize(("deaths", "failed"), [(1, {}), (99, {5: "the process that computed it died"})])
-def test_tiles_of_a_pool_that_died_are_tried_alone(tmp_path, monkeypatch, deaths, failed):
-    use_instant_results(monkeypatch)
+def test_tiles_of_a_pool_that_died_are_tried_alone(tmp_path, instant, deaths, failed):
     opened = []
 
     def submit(executor, work, item):
@@ -103,8 +104,7 @@ def test_tiles_of_a_pool_that_died_are_tried_alone(tmp_path, monkeypatch, deaths
     assert len(opened) == (2 + ATTEMPTS if failed else 4)  # one for the others, one for each attempt and the block
 
 
-def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_path, monkeypatch):
-    use_instant_results(monkeypatch)
+def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_path, instant):
     with ThreadPoolExecutor(1) as workers:  # as those of a Dask scheduler
         for study in (MAP, gc.Zones(MAP.model, MAP.x, "eps1=0.05:0.2:8"), MAP):
             shutil.rmtree(tmp_path / "map.zarr", ignore_errors=True)

@@ -16,7 +16,7 @@ from gearchaos.store.objects import Objects
 from gearchaos.store.run import run
 from gearchaos.store.store import ArraySpec, Store, open_store
 from gearchaos.store.tiles import Grid, divide, with_blocks
-from tests.contracts.stores import BASINS, MAP, files, half_done, use_instant_results
+from tests.contracts.stores import BASINS, MAP, files, half_done
 
 ARRAYS = {"label": ArraySpec("|i1", ()), "period": ArraySpec("<i4", ()), "v_rms": ArraySpec("<f8", ()),
           "section": ArraySpec("<f8", (3,)), "multiplier": ArraySpec("<c16", (2,)), "count": ArraySpec("<u2", ())}
@@ -155,8 +155,7 @@ def test_a_tile_is_read_as_it_was_written_without_any_changed_byte_and_by_its_ow
     assert not (store.objects.folder / store.tile(12)).exists()
 
 
-def test_names_of_the_objects_of_a_run(tmp_path, monkeypatch):
-    use_instant_results(monkeypatch)
+def test_names_of_the_objects_of_a_run(tmp_path, instant, monkeypatch):
     path = half_done(tmp_path / "map.zarr", monkeypatch)
     grid = open_store(path).grid
     assert (grid.tile, grid.chunk, grid.block, grid.count, grid.block_count) == ((4, 2), (4, 4), (8, 4), 12, 3)
