@@ -62,8 +62,8 @@ class Missing:
     @property
     def never(self) -> list[int]:
         """The tiles that are not computed."""
-        blocks = range(self.store.grid.block_count)
-        tiles = (self.store.grid.tiles_of(b) for b in blocks if b not in self.state.blocks)
+        blocks = set(range(self.store.grid.block_count)) - self.state.blocks - self.lost.keys()
+        tiles = map(self.store.grid.tiles_of, sorted(blocks))
         there = set(chain.from_iterable(self.state.tiles.values()))
         return [tile for tile in chain.from_iterable(tiles) if tile not in there]
 
@@ -82,7 +82,7 @@ class Missing:
     @property
     def repair(self) -> str:
         """The command that goes on; without the study file if all tiles were computed."""
-        known = all(self.state.done(self.store, b) == self.store.grid.tile_count(b)
+        known = all(b in self.lost or self.state.done(self.store, b) == self.store.grid.tile_count(b)
                     for b in range(self.store.grid.block_count))
         return f"gearchaos {'finish' if known else 'run STUDY.toml --out'} {self.store.objects}"
 
@@ -95,7 +95,8 @@ def missing(store: Store) -> Missing:
             if record is not None:
                 records[block] = record
     sizes = store.objects.sizes(store.shard(name, block) for block in records for name in store.arrays)
-    lost = {block: list(store.arrays) for block in sorted(state.blocks - records.keys())}
+    written = set(range(store.grid.block_count)) if store.finished else state.blocks
+    lost = {block: list(store.arrays) for block in sorted(written - records.keys())}
     for block, record in records.items():
         if wrong := [n for n in store.arrays if sizes.get(store.shard(n, block)) != record.shards.get(n, (None,))[0]]:
             lost[block] = wrong
@@ -107,7 +108,7 @@ def check(store: Store) -> tuple[list[str], Missing]:
     found = missing(store)
     pairs = [(block, tile) for block, tiles in found.state.tiles.items() for tile in tiles]
     with ThreadPoolExecutor(cores()) as threads:
-        blocks = sorted(found.state.blocks)
+        blocks = sorted(found.state.blocks | found.lost.keys())
         lost = {b: names for b, names in zip(blocks, threads.map(partial(damaged_shards, store), blocks), strict=True)
                 if names}
         whole = threads.map(lambda pair: read_tile(store, pair[1], store.arrays) is not None, pairs)

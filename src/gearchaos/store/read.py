@@ -70,6 +70,8 @@ class StoredArray(BackendArray):
             if is_written(store, block):  # it was written meanwhile
                 return np.asarray(self._array[region])
             what = "a tile that is in no block yet"
+        except InputError:  # it is a ValueError
+            raise
         except (LookupError, RuntimeError, ValueError):
             what = store.shard(self._name, block)
         raise InputError("store", "must be undamaged", str(store.objects),

@@ -188,6 +188,7 @@ def run_into_store(
         raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
+    to_record(study)  # raises an error for what cannot be kept, before any work
     shard, objects = shard or Shard(), Objects(path)
     store = _opened(study, objects, tile, progress) if objects.exists() and objects.get(STUDY) is not None else None
     with write_lock(objects, shard):
@@ -213,7 +214,7 @@ def finish_store(path: str | os.PathLike[str], *, progress: bool = False) -> Out
     store = open_store(path)
     with write_lock(store.objects, Shard()):
         state, blocks = State.of(store), range(store.grid.block_count)
-        if any(state.done(store, block) < store.grid.tile_count(block) for block in blocks):
+        if not store.finished and any(state.done(store, b) < store.grid.tile_count(b) for b in blocks):
             return _outcome(store, set(), {}, store.shards)
         store, damaged = _verified(store, blocks, progress)
         return _write(store, blocks, damaged, 1, pools.thread_pool(), progress)

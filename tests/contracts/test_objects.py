@@ -1,0 +1,139 @@
+"""Objects of stores, in a folder and in memory; URLs, and what is said where an object store cannot be reached."""
+
+import errno
+import os
+import pickle
+import sys
+from uuid import uuid4
+
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.store.objects import Objects
+
+
+@pytest.fixture(params=["folder", "memory"])
+def objects(request, tmp_path):
+    return Objects(tmp_path / "map.zarr" if request.param == "folder" else f"memory://{uuid4().hex}/map.zarr")
+
+
+def test_objects_are_written_read_listed_and_deleted(objects):
+    assert not objects.exists() and objects.get("a") is None and objects.names() == []
+    objects.put("a", b"first")
+    objects.put("a", b"second")
+    objects.put("a", b"third", new=True)  # there is one
+    objects.put("run/tiles/1", b"", new=True)
+    objects.put("run/tilesets", b"1")
+    assert objects.exists() and (objects.get("a"), objects.get("a", 3), objects.get("a", 99)) == (
+        b"second", b"sec", b"second")
+    assert objects.get("run/tiles/1") == b"" and objects.get("run") is None is objects.get("a/b")
+    assert sorted(objects.names()) == ["a", "run/tiles/1", "run/tilesets"] and objects.names("none") == []
+    assert objects.names("run/tiles") == ["run/tiles/1"]
+    assert objects.sizes(["a", "b", "run/tilesets"]) == {"a": 6, "run/tilesets": 1} and objects.total_bytes() == 7
+    objects.keep(["a", "run/tiles/1"])
+    objects.delete(["a", "a"])
+    objects.delete_all("run/tiles")
+    objects.delete_all("none")
+    assert objects.names() == ["run/tilesets"]
+
+
+def test_equal_objects_come_from_a_pickle_and_after_a_change_of_the_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    near = Objects("map.zarr")
+    near.put("a", b"1")
+    monkeypatch.chdir("/")
+    for again in (pickle.loads(pickle.dumps(near)), Objects(near.url), near):
+        assert (again.url, again.get("a")) == (str(tmp_path / "map.zarr"), b"1")
+    assert str(near) == "map.zarr" and near.folder == tmp_path / "map.zarr"
+
+
+def test_what_is_kept_survives_a_power_failure(tmp_path, monkeypatch):
+    """The file, and all folders from the one in which the store is to the one in which the file is."""
+    kept, true = [], os.fsync
+    monkeypatch.setattr(os, "fsync", lambda d: (kept.append(os.path.realpath(f"/proc/self/fd/{d}")), true(d))[1])
+    objects = Objects(tmp_path / "map.zarr")
+    objects.put("run/deep/x", b"1")
+    kept.clear()
+    objects.keep(["run/deep/x"])
+    path = tmp_path / "map.zarr/run/deep/x"
+    assert kept[0] == str(path) and set(kept[1:]) == {str(p) for p in list(path.parents)[:4]}
+
+
+def test_errors_of_the_disk_have_the_path(tmp_path, monkeypatch):
+    objects = Objects(tmp_path)
+
+    async def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(objects.zarr, "set", full)
+    with pytest.raises(OSError, match=f"No space left on device: '{tmp_path}/run/a'"):
+        Objects.put(objects, "run/a", b"1")
+
+
+def test_a_folder_needs_a_parent_and_no_broken_link(tmp_path):
+    with pytest.raises(InputError, match="out must lie in an existing folder"):
+        Objects(tmp_path / "a" / "b").check_creatable()
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="out must not be a link to nothing"):
+        Objects(tmp_path / "link").exists()
+    with pytest.raises(InputError, match="out must be a possible path of a folder"):
+        Objects("a\0b").exists()
+    with pytest.raises(InputError, match=r"For an object store: s3://bucket/y\.zarr"):
+        Objects("s3:bucket/y.zarr").check_creatable()
+
+
+@pytest.mark.parametrize("url", ["http://bucket/a", "s3://", "s3:///", "s3://b/a?x=1", "s3://b/a/../c", "s3://b/a#c",
+                                 "s3://b/a%20c", "s3:/b/c", "s3://b c/d", "ftp://b"])
+def test_urls_are_normalised_and_those_of_no_object_store_refused(url):
+    for good in ("s3://bucket//a///b/", "S3://bucket/a/b"):
+        assert (Objects(good).url, str(Objects(good)), Objects(good).folder) == ("s3://bucket/a/b", good, None)
+    with pytest.raises(InputError, match=r"^store must") as caught:
+        Objects(url)
+    assert caught.value.value == url and ("pathlib.Path" in str(caught.value)) == (url == "s3:/b/c")
+
+
+S3 = "Error performing LIST http://127.0.0.1:1/bucket in 1ms - Server returned "
+KEYS = {"AWS_ACCESS_KEY_ID": "u", "AWS_SECRET_ACCESS_KEY": "s"}
+
+
+@pytest.mark.parametrize(("said", "settings", "words"), [
+    (S3 + "error: 404 Not Found: <Code>NoSuchBucket</Code> <Message>no</Message>", KEYS,
+     r"There is no such bucket: create it, .*\(http://127.0.0.1:1: NoSuchBucket: no\)"),
+    (S3 + "403 Forbidden", KEYS, "Credentials are missing or refused .* profiles in ~/.aws"),
+    ("error sending request", {}, "Credentials are missing or refused .*Set AWS_ACCESS_KEY_ID"),
+    ("error sending request\n\nDebug source: x", KEYS, r"request\. Check the network, .*AWS_…"),
+    ("", {"AWS_ENDPOINT_URL": "localhost"}, "^AWS_ENDPOINT_URL must begin with http:// or https://"),
+])
+def test_an_object_store_that_cannot_be_reached_is_told_with_advice(monkeypatch, said, settings, words):
+    obstore = pytest.importorskip("obstore")
+
+    def refuse(*_, **__):
+        raise obstore.exceptions.GenericError(said)
+
+    for name in [n for n in os.environ if n.startswith("AWS_")]:
+        monkeypatch.delenv(name)
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(obstore, "list", refuse)
+    with pytest.raises(InputError, match=words) as caught:
+        Objects(f"s3://bucket/{uuid4().hex}").names()
+    assert "\n" not in str(caught.value)
+
+
+def test_an_object_store_that_fails_later_is_an_error_of_the_system(monkeypatch):
+    obstore = pytest.importorskip("obstore")
+    objects = Objects(f"memory://{uuid4().hex}")
+
+    async def fail(*_):
+        raise obstore.exceptions.GenericError(S3 + "500 Internal\n\nDebug source: x")
+
+    monkeypatch.setattr(objects.zarr, "get", fail)
+    with pytest.raises(ConnectionError, match=r"The object store failed: http://127\.0\.0\.1:1: .*/a'") as caught:
+        objects.get("a")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_package_is_named_with_what_installs_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "obstore", None)
+    with pytest.raises(InputError, match=r'pip install "gearchaos\[object\]"'):
+        Objects(f"s3://bucket/{uuid4().hex}").get("a")
