@@ -18,11 +18,11 @@ from math import isqrt
 from pathlib import Path
 
 import numpy as np
+from gearchaos.store.running.run import run_into_store
 
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.model import MeshModel
-from gearchaos.store.running.run import run_into_store
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.zones import Zones
 

@@ -11,10 +11,10 @@ import sys
 from math import prod
 
 import numpy as np
+from gearchaos.store.journals.journal import LINES_PER_FILE
 from instant import DTYPES
 
 import gearchaos as gc
-from gearchaos.store.journals.journal import LINES_PER_FILE
 from gearchaos.store.tiles import divide, grouped
 
 _OTHER_FILES = 5
