@@ -9,11 +9,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
-RESUME_ADVICE = "What is done is kept; the same command goes on from there."
-"""Last sentence of the messages of errors that interrupt a run."""
-
-CHECK_INTERVAL = 2.0
-"""Seconds between two checks that the workers can still be reached, and that they are as many as before."""
+RESUME_ADVICE = "What is done is kept; the same command goes on from there."  # ends the message of an interrupted run
+CHECK_INTERVAL = 2.0  # seconds between two checks that the workers can still be reached, and how many they are
 
 Item = TypeVar("Item")
 
@@ -53,16 +50,9 @@ class Pool:
         """Yield every item with the future of ``work(item)``, in the order of completion.
 
         At most twice as many items as there are workers are submitted at a time: a submitted item may run to its end
-        after an interrupt. Items not yet begun are cancelled when iteration stops.
-
-        Parameters
-        ----------
-        work : callable
-        items : iterable
-            Read as items are submitted.
-        first : deque, optional
-            Items that come before those; the caller may append to it meanwhile. If the pool breaks, the item that
-            could not be submitted any more is put here, and iteration stops when all submitted ones have ended.
+        after an interrupt. Items not yet begun are cancelled when iteration stops. The caller may append to ``first``,
+        which comes before ``items``. If the pool breaks, the item that could not be submitted any more is put there,
+        and iteration stops when all submitted ones have ended.
         """
         rest, first, pending = iter(items), deque() if first is None else first, dict[Future[Any], Item]()
         broken = False

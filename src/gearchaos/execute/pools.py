@@ -19,8 +19,7 @@ from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import CHECK_INTERVAL, RESUME_ADVICE, Pool, PoolLostError
 
-PoolFactory = Callable[[], AbstractContextManager[Pool]]
-"""Function that opens a pool; called again if the pool breaks."""
+PoolFactory = Callable[[], AbstractContextManager[Pool]]  # opens a pool; called again if the pool breaks
 
 
 class _Threads(ThreadPoolExecutor):
@@ -84,9 +83,8 @@ def pool_from_options(
 
     ``modules`` are those that the work items need; see `process_pool`.
     """
-    options = {"threads": threads, "processes": processes, "workers": workers, "scheduler": scheduler,
-               "cluster": cluster}
-    given = {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in {"threads": threads, "processes": processes, "workers": workers,
+                                             "scheduler": scheduler, "cluster": cluster}.items() if value is not None}
     if jobs is not None and cluster is None:
         raise InputError("jobs", "must be left out without cluster", jobs)
     if len(given) > 1:
@@ -124,14 +122,13 @@ def dask_workers(address: str) -> PoolFactory:
 @contextmanager
 def _without_logs() -> Iterator[None]:
     """Keep Dask from printing what it meets when a scheduler is gone: the run ends with one message."""
-    loggers = [logging.getLogger(name) for name in ("distributed.client", "tornado.application")]
-    levels = [logger.level for logger in loggers]
-    for logger in loggers:
+    levels = {logger: logger.level for logger in map(logging.getLogger, ("distributed.client", "tornado.application"))}
+    for logger in levels:
         logger.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, levels, strict=True):
+        for logger, level in levels.items():
             logger.setLevel(level)
 
 

@@ -26,16 +26,13 @@ from gearchaos.store.store import (
     checked,
     contents,
     from_description,
-    span,
     with_checksum,
 )
-from gearchaos.store.tiles import within
+from gearchaos.store.tiles import span, within
 
-_HEAD = 160
-"""Size in bytes of the beginning of the object of a tile, with what is known of its computation."""
+_HEAD = 160  # size in bytes of the beginning of the object of a tile, with what is known of its computation
 
-_THREADS = 4
-"""Number of arrays of a block that are encoded and written at the same time."""
+_THREADS = 4  # number of arrays of a block that are encoded and written at the same time
 
 
 @dataclass(frozen=True)
@@ -182,30 +179,18 @@ def _store(url: str, description: bytes) -> Store:
 
 @dataclass(frozen=True)
 class State:
-    """What is there of a store, by the names of its objects.
+    """What is there of a store, by the names of its objects."""
 
-    Attributes
-    ----------
-    blocks : set of int
-        The blocks that are written.
-    tiles : dict of int to set of int
-        The tiles that are there of other blocks, by block.
-    failed : dict of int to str
-        The errors of tiles that failed in the last run.
-    """
-
-    blocks: set[int]
-    tiles: dict[int, set[int]]
-    failed: dict[int, str]
+    blocks: set[int]  # that are written
+    tiles: dict[int, set[int]]  # that are there of other blocks, by block
+    failed: dict[int, str]  # errors of the tiles that failed in the last run
 
     @classmethod
     def of(cls, store: Store) -> State:
         """The state of a store now."""
         objects, grid, tiles = store.objects, store.grid, dict[int, set[int]]()
-        for name in objects.names(TILES):
-            number = _number(name)
-            if number is not None and number < grid.count and name == store.tile(number):
-                tiles.setdefault(grid.block_of(number), set()).add(number)
+        for number in _numbers(objects, TILES, grid.count):
+            tiles.setdefault(grid.block_of(number), set()).add(number)
         blocks = _numbers(objects, BLOCKS, grid.block_count)  # after the tiles: a block written meanwhile is not missed
         failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace")
                   for n in _numbers(objects, FAILED, grid.count)}
@@ -222,12 +207,6 @@ def tiles_there(store: Store, block: int) -> set[int]:
 
 
 def _numbers(objects: Objects, folder: str, count: int) -> set[int]:
-    """The numbers below ``count`` that are the names of the objects in a folder; others are left out."""
-    found = {name: _number(name) for name in objects.names(folder)}
-    return {n for name, n in found.items() if n is not None and n < count and name == f"{folder}/{n}"}
-
-
-def _number(name: str) -> int | None:
-    """The number that is the last part of a name, if it is one."""
-    last = name.rpartition("/")[2]
-    return int(last) if last.isdecimal() else None
+    """The numbers below ``count`` with which the names of objects below a folder end; other names are left out."""
+    ends = (name.rpartition("/")[2] for name in objects.names(folder))
+    return {int(end) for end in ends if end.isdecimal() and int(end) < count}

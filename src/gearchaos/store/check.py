@@ -13,15 +13,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.execute.machine import cores
-from gearchaos.store.blocks import (
-    BlockRecord,
-    State,
-    TileRecord,
-    block_record,
-    damaged_shards,
-    read_tile,
-    tile_record,
-)
+from gearchaos.store.blocks import BlockRecord, State, TileRecord, block_record, damaged_shards, read_tile, tile_record
 from gearchaos.store.lock import running
 from gearchaos.store.store import BLOCKS, Store
 from gearchaos.store.tiles import Grid
@@ -39,25 +31,13 @@ Box = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class Missing:
-    """What is missing of a store, by the names and sizes of its objects, or after all of them were read.
-
-    Attributes
-    ----------
-    store : Store
-    state : State
-    records : dict of int to BlockRecord
-        What is known of the blocks that are written.
-    lost : dict of int to list of str
-        The arrays whose results are missing or damaged, by block.
-    tiles : list of str
-        The objects of tiles, in no block yet, that are damaged.
-    """
+    """What is missing of a store, by the names and sizes of its objects, or after all of them were read."""
 
     store: Store
     state: State
-    records: dict[int, BlockRecord]
-    lost: dict[int, list[str]]
-    tiles: tuple[str, ...] = ()
+    records: dict[int, BlockRecord]  # what is known of the blocks that are written
+    lost: dict[int, list[str]]  # the arrays whose results are missing or damaged, by block
+    tiles: tuple[str, ...] = ()  # the objects of tiles, in no block yet, that are damaged
 
     @property
     def never(self) -> list[int]:

@@ -15,8 +15,7 @@ from gearchaos.store.objects import Objects
 from gearchaos.store.tiles import Grid
 
 LOCKS = "run/locks"
-_WAIT = 2.0
-"""How long a lock must stay taken to count as held; a process that only looks at it releases it at once."""
+_WAIT = 2.0  # how long a lock must stay taken to count as held; a process that only looks at it releases it at once
 
 _MOST_SHARDS = 100_000
 

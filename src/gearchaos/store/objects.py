@@ -16,14 +16,12 @@ from typing import Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.files import sync_folder, write_bytes
 
-_PARTIAL = ".partial"
-"""Suffix of the files that zarr writes before it renames them."""
+_PARTIAL = ".partial"  # suffix of the files that zarr writes before it renames them
 
 _PROVIDERS = {"s3": "AWS", "s3a": "AWS", "gs": "GOOGLE", "az": "AZURE", "abfs": "AZURE", "abfss": "AZURE"}
 """Beginning of the names of the environment variables of a provider, by scheme of the URL."""
 
-_MEMORY = "memory"
-"""Scheme of a folder in the memory of this process, which other processes do not see: for tests."""
+_MEMORY = "memory"  # scheme of a folder in the memory of this process, which other processes do not see: for tests
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://|(s3a?|gs|az|abfss?):/")
 """Beginning of the URL of an object store, e.g. ``s3://``, also after `pathlib.Path` has made it ``s3:/``."""
@@ -34,14 +32,10 @@ _ALMOST_URL = re.compile(r"(s3a?|gs|az|abfss?):(.+)")
 _URL = re.compile(r"([a-z][a-z0-9+.-]*)://([^/?#%\s]+)((?:/[^/?#%]+)*)")
 """A normalised URL: scheme, bucket, and a path without empty parts, query and encoded characters."""
 
-_FIRST = {"max_retries": 2, "retry_timeout": timedelta(seconds=10)}
-"""Retries of the first request to a URL: a wrong address is reported within seconds."""
+_FIRST = {"max_retries": 2, "retry_timeout": timedelta(seconds=10)}  # a wrong address is reported within seconds
+_LATER = {"max_retries": 20, "retry_timeout": timedelta(minutes=3)}  # a run outlasts a short outage
 
-_LATER = {"max_retries": 20, "retry_timeout": timedelta(minutes=3)}
-"""Retries of all other requests: a run outlasts a short outage, and ends with an error after a long one."""
-
-_AT_ONCE = 64
-"""Number of objects whose sizes are asked for at the same time."""
+_AT_ONCE = 64  # number of objects whose sizes are asked for at the same time
 
 
 def is_url(text: str) -> bool:

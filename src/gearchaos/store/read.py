@@ -19,18 +19,12 @@ from gearchaos.errors import InputError
 from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects
-from gearchaos.store.store import STUDY, Store, open_store, span
-from gearchaos.store.tiles import Region, within
+from gearchaos.store.store import STUDY, Store, open_store
+from gearchaos.store.tiles import Region, span, within
 
 
 class StoredArray(BackendArray):
-    """An array of results (*grid.shape, …) that is read from its store, block by block, when it is used.
-
-    Attributes
-    ----------
-    shape : tuple of int
-    dtype : dtype
-    """
+    """An array of results (*grid.shape, …) that is read from its store, block by block, when it is used."""
 
     def __init__(self, store: Store, name: str, lost: set[int]) -> None:
         spec = store.arrays[name]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
-import zlib
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
@@ -27,28 +25,14 @@ from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.read import results
 from gearchaos.store.record import differences, to_record
-from gearchaos.store.store import (
-    FAILED,
-    FINISHED,
-    STUDY,
-    TILES,
-    ArraySpec,
-    Store,
-    create,
-    open_store,
-    versions,
-    with_checksum,
-    write_metadata,
-)
+from gearchaos.store.store import STUDY, ArraySpec, Store, create, open_store, versions, write_finished, write_metadata
 from gearchaos.store.tiles import Grid, divide, with_blocks
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
-WORKER_MODULES = ("gearchaos.store.blocks",)
-"""What worker processes import; see `pools.process_pool`."""
+WORKER_MODULES = ("gearchaos.store.blocks",)  # what worker processes import; see `pools.process_pool`
 
-ATTEMPTS = 3
-"""Number of attempts at a tile before it is reported as failed."""
+ATTEMPTS = 3  # number of attempts at a tile before it is reported as failed
 
 Task = tuple[str, int]
 """A ("tile", number) to be computed, or a ("block", number) to be written."""
@@ -274,7 +258,6 @@ def _verified(store: Store, blocks: Iterable[int], progress: bool) -> tuple[Stor
         more = f" and {len(names) - 10} more" if len(names) > 10 else ""
         _say(f"results are missing or damaged, their blocks are computed again: {', '.join(names[:10])}{more}",
              progress)
-        store.objects.delete([FINISHED])
     return store, damaged
 
 
@@ -284,14 +267,16 @@ def _write(
     """Compute what is missing of these blocks, and finish the store if no other block is missing."""
     state = State.of(store)
     todo = {block: None for block in blocks if block in damaged or block not in state.blocks}
-    store.objects.delete([f"{FAILED}/{tile}" for tile in state.failed if store.grid.block_of(tile) in todo])
+    if todo and store.finished:
+        store = write_metadata(store, store.metadata())
+    store.objects.delete([store.failed(tile) for tile in state.failed if store.grid.block_of(tile) in todo])
     there = {block: len(state.tiles.get(block, ())) if block in todo else state.done(store, block)
              for block in range(store.grid.block_count)}
     remaining = sum(store.grid.tile_count(block) - there[block] for block in todo)
     with bar("tiles" if progress else None, store.grid.count, sum(there.values())) as advance:
         failed = _compute(store, todo, remaining, pool, advance)
     for tile, error in failed.items():
-        store.objects.put(f"{FAILED}/{tile}", error.encode())
+        store.objects.put(store.failed(tile), error.encode())
     return _outcome(store, damaged if failed else set(), failed, division, progress)
 
 
@@ -379,26 +364,11 @@ def _outcome(
     grid, state = store.grid, State.of(store)
     whole = not damaged and len(state.blocks) == grid.block_count
     if whole and not store.finished:
-        _finish(store, progress)
+        made = None if store.study.gridded else store.study.finish(results(store), progress=progress)
+        write_finished(store, made)
     missing = Counter[int]()
     for block in range(grid.block_count):
         there = len(tiles_there(store, block)) if block in damaged else state.done(store, block)
         missing[block % division + 1] += grid.tile_count(block) - there
     by_shard = {f"{number}/{division}": n for number, n in sorted(missing.items()) if n}
     return Outcome(grid.count - missing.total(), failed, grid.count, whole, by_shard)
-
-
-def _finish(store: Store, progress: bool) -> None:
-    """Write what is computed from all results, and delete what is not needed any more."""
-    files: dict[str, int] = {}
-    if not store.study.gridded:
-        made = store.metadata(store.study.finish(results(store), progress=progress))
-        changed = {name: value for name, value in made.items() if zlib.crc32(value) != (store.files or {}).get(name)}
-        for name, value in changed.items():
-            store.objects.put(name, value)
-        store.objects.keep(changed)
-        files = {name: zlib.crc32(value) for name, value in changed.items()}
-    store.objects.delete_all(TILES)
-    store.objects.delete(store.objects.names(partial=True))
-    store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
-    store.objects.keep([FINISHED])

@@ -27,17 +27,15 @@ from gearchaos.datasets import provenance
 from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
-from gearchaos.store.tiles import Grid, Region
+from gearchaos.store.tiles import Grid
 from gearchaos.studies.study import Study
 
-FORMAT = 3
-"""Version of the layout of stores."""
+FORMAT = 3  # version of the layout of stores
 
 STUDY, FINISHED = "run/study.json", "run/finished"
 TILES, BLOCKS, FAILED = "run/tiles", "run/blocks", "run/failed"
 
-ITEMS = "items"
-"""Folder of the results of work items, for a study whose Dataset is computed from them at the end."""
+ITEMS = "items"  # folder of the results of work items, for a study whose Dataset is computed from them at the end
 
 _CODECS = (ZstdCodec(level=1), Crc32cCodec())
 _REMEDY = ("Copy run/study.json from a new store of the same study, computed by the same version, or begin a new "
@@ -70,31 +68,15 @@ class ArraySpec:
 
 @dataclass(frozen=True)
 class Store:
-    """A store that can be read.
-
-    Attributes
-    ----------
-    objects : Objects
-    study : Study
-    grid : Grid
-        The division of the study into tiles, chunks and blocks.
-    arrays : dict of str to ArraySpec
-        The arrays of the results of work items, by name.
-    versions : dict of str to str
-        Versions of the packages on which results depend, when the store was created.
-    shards : int
-        Number of shards for which its blocks were chosen.
-    files : dict of str to int
-        The CRC-32 of metadata and coordinates by the names of their objects.
-    """
+    """A store that can be read."""
 
     objects: Objects
     study: Study
-    grid: Grid
-    arrays: dict[str, ArraySpec]
-    versions: dict[str, str]
-    shards: int = 1
-    files: Mapping[str, int] | None = None
+    grid: Grid  # the division of the study into tiles, chunks and blocks
+    arrays: dict[str, ArraySpec]  # the arrays of the results of work items, by name
+    versions: dict[str, str]  # of the packages on which results depend, when the store was created
+    shards: int = 1  # for which its blocks were chosen
+    files: Mapping[str, int] | None = None  # the CRC-32 of metadata and coordinates by the names of their objects
 
     def array_path(self, name: str) -> str:
         """The path of an array of results in the group."""
@@ -108,6 +90,10 @@ class Store:
     def tile(self, number: int) -> str:
         """The name of the object with the results of a tile."""
         return f"{TILES}/{self.grid.block_of(number)}/{number}"
+
+    def failed(self, tile: int) -> str:
+        """The name of the object with the error of a tile."""
+        return f"{FAILED}/{tile}"
 
     @property
     def block(self) -> dict[str, int]:
@@ -241,6 +227,20 @@ def write_metadata(store: Store, content: Mapping[str, bytes]) -> Store:
     return made
 
 
+def write_finished(store: Store, made: xr.Dataset | None) -> None:
+    """Write the Dataset that is ``made`` from all results, if any, and delete what is not needed any more."""
+    content = {} if made is None else store.metadata(made)
+    content = {name: value for name, value in content.items() if zlib.crc32(value) != (store.files or {}).get(name)}
+    for name, value in content.items():
+        store.objects.put(name, value)
+    store.objects.keep(content)
+    store.objects.delete_all(TILES)
+    store.objects.delete(store.objects.names(partial=True))
+    files = {name: zlib.crc32(value) for name, value in content.items()}
+    store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
+    store.objects.keep([FINISHED])
+
+
 def open_store(location: str | os.PathLike[str] | Objects) -> Store:
     """The store at a location; raises `InputError` if there is none, or it is damaged or of an unknown format."""
     objects = location if isinstance(location, Objects) else Objects(location)
@@ -282,8 +282,3 @@ def _damaged(objects: Objects, why: str) -> InputError:
     """The error for a store whose description is missing or damaged."""
     advice = f"It is damaged, or not a store: {why.removesuffix('.')}. {_REMEDY}"
     return InputError("store", "must hold an undamaged run/study.json", str(objects), advice)
-
-
-def span(region: Region) -> tuple[int, ...]:
-    """Numbers of work items of a region along each dimension."""
-    return tuple(p.stop - p.start for p in region)

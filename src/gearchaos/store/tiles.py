@@ -18,14 +18,12 @@ LARGEST_TILE = 16384
 """Most motions in a tile by default: some seconds of work, which are lost if the run is killed, and enough chaotic
 motions to fill the lanes of the kernels."""
 
-_SMALLEST_TILE = 64
-"""Fewest motions in a tile by default."""
+_SMALLEST_TILE = 64  # fewest motions in a tile by default
 
 _SHARED = 8
 """Number of tiles that a study has at least, if they are not smaller than the smallest: several workers share them."""
 
-_CHUNK_BYTES = 2**20
-"""Largest size of a chunk of the largest array before compression, unless a tile is larger."""
+_CHUNK_BYTES = 2**20  # largest size of a chunk of the largest array before compression, unless a tile is larger
 
 _BLOCK_BYTES = 2**27
 """Largest size of the results of a block in all arrays, unless a tile is larger. A worker that writes a block has twice
@@ -45,23 +43,13 @@ Region = tuple[slice, ...]
 class Grid:
     """A grid of work items divided into tiles, chunks and blocks. Tiles and blocks are numbered in C order.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Shape of the grid of work items.
-    tile : tuple of int
-        Shape of a tile, of the same length. The last tile along a dimension may be smaller.
-    chunk : tuple of int
-        Shape of a chunk, along each dimension a multiple of that of a tile, or one chunk for all tiles; by default that
-        of a tile.
-    block : tuple of int
-        Shape of a block, a multiple of that of a chunk; by default that of a chunk.
+    The last ones along a dimension may be smaller. By default a chunk is a tile, and a block is a chunk.
     """
 
-    shape: Shape
+    shape: Shape  # of the grid of work items
     tile: Shape
-    chunk: Shape = ()
-    block: Shape = ()
+    chunk: Shape = ()  # along each dimension a multiple of the tile, or one chunk for all tiles
+    block: Shape = ()  # a multiple of the chunk
 
     def __post_init__(self) -> None:
         for name, given in (("chunk", self.tile), ("block", self.chunk or self.tile)):
@@ -146,21 +134,20 @@ def _parts_in(region: Region, part: Shape, counts: Shape) -> list[int]:
     return np.ravel_multi_index(np.meshgrid(*ranges, indexing="ij"), counts).ravel().tolist()
 
 
+def span(region: Region) -> Shape:
+    """Numbers of work items of a region along each dimension."""
+    return tuple(p.stop - p.start for p in region)
+
+
 def within(part: Region, region: Region) -> Region:
     """A part of the grid as seen from the beginning of a region that contains it."""
     return tuple(slice(p.start - r.start, p.stop - r.start) for p, r in zip(part, region, strict=True))
 
 
 def divide(study: Study, size: int | None = None) -> Grid:
-    """Divide a study into tiles.
+    """Divide a study into tiles: its smallest blocks, with dimensions doubled, the shortest first, to ``size`` items.
 
-    Parameters
-    ----------
-    study : Study
-        A tile has the shape of its block, with dimensions doubled as long as ``size`` allows, the shortest first.
-    size : int, optional
-        Largest number of work items in a tile, unless the block of the study is larger. By default tiles are large
-        enough to fill the lanes of the kernels, and small enough to be shared by several workers.
+    By default tiles are large enough to fill the lanes of the kernels, and small enough to be shared by workers.
     """
     if size is None:
         motions = study.count * study.motions_per_item
@@ -170,15 +157,9 @@ def divide(study: Study, size: int | None = None) -> Grid:
 
 
 def with_blocks(grid: Grid, largest: int, item_bytes: int, shards: int = 1) -> Grid:
-    """The same tiles, in chunks and blocks of a size that suits files and shards.
+    """The same tiles, in chunks and blocks of a size that suits files and a number of shards.
 
-    Parameters
-    ----------
-    grid : Grid
-    largest, item_bytes : int
-        Sizes of the result of one work item, in the largest array and in all arrays.
-    shards : int
-        Number of shards that share the blocks.
+    ``largest`` and ``item_bytes`` are the sizes of the result of one work item, in the largest array and in all arrays.
     """
     shared = prod(grid.shape) // (_BLOCKS_PER_SHARD * shards)
     most = min(_BLOCK_BYTES // max(1, item_bytes), shared if shards > 1 else max(shared, _SMALLEST_BLOCK))
