@@ -6,7 +6,7 @@ import asyncio
 import errno
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import timedelta
 from functools import cached_property, lru_cache
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gearchaos.errors import InputError, missing_package
-from gearchaos.files import sync_folder
+from gearchaos.files import sync_folder, write_bytes
 
 _PARTIAL = ".partial"
 """Suffix of the files that zarr writes before it renames them."""
@@ -117,7 +117,11 @@ class Objects:
         from zarr.abc.store import RangeByteRequest
         from zarr.core.buffer import default_buffer_prototype
 
-        if self.folder is not None and not (self.folder / name).is_file():  # reading a pipe might never end
+        if self.folder is not None:  # at once: zarr's event loop would take longer than the file of a tile
+            if not (path := self.folder / name).is_file():  # reading a pipe might never end
+                return None
+            with suppress(FileNotFoundError), path.open("rb") as file:
+                return file.read(-1 if most is None else most)
             return None
         part = None if most is None else RangeByteRequest(0, most)
         found = self._done(name, self.zarr.get(name, default_buffer_prototype(), part))
@@ -127,10 +131,18 @@ class Objects:
         """Write an object, which replaces an older one."""
         from zarr.core.buffer import default_buffer_prototype
 
+        if self.folder is not None:
+            path = self.folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(path, content)
+            return
         self._done(name, self.zarr.set(name, default_buffer_prototype().buffer.from_bytes(content)))
 
     def names(self, prefix: str = "", partial: bool = False) -> list[str]:
         """The names of all objects below a prefix, or of what killed processes have left of some they were writing."""
+        if self.folder is not None:
+            found = _files(self.folder / prefix, prefix)
+            return [name for name, _ in found if name.endswith(_PARTIAL) == partial]
 
         async def collect() -> list[str]:
             listed = self.zarr.list_prefix(f"{prefix}/" if prefix else "")
@@ -140,6 +152,12 @@ class Objects:
 
     def sizes(self, names: Iterable[str]) -> dict[str, int]:
         """Sizes in bytes of those of these objects that exist."""
+        if self.folder is not None:
+            found = dict[str, int]()
+            for name in names:
+                with suppress(FileNotFoundError, NotADirectoryError):
+                    found[name] = (self.folder / name).stat().st_size
+            return found
 
         async def size(name: str) -> tuple[str, int | None]:
             async with at_once:
@@ -155,11 +173,16 @@ class Objects:
 
     def total_bytes(self) -> int:
         """Size of all objects together."""
+        if self.folder is not None:
+            return sum(_size(entry) for _, entry in _files(self.folder, ""))
         return self._done("", self.zarr.getsize_prefix(""))
 
     def delete(self, names: Iterable[str]) -> None:
         """Delete these objects, if they exist."""
         for name in names:
+            if self.folder is not None and not (self.folder / name).is_dir():
+                (self.folder / name).unlink(missing_ok=True)
+                continue
             self._done(name, self.zarr.delete(name))
 
     def delete_all(self, prefix: str) -> None:
@@ -190,6 +213,29 @@ class Objects:
             if isinstance(error, OSError):  # that of a full disk has no path
                 raise OSError(error.errno, error.strerror or str(error), where) from error
             raise
+
+
+def _files(folder: Path, name: str) -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """The files in a folder with this name, and in the folders in it; one that is deleted meanwhile has none."""
+    try:
+        with os.scandir(folder) as found:
+            entries = list(found)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    for entry in entries:
+        inner = f"{name}/{entry.name}" if name else entry.name
+        if entry.is_file():
+            yield inner, entry
+        elif entry.is_dir(follow_symlinks=False):
+            yield from _files(Path(entry.path), inner)
+
+
+def _size(entry: os.DirEntry[str]) -> int:
+    """Size of a file in bytes; 0 if it was deleted since."""
+    try:
+        return entry.stat().st_size
+    except FileNotFoundError:
+        return 0
 
 
 def _normalised(url: str) -> str:
