@@ -161,6 +161,6 @@ def on_paper(folder: Path) -> Iterator[Line]:
         found = division(side)
         needs = found.cells / 2**20 * write[1] / 3600
         text = (f"{found.files:,} files, {found.blocks:,} blocks, {found.tiles:,} tiles; info "
-                f"{found.blocks * info:,.1f} s of CPU; writing blocks {needs:.2g} core hours; verifying {_number(found.cells * 46 / speed)} s "
-                "for 46 bytes a cell")
+                f"{found.blocks * info:,.1f} s of CPU; writing blocks {needs:.2g} core hours; verifying "
+                f"{_number(found.cells * 46 / speed)} s for 46 bytes a cell")
         yield Line(f"{name} cells", text, *(("< 100,000 files", found.files < 100_000) if name == "10^9" else ()))
