@@ -71,7 +71,7 @@ def goes_on(files, folder, whole, log):
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9])
-@pytest.mark.parametrize("points", [8, pytest.param(300, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("points", [8, pytest.param(100, marks=pytest.mark.exhaustive)])
 def test_after_a_power_failure_a_run_goes_on_to_the_same_bytes(recording, whole, tmp_path, instant, kept, points):
     before, events = recording
     rng, right, most = random.Random(f"{kept}"), gc.run(MAP), 0
