@@ -71,13 +71,15 @@ def goes_on(files, folder, whole, log):
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9])
-@pytest.mark.parametrize("points", [8, pytest.param(300, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("points", [8, pytest.param(100, marks=pytest.mark.exhaustive)])
 def test_after_a_power_failure_a_run_goes_on_to_the_same_bytes(recording, whole, tmp_path, instant, kept, points):
     before, events = recording
     rng, right, most = random.Random(f"{kept}"), gc.run(MAP), 0
     expected = {f"map.zarr/{name}": content for name, content in read_files(whole).items()}
+    described = next((n for n, event in enumerate(events, 1) if event[2] == "map.zarr/run/study.json"), 1)
     for number in range(points):
-        disk, folder = Disk(before).apply(events[: rng.randrange(len(events) + 1)]), tmp_path / str(number)
+        last = described if number < 3 else rng.randrange(len(events) + 1)
+        disk, folder = Disk(before).apply(events[:last]), tmp_path / str(number)
         grid, computed = goes_on(disk.files(rng, kept), folder, right, instant)
         assert results(read_files(folder)) == results(expected)
         durable = blocks(disk.files(rng, 0.0))
@@ -91,6 +93,15 @@ def test_what_a_finished_run_leaves_is_durable(recording, whole, tmp_path, insta
     left = Disk(before).apply(events).files(random.Random(), 0.0)
     assert results(left) == results({f"map.zarr/{name}": content for name, content in read_files(whole).items()})
     assert not goes_on(left, tmp_path / "left", gc.run(MAP), instant)[1] and "map.zarr/run/finished" in left
+
+
+def test_a_tile_is_deleted_after_its_block_is_written(recording):
+    made, written = set(), set()
+    for kind, path, new in recording[1]:
+        made |= {new} if kind == "rename" and new.startswith("map.zarr/run/tiles/") else set()
+        written |= blocks([new]) if kind == "rename" else set()
+        assert kind != "delete" or path not in made or int(path.split("/")[3]) in written
+    assert made and written
 
 
 @pytest.mark.parametrize("made", ["run/study.json", "/c/0/0", "run/blocks/0"])

@@ -115,9 +115,11 @@ def test_a_run_killed_at_any_moment_goes_on_to_the_same_bytes(nursery, tmp_path)
     grid, kills, writing, done = open_store(tmp_path / "whole.zarr").grid, 0, 0, set()
     while kills < 20 or writing < 5:
         engine, log = "--processes" if kills in (4, 12) else "--threads", tmp_path / f"{kills}.log"
-        command = nursery.run(path, *small, engine, 2, INSTANT_SECONDS=0.1, INSTANT_LOG=log)
+        command = nursery.run(path, *small, engine, 2, INSTANT_SECONDS=0.2, INSTANT_LOG=log)
         if kills % 4 == 3:
             command.until(lambda: half_written(path, grid))
+        elif engine == "--processes":
+            begun(command, path, 1)
         else:
             time.sleep(rng.uniform(0, 0.4))
         command.kill()
