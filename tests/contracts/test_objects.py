@@ -19,16 +19,16 @@ def objects(request, tmp_path):
 
 def test_objects_are_written_read_listed_and_deleted(objects):
     assert not objects.exists() and objects.get("a") is None and objects.names() == []
-    objects.put("a", b"first")
-    objects.put("a", b"second")
+    for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"), ("b.4711.partial", b"half")):
+        objects.put(name, content)
     objects.put("a", b"third", new=True)  # there is one
     objects.put("run/tiles/1", b"", new=True)
-    objects.put("run/tilesets", b"1")
     assert objects.exists() and (objects.get("a"), objects.get("a", 3), objects.get("a", 99)) == (
         b"second", b"sec", b"second")
     assert objects.get("run/tiles/1") == b"" and objects.get("run") is None is objects.get("a/b")
     assert sorted(objects.names()) == ["a", "run/tiles/1", "run/tilesets"] and objects.names("none") == []
     assert objects.names("run/tiles") == ["run/tiles/1"]
+    objects.delete_partial()  # what a killed process was writing
     assert objects.sizes(["a", "b", "run/tilesets"]) == {"a": 6, "run/tilesets": 1} and objects.total_bytes() == 7
     objects.keep(["a", "run/tiles/1"])
     objects.delete(["a", "a"])
