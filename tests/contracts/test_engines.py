@@ -24,13 +24,10 @@ def ended(result=None, error=None):
     return future
 
 
-@pytest.mark.parametrize(("future", "words"), [
-    (ended("ValueError: no"), ("", "ValueError: no")), (ended([3]), ("", [3])),
-    (ended(error=KeyError("x")), ("KeyError: 'x'", None)),
-    (ended(error=BrokenExecutor()), ("the process that computed it died", None)),
-])
-def test_what_concerns_one_tile_is_told_in_words(future, words):
-    assert _result(future) == words
+def test_what_concerns_one_tile_is_told_in_words():
+    assert [_result(ended("ValueError: no")), _result(ended([3]))] == [("", "ValueError: no"), ("", [3])]
+    assert _result(ended(error=KeyError("x"))) == ("KeyError: 'x'", None)
+    assert _result(ended(error=BrokenExecutor())) == ("the process that computed it died", None)
 
 
 def test_a_cluster_that_is_gone_and_a_full_disk_end_the_run():
@@ -106,7 +103,7 @@ def test_tiles_of_a_pool_that_died_are_tried_alone(tmp_path, instant, deaths, fa
 
 def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_path, instant):
     with ThreadPoolExecutor(1) as workers:  # as those of a Dask scheduler
-        for study in (MAP, gc.Zones(MAP.model, MAP.x, "eps1=0.05:0.2:8"), MAP):
+        for study in (MAP, gc.Zones(MAP.model, MAP.x, "eps1=0.05:0.2:6"), MAP):
             shutil.rmtree(tmp_path / "map.zarr", ignore_errors=True)
             assert run_into_store(study, tmp_path / "map.zarr", tile=8,
                                   pool=lambda: nullcontext(Pool(workers, lambda: 1))).finished
@@ -116,20 +113,13 @@ def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_pat
 def test_workers_of_a_cluster_are_counted_from_time_to_time():
     counted = []
     client = SimpleNamespace(
-        status="running", get_executor=lambda **_: None, nthreads=lambda: counted.append(1) or {"a": 2, "b": 3}
-    )
+        status="running", get_executor=lambda **_: None, nthreads=lambda: counted.append(1) or {"a": 2, "b": 3})
     pool = pools._dask_pool(client)
     assert [pool.workers() for _ in range(50)] == [5] * 50 and len(counted) == 1
     assert pool.check() is None
     client.status = "closed"
     with pytest.raises(PoolLostError, match="the Dask scheduler is gone"):
         pool.check()
-
-
-@pytest.mark.parametrize("pool", [pools.process_pool, pools.thread_pool, pools.local_cluster])
-def test_no_pool_has_no_width(pool):
-    with pytest.raises(InputError, match="must be a whole number of at least 1; got 0"):
-        pool(0)
 
 
 @pytest.mark.parametrize(("module", "package", "options"), [
@@ -161,7 +151,10 @@ def test_a_scheduler_that_does_not_answer_is_refused(monkeypatch, error):
         pools.dask_workers("tcp://nowhere")
 
 
-def test_threads_share_the_cores_that_few_tiles_leave():
+def test_threads_share_the_cores_that_few_tiles_leave_and_no_pool_has_no_width():
+    for none in (pools.process_pool, pools.thread_pool, pools.local_cluster):
+        with pytest.raises(InputError, match="must be a whole number of at least 1; got 0"):
+            none(0)
     with pools.thread_pool(6)() as pool:
         assert pool.workers() == 6
         assert [pool.threads_per_item(tiles) for tiles in (1, 2, 3, 4, 6, 50)] == [6, 3, 2, 1, 1, 1]
