@@ -31,11 +31,8 @@ from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
 WORKER_MODULES = ("gearchaos.store.blocks",)  # what worker processes import; see `pools.process_pool`
-
 ATTEMPTS = 3  # number of attempts at a tile before it is reported as failed
-
-Task = tuple[str, int]
-"""A ("tile", number) to be computed, or a ("block", number) to be written."""
+Task = tuple[str, int]  # a ("tile", number) to be computed, or a ("block", number) to be written
 
 
 @dataclass(frozen=True)

@@ -31,10 +31,8 @@ from gearchaos.store.tiles import Grid
 from gearchaos.studies.study import Study
 
 FORMAT = 3  # version of the layout of stores
-
 STUDY, FINISHED = "run/study.json", "run/finished"
 TILES, BLOCKS, FAILED = "run/tiles", "run/blocks", "run/failed"
-
 ITEMS = "items"  # folder of the results of work items, for a study whose Dataset is computed from them at the end
 
 _CODECS = (ZstdCodec(level=1), Crc32cCodec())
