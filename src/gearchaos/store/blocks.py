@@ -206,7 +206,8 @@ class State:
             number = _number(name)
             if number is not None and number < grid.count and name == store.tile(number):
                 tiles.setdefault(grid.block_of(number), set()).add(number)
-        blocks = _numbers(objects, BLOCKS, grid.block_count)  # listed after the tiles: a block that is written meanwhile is not missed
+        # listed after the tiles: a block that is written meanwhile is not missed
+        blocks = _numbers(objects, BLOCKS, grid.block_count)
         failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace")
                   for n in _numbers(objects, FAILED, grid.count)}
         return cls(blocks, {b: t for b, t in tiles.items() if b not in blocks}, failed)
