@@ -252,7 +252,7 @@ def test_a_folder_of_others_is_refused_and_untouched(tmp_path, name):
 def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
     true, path = Objects.put, tmp_path / "map.zarr"
     for last in ("zarr.json", "omega/c/0", "v_rms/zarr.json", STUDY):
-        def put(self, name, content, new=False, last=last):
+        def put(self, name, content, durable=False, last=last):
             if name == last:
                 raise KeyboardInterrupt
             true(self, name, content, new)

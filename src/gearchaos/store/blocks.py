@@ -17,17 +17,7 @@ import numpy as np
 import zarr
 
 from gearchaos.store.objects import Objects
-from gearchaos.store.store import (
-    BLOCKS,
-    FAILED,
-    STUDY,
-    TILES,
-    Store,
-    checked,
-    contents,
-    from_description,
-    with_checksum,
-)
+from gearchaos.store.store import BLOCKS, FAILED, STUDY, TILES, Store, checked, from_description, with_checksum
 from gearchaos.store.tiles import span, within
 
 _HEAD = 160  # size in bytes of the beginning of the object of a tile, with what is known of its computation
@@ -134,9 +124,10 @@ def write_block(store: Store, block: int) -> list[int]:
 
 def _write_shard(store: Store, name: str, block: int, values: np.ndarray) -> tuple[int, int]:
     """Write the results of a block in one array, as zarr encodes them; size and CRC-32 of the shard."""
-    memory, shard = zarr.storage.MemoryStore(), store.shard(name, block)
-    store.create_array(memory, name)[store.grid.block_region(block)] = values
-    content = contents(memory)[shard]
+    written: dict[str, Any] = {}
+    shard = store.shard(name, block)
+    store.create_array(zarr.storage.MemoryStore(written), name)[store.grid.block_region(block)] = values
+    content = written[shard].to_bytes()
     store.objects.put(shard, content)
     return len(content), zlib.crc32(content)
 

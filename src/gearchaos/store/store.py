@@ -116,7 +116,8 @@ class Store:
 
     def metadata(self, finished: xr.Dataset | None = None) -> dict[str, bytes]:
         """Metadata and coordinates by the names of their objects, with the variables of a Dataset made at the end."""
-        memory = zarr.storage.MemoryStore()
+        written: dict[str, Any] = {}
+        memory = zarr.storage.MemoryStore(written)
         empty = self._empty_dataset() if self.study.gridded else xr.Dataset() if finished is None else finished
         kept = xr.Dataset(coords=empty.coords, attrs=empty.attrs) if self.study.gridded else empty
         with warnings.catch_warnings():
@@ -126,7 +127,7 @@ class Store:
                 self.create_array(memory, name, empty[name] if self.study.gridded else None)
             zarr.open_group(memory, path="run", mode="a", zarr_format=3)  # Zarr warns of folders that are no group
             zarr.consolidate_metadata(memory, zarr_format=3)
-        return contents(memory)
+        return {name: value.to_bytes() for name, value in written.items()}
 
     def _empty_dataset(self) -> xr.Dataset:
         """The Dataset of a gridded study with zeros, which share one element: it takes no memory."""
@@ -163,11 +164,6 @@ class Store:
     def zarr_array(self, name: str) -> zarr.Array:
         """An array of results as zarr reads it."""
         return zarr.open_array(self.objects.zarr, path=self.array_path(name), mode="r", zarr_format=3)
-
-
-def contents(memory: zarr.storage.MemoryStore) -> dict[str, bytes]:
-    """All objects of a store in memory by name."""
-    return {name: value.to_bytes() for name, value in memory._store_dict.items()}
 
 
 def with_checksum(content: bytes) -> bytes:
