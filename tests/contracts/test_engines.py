@@ -103,7 +103,7 @@ def test_tiles_of_a_pool_that_died_are_tried_alone(tmp_path, instant, deaths, fa
 
 def test_workers_that_outlive_a_store_compute_another_study_in_its_place(tmp_path, instant):
     with ThreadPoolExecutor(1) as workers:  # as those of a Dask scheduler
-        for study in (MAP, gc.Zones(MAP.model, MAP.x, "eps1=0.05:0.2:6"), MAP):
+        for study in (MAP, gc.Zones(MAP.model, "omega=0.5:1.1:10", MAP.y), MAP):
             shutil.rmtree(tmp_path / "map.zarr", ignore_errors=True)
             assert run_into_store(study, tmp_path / "map.zarr", tile=8,
                                   pool=lambda: nullcontext(Pool(workers, lambda: 1))).finished
