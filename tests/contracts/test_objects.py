@@ -21,14 +21,13 @@ def test_objects_are_written_read_listed_and_deleted(objects):
     assert not objects.exists() and objects.get("a") is None and objects.names() == []
     for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"), ("b.4711.partial", b"half")):
         objects.put(name, content)
-    objects.put("a", b"third", new=True)  # there is one
-    objects.put("run/tiles/1", b"", new=True)
+    objects.put("run/tiles/1", b"", durable=True)
     assert objects.exists() and (objects.get("a"), objects.get("a", 3), objects.get("a", 99)) == (
         b"second", b"sec", b"second")
     assert objects.get("run/tiles/1") == b"" and objects.get("run") is None is objects.get("a/b")
     assert sorted(objects.names()) == ["a", "run/tiles/1", "run/tilesets"] and objects.names("none") == []
     assert objects.names("run/tiles") == ["run/tiles/1"]
-    objects.delete_partial()  # what a killed process was writing
+    objects.delete(objects.names(partial=True))  # what a killed process was writing
     assert objects.sizes(["a", "b", "run/tilesets"]) == {"a": 6, "run/tilesets": 1} and objects.total_bytes() == 7
     objects.keep(["a", "run/tiles/1"])
     objects.delete(["a", "a"])
@@ -82,37 +81,26 @@ def test_urls_are_normalised_and_those_of_no_object_store_refused(url):
 
 
 S3 = "Error performing LIST http://127.0.0.1:1/bucket in 1ms - Server returned "
-KEYS = {"AWS_ACCESS_KEY_ID": "u", "AWS_SECRET_ACCESS_KEY": "s"}
 
 
-@pytest.mark.parametrize(("said", "settings", "words"), [
-    (S3 + "error: 404 Not Found: <Code>NoSuchBucket</Code> <Message>no</Message>", KEYS,
-     r"There is no such bucket: create it, .*\(http://127.0.0.1:1: NoSuchBucket: no\)"),
-    (S3 + "403 Forbidden", KEYS, "Credentials are missing or refused .* profiles in ~/.aws"),
-    ("error sending request", {}, "Credentials are missing or refused .*Set AWS_ACCESS_KEY_ID"),
-    ("error sending request\n\nDebug source: x", KEYS, r"request\. Check the network, .*AWS_…"),
-    ("", {"AWS_ENDPOINT_URL": "localhost"}, "^AWS_ENDPOINT_URL must begin with http:// or https://"),
-])
-def test_an_object_store_that_cannot_be_reached_is_told_with_advice(monkeypatch, said, settings, words):
+@pytest.mark.parametrize("said", [S3 + "error: 404 Not Found: NoSuchBucket", "error sending request\n\nDebug source: x"])
+def test_an_object_store_that_cannot_be_reached_is_told_with_advice(monkeypatch, said):
     obstore = pytest.importorskip("obstore")
 
     def refuse(*_, **__):
         raise obstore.exceptions.GenericError(said)
 
-    for name in [n for n in os.environ if n.startswith("AWS_")]:
-        monkeypatch.delenv(name)
-    for name, value in settings.items():
-        monkeypatch.setenv(name, value)
     monkeypatch.setattr(obstore, "list", refuse)
+    words = r"in a bucket that can be reached; .*(NoSuchBucket|request)\. Check the bucket, .* variables AWS_…"
     with pytest.raises(InputError, match=words) as caught:
         Objects(f"s3://bucket/{uuid4().hex}").names()
-    assert "\n" not in str(caught.value)
+    assert "\n" not in str(caught.value) and "Debug" not in str(caught.value)
 
 
 def test_what_fails_later_is_an_error_of_the_system_with_the_object(monkeypatch):
     obstore, objects = pytest.importorskip("obstore"), Objects(f"memory://{uuid4().hex}")
     lost = obstore.exceptions.GenericError(S3 + "500 Internal\n\nDebug source: x")
-    for error, words in ((lost, r"^[^\n]*The object store failed: http://127\.0\.0\.1:1: [^\n]*/a'$"),
+    for error, words in ((lost, r"^[^\n]*The object store failed: Error performing [^\n]*/a'$"),
                          (OSError(errno.ENOSPC, "No space left on device"), "No space left on device: 'memory.*/a'")):
         async def fail(*_, error=error):
             raise error

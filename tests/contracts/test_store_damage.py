@@ -255,7 +255,7 @@ def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
         def put(self, name, content, durable=False, last=last):
             if name == last:
                 raise KeyboardInterrupt
-            true(self, name, content, new)
+            true(self, name, content, durable)
 
         with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
             patch.setattr(Objects, "put", put)
