@@ -83,7 +83,7 @@ def test_urls_are_normalised_and_those_of_no_object_store_refused(url):
 S3 = "Error performing LIST http://127.0.0.1:1/bucket in 1ms - Server returned "
 
 
-@pytest.mark.parametrize("said", [S3 + "error: 404 Not Found: NoSuchBucket", "error sending request\n\nDebug source: x"])
+@pytest.mark.parametrize("said", [S3 + "error: 404 Not Found: NoSuchBucket", "sending a request\n\nDebug source: x"])
 def test_an_object_store_that_cannot_be_reached_is_told_with_advice(monkeypatch, said):
     obstore = pytest.importorskip("obstore")
 
