@@ -135,5 +135,5 @@ def test_words_about_a_box_are_those_of_its_stiffness(ramp):
     for model, advice in ((gc.MeshModel(), "error, chi1 and chi2."), (stepped, "Scalars of the model and amplitudes")):
         with pytest.raises(gc.InputError, match=advice):
             box_parameters(model, "theta1")
-    with pytest.raises(gc.InputError, match="must be two-level or stepped or ramp for a box"):
+    with pytest.raises(gc.InputError, match=r"must be two-level or .* or ramp for a box"):
         box_parameters(gc.MeshModel.of(c1=0.1), "omega")
