@@ -1,4 +1,4 @@
-"""The cost of stores, from 10^3 to 10^5 tiles and up to 10^9 cells, where cells take no time to compute.
+"""The cost of stores, from 10^3 to 10^5 tiles and up to 10^12 cells, where cells take no time to compute.
 
 ``python benchmarks/stores.py --list`` names the measurements and ``--only NAME …`` chooses some. Each prints one line
 for each value, with its goal. Commands run in processes of their own; their memory is the peak of the largest process.
@@ -23,12 +23,9 @@ MEASUREMENTS: dict[str, Callable[[Path], Iterator[Line]]] = {
     "begin": scaling.begin_large,
     "begin-10": partial(scaling.begin_large, side=100_000),
     "full": scaling.full_store,
-    "files": needs.large_files,
+    "paper": needs.on_paper,
     "shard": workers.one_shard_of_many,
-    "alone": workers.one_shard_alone,
-    "stale": workers.stale_listings,
     "slow-disk": workers.slow_disk,
-    "slow-worker": workers.slow_worker,
     "cluster": needs.cluster,
 }
 

@@ -14,27 +14,24 @@ import numpy as np
 from instant import DTYPES
 
 import gearchaos as gc
-from gearchaos.store.journals.journal import LINES_PER_FILE
-from gearchaos.store.tiles import divide, grouped
+from gearchaos.store.tiles import divide, with_blocks
 
-_OTHER_FILES = 5
-"""Files of every finished store: metadata of the group, study, checksums, the mark that it is finished, a lock."""
+_OTHER_FILES = 4
+"""Files of every finished store: metadata of the group and of its folder run, study, the mark that it is finished."""
 
 
 def division(side: int) -> dict[str, int]:
-    """The division that a run would choose for a map, and the number of files when a single run has finished it.
+    """The division that a run would choose for a map, and the number of files when it is finished.
 
-    ``tile_bytes`` and ``group_bytes`` are results of a tile in all arrays, and of a group in the largest array, before
-    compression.
+    ``tile_bytes`` and ``block_bytes`` are results of a tile and of a block in all arrays before compression.
     """
     sizes = [np.dtype(dtype).itemsize for dtype in DTYPES.values()]
     axes = gc.Axis("omega", 0.5, 1.1, side), gc.Axis("eps1", 0.05, 0.3, side)
-    grid = grouped(divide(gc.Zones(gc.MeshModel.of(q0=0.1), *axes)), max(sizes))
-    of_arrays = len(sizes) * (grid.group_count + 1) + 2 * len(axes)
+    grid = with_blocks(divide(gc.Zones(gc.MeshModel.of(q0=0.1), *axes)), max(sizes), sum(sizes))
     return {
-        "cells": prod(grid.shape), "tiles": grid.count, "groups": grid.group_count,
-        "files": of_arrays + _OTHER_FILES + 1 + grid.count // LINES_PER_FILE,
-        "tile_bytes": prod(grid.tile) * sum(sizes), "group_bytes": prod(grid.group) * max(sizes),
+        "cells": prod(grid.shape), "tiles": grid.count, "blocks": grid.block_count,
+        "files": grid.block_count * (len(sizes) + 1) + len(sizes) + 2 * len(axes) + _OTHER_FILES,
+        "tile_bytes": prod(grid.tile) * sum(sizes), "block_bytes": prod(grid.block) * sum(sizes),
     }
 
 

@@ -7,11 +7,9 @@ the same way.
 Environment variables:
 
 - ``INSTANT_SECONDS``: how long a tile takes; a single cell, which the creation of a store computes, takes no time.
-- ``INSTANT_SLOW``: a folder; the first process that computes a tile takes 20 times as long for each.
-- ``INSTANT_WRITE_SECONDS``: how much longer each write of a file of the store takes.
+- ``INSTANT_WRITE_SECONDS``: how much longer each write of an object of the store takes.
 - ``INSTANT_LOG``: a file that gets a line for each tile: time, number of its first cell, number of its cells.
-- ``INSTANT_GROUP_BYTES``: largest size of a group file, so that small maps have several groups.
-- ``INSTANT_STALE``: for how many seconds a process sees files of others as it saw them first, or that there are none.
+- ``INSTANT_BLOCK_BYTES``: largest size of the results of a block, so that small maps have several blocks.
 - ``INSTANT_STOP``: the number of tiles after which the process interrupts itself.
 """
 
@@ -22,7 +20,6 @@ import signal
 import sys
 import time
 from itertools import count
-from pathlib import Path
 
 import numpy as np
 
@@ -39,9 +36,6 @@ DTYPES = {
 CODES = {"label": 5, "period": 8, "reason": 5, "transient_chaos": 1, "contact": 2}
 """Arrays of codes and their largest value."""
 
-SLOWDOWN = 20
-"""How many times as long the slow worker takes."""
-
 _tiles = count(1)
 
 
@@ -56,7 +50,7 @@ def _compute(
 ) -> dict[str, np.ndarray]:
     if len(items) > 1:
         _log(items)
-        time.sleep(float(os.environ.get("INSTANT_SECONDS", 0)) * (SLOWDOWN if _is_slow() else 1))
+        time.sleep(float(os.environ.get("INSTANT_SECONDS", 0)))
         if next(_tiles) == int(os.environ.get("INSTANT_STOP", 0)):
             os.kill(os.getpid(), signal.SIGINT)
     return values(items)
@@ -69,86 +63,29 @@ def _log(items: np.ndarray) -> None:
             file.write(f"{time.time()} {items[0]} {len(items)}\n")
 
 
-def _is_slow() -> bool:
-    """Whether this process is the slow one."""
-    folder = os.environ.get("INSTANT_SLOW")
-    if folder is None:
-        return False
-    try:
-        with open(Path(folder) / "slow", "x") as file:
-            file.write(str(os.getpid()))
-    except FileExistsError:
-        pass
-    return (Path(folder) / "slow").read_text() == str(os.getpid())
-
-
 def _delay_writes(seconds: float) -> None:
-    """Let each write of a file of the store take so much longer."""
-    from gearchaos.store.files.folder import LocalFolder
+    """Let each write of an object of the store take so much longer."""
+    from gearchaos.store.objects import Objects
 
-    for name in ("write", "create", "append"):
-        setattr(LocalFolder, name, _delayed(getattr(LocalFolder, name), seconds))
+    put = Objects.put
 
-
-def _delayed(function, seconds):
     def slow(*arguments, **options):
         time.sleep(seconds)
-        return function(*arguments, **options)
+        return put(*arguments, **options)
 
-    return slow
-
-
-def _remember_files(seconds: float) -> None:
-    """Let this process see what it once saw of files of others for so many seconds, as a client of a network file
-    system may do: their content, their sizes, that there are none, and listings."""
-    from gearchaos.store.files.folder import LocalFolder
-
-    seen = dict[tuple[str, str], tuple[float, object]]()
-
-    def remembered(kind, function, folder, name):
-        at, found = seen.get((kind, name), (0.0, None))
-        if time.time() - at > seconds:
-            try:
-                found = function(folder, name)
-            except OSError as error:
-                found = error
-            seen[kind, name] = time.time(), found
-        if isinstance(found, OSError):
-            raise found
-        return found
-
-    def read(folder, name, start=0, length=None):
-        return remembered("content", true_read, folder, name)[start:][:length]
-
-    def changing(function):
-        def change(folder, name, *arguments):
-            for kind in ("content", "size"):
-                seen.pop((kind, name), None)
-            return function(folder, name, *arguments)
-
-        return change
-
-    true_read, true_size, true_list = LocalFolder.read, LocalFolder.size, LocalFolder.list
-    LocalFolder.read = read
-    LocalFolder.size = lambda folder, name: remembered("size", true_size, folder, name)
-    LocalFolder.list = lambda folder, prefix="": iter(remembered(
-        "list", lambda folder, prefix: list(true_list(folder, prefix)), folder, prefix))
-    for name in ("write", "append", "create"):
-        setattr(LocalFolder, name, changing(getattr(LocalFolder, name)))
+    Objects.put = slow
 
 
-def _limit_groups(size: int) -> None:
-    """Let group files have at most this size before compression, and two chunks."""
+def _limit_blocks(size: int) -> None:
+    """Let the results of blocks have at most this size, and chunks half of it."""
     from gearchaos.store import tiles
 
-    tiles._CHUNK_BYTES, tiles._GROUP_BYTES = size // 2, size
+    tiles._CHUNK_BYTES, tiles._BLOCK_BYTES, tiles._SMALLEST_BLOCK = size // 2, size, 1
 
 
 Zones.compute = _compute
-if "INSTANT_GROUP_BYTES" in os.environ:
-    _limit_groups(int(os.environ["INSTANT_GROUP_BYTES"]))
-if "INSTANT_STALE" in os.environ:
-    _remember_files(float(os.environ["INSTANT_STALE"]))
+if "INSTANT_BLOCK_BYTES" in os.environ:
+    _limit_blocks(int(os.environ["INSTANT_BLOCK_BYTES"]))
 if "INSTANT_WRITE_SECONDS" in os.environ:
     _delay_writes(float(os.environ["INSTANT_WRITE_SECONDS"]))
 

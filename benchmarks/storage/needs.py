@@ -39,10 +39,10 @@ class Division:
 
     cells: int
     tiles: int
-    groups: int
+    blocks: int
     files: int
     tile_bytes: int
-    group_bytes: int
+    block_bytes: int
 
 
 @dataclass(frozen=True)
@@ -54,17 +54,14 @@ class Rates:
     seconds : dict of str to float
         Seconds of one core to compute a cell, by kind of map.
     store_seconds : float
-        Seconds of one core to store a cell: records, journal and packing.
+        Seconds of one core to store a cell.
     bytes : float
         Bytes of the results of a cell in a store of the typical map.
-    journal_bytes : float
-        Bytes of a journal for each tile.
     """
 
     seconds: dict[str, float]
     store_seconds: float
     bytes: float
-    journal_bytes: float
 
 
 def division(side: int) -> Division:
@@ -90,9 +87,7 @@ def measured(folder: Path) -> Iterator[Line | Rates]:
     few = gearchaos("run", _smaller(study), "--out", folder / "small.zarr")
     each = (instant.cpu - few.cpu) / _STORED**2
     yield Line("storing", f"{each * 1e6:.2f} µs of CPU per cell")
-    journal = _size(folder / "instant.zarr", lambda path: path.parent.name == "journal") / division(_STORED).tiles
-    yield Line("journal", f"{journal:.0f} bytes per tile")
-    yield Rates(seconds, each, size, journal)
+    yield Rates(seconds, each, size)
 
 
 def _typical(side: int = _STORED) -> str:
@@ -127,12 +122,11 @@ def row(needed: Division, rates: Rates) -> str:
     """What a map needs, as text."""
     hours = {name: needed.cells * (each + rates.store_seconds) / 3600 for name, each in rates.seconds.items()}
     parts = [f"{name} {_number(each)}" for name, each in hours.items()]
-    packing = needed.cells * rates.store_seconds / 3600
+    storing = needed.cells * rates.store_seconds / 3600
     return (
-        f"core hours: {', '.join(parts)} (storing: {_number(packing)}); {needed.tiles:,} tiles, "
-        f"{needed.groups:,} groups, {needed.files:,} files; results {_bytes(needed.cells * rates.bytes)}, journals "
-        f"{_bytes(needed.tiles * rates.journal_bytes)}; a tile {_bytes(needed.tile_bytes)}, a group of an array "
-        f"{_bytes(needed.group_bytes)}")
+        f"core hours: {', '.join(parts)} (storing: {_number(storing)}); {needed.tiles:,} tiles, "
+        f"{needed.blocks:,} blocks, {needed.files:,} files; results {_bytes(needed.cells * rates.bytes)}; a tile "
+        f"{_bytes(needed.tile_bytes)}, a block {_bytes(needed.block_bytes)}")
 
 
 def _number(value: float) -> str:
@@ -147,12 +141,26 @@ def _bytes(size: float) -> str:
     raise AssertionError
 
 
-def large_files(_: Path) -> Iterator[Line]:
-    """Number of files of stores of 10^9 cells and more, from their division."""
+def on_paper(folder: Path) -> Iterator[Line]:
+    """Files and seconds of large stores by their blocks, from the rates of 250 blocks of one tile each, and of one of
+    1024 x 1024 cells."""
+    study, store = folder / "blocks.toml", folder / "blocks.zarr"
+    study.write_text(_typical(64))
+    gearchaos("run", study, "--out", store, "--tile", 16, INSTANT_BLOCK_BYTES=1600)
+    blocks, empty = len(list((store / "run" / "blocks").iterdir())), gearchaos("info", folder, check=False)
+    info = (gearchaos("info", store).cpu - empty.cpu) / blocks
+    yield Line("info", f"{info * 1e3:.2f} ms of CPU for each of {blocks} blocks")
+    block = json.loads(run([sys.executable, str(Path(__file__).with_name("one_block.py")), str(folder / "one.zarr")],
+                           True, {}).stdout)
+    write, verify = block["write"], block["verify"]
+    yield Line("writing a block of 2^20 cells, 21 arrays", f"{write[0]:.2f} s, {write[1]:.2f} s of CPU, "
+               f"{_bytes(block['bytes'])}")
+    speed = block["bytes"] / verify[0]
+    yield Line("verifying its checksums", f"{_bytes(speed)}/s, {_bytes(block['bytes'] / verify[1])} a second of CPU")
     for name, side in SIDES.items():
         found = division(side)
-        text = f"{found.files:,} files, {found.groups:,} groups, {found.tiles:,} tiles"
-        if name == "10^9":
-            yield Line(f"{name} cells: files", text, "< 100,000", found.files < 100_000)
-        else:
-            yield Line(f"{name} cells: files", text)
+        needs = found.cells / 2**20 * write[1] / 3600
+        text = (f"{found.files:,} files, {found.blocks:,} blocks, {found.tiles:,} tiles; info "
+                f"{found.blocks * info:,.1f} s of CPU; writing blocks {needs:.2g} core hours; verifying "
+                f"{_number(found.cells * 46 / speed)} s for 46 bytes a cell")
+        yield Line(f"{name} cells", text, *(("< 100,000 files", found.files < 100_000) if name == "10^9" else ()))

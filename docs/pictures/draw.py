@@ -170,15 +170,15 @@ def store() -> None:
     _, ax = plt.subplots(figsize=(8, 3.2), layout="constrained")
     ax.set(xlim=(0, 16), ylim=(-0.9, 4.6), aspect="equal")
     ax.axis("off")
-    for group, count in enumerate((8, 8, 3, 0)):
-        left, below = 4 * (group % 2), 2 * (group // 2)
+    for block, count in enumerate((8, 8, 3, 0)):
+        left, below = 4 * (block % 2), 2 * (block // 2)
         for tile in range(8):
             colour = "white" if tile >= count else "#abcdff" if count < 8 else BLUE
             ax.add_patch(mpl.patches.Rectangle((left + tile % 4, below + tile // 4), 1, 1, fc=colour, ec=GREY, lw=0.6))
         ax.add_patch(mpl.patches.Rectangle((left, below), 4, 2, fill=False, ec="black", lw=1.6))
-    ax.text(4, -0.5, "map: tiles (thin) in groups (thick)", ha="center", fontsize=9)
-    for y, colour, words in ((3.4, BLUE, "group is complete: packed into the files of the arrays"),
-                             (2.0, "#abcdff", "tile is done: in a segment, with a line in the journal"),
+    ax.text(4, -0.5, "map: tiles (thin) in blocks (thick)", ha="center", fontsize=9)
+    for y, colour, words in ((3.4, BLUE, "block is written: one file for each array"),
+                             (2.0, "#abcdff", "tile is done: a file of its own in run/tiles"),
                              (0.6, "white", "tile is not computed: the next run computes it")):
         ax.add_patch(mpl.patches.Rectangle((9, y - 0.3), 0.6, 0.6, fc=colour, ec=GREY, lw=0.6))
         ax.text(9.9, y, words, va="center", fontsize=9)

@@ -26,7 +26,7 @@ _OTHERS = {
     "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
     "card": "cards.card", "save": "datasets",
-    "load": "store.reading.load", "run": "store.running.run", "Outcome": "store.running.run",
+    "load": "store.read", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.server",
     "SymbolicModel": "interchange.symbolic", "script": "interchange.scripts",
     "from_sympy": "interchange.symbolic", "to_sympy": "interchange.symbolic",

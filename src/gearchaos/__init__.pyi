@@ -35,9 +35,9 @@ from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import SteppedStiffness as SteppedStiffness
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
-from gearchaos.store.reading.load import load as load
-from gearchaos.store.running.run import Outcome as Outcome
-from gearchaos.store.running.run import run as run
+from gearchaos.store.read import load as load
+from gearchaos.store.run import Outcome as Outcome
+from gearchaos.store.run import run as run
 from gearchaos.studies.agreement import agreement as agreement
 from gearchaos.studies.attractors import Attractors as _Attractors
 from gearchaos.studies.axis import Axis as Axis

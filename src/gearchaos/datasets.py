@@ -6,9 +6,10 @@ import dataclasses
 import io
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import metadata
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +78,14 @@ def new_dataset(
     import xarray as xr
 
     return xr.Dataset(data, coords, attrs)
+
+
+def parts(dataset: xr.Dataset, sizes: Mapping[str, int]) -> Iterator[tuple[tuple[slice, ...], xr.Dataset]]:
+    """The parts of a Dataset, of these sizes along some dimensions, with the place of each along these, in C order."""
+    starts = (range(0, dataset.sizes[dim], size) for dim, size in sizes.items())
+    for corner in product(*starts):
+        place = tuple(slice(i, min(i + n, dataset.sizes[d])) for i, (d, n) in zip(corner, sizes.items(), strict=True))
+        yield place, dataset.isel(dict(zip(sizes, place, strict=True)))
 
 
 def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:

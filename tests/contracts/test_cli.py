@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from gearchaos.catalogue import STUDIES
 from gearchaos.cli import app
 
 STUDY = """
@@ -74,10 +75,12 @@ def test_help_lists_the_commands_in_groups():
     text = run("--help").stdout
     panels = re.split(r"(?m)^╭─ (\w+) ─+╮$", text)[1:]
     listed = [(title, re.findall(r"(?m)^│ ([a-z-]+) ", body)) for title, body in zip(*[iter(panels)] * 2, strict=True)]
+    studies = {group: [kind.replace("_", "-") for kind, study in STUDIES.items() if study["group"] == group]
+               for group in ("Motions", "Bifurcations")}
     assert listed[1:] == [
         ("Gears", ["gear", "map"]),
-        ("Motions", ["simulate", "regime", "attractors", "zones", "basins", "explore"]),
-        ("Bifurcations", ["bifurcation", "branch", "curve", "skeleton", "manifolds", "edge-state"]),
+        ("Motions", [*studies["Motions"], "explore"]),
+        ("Bifurcations", studies["Bifurcations"]),
         ("Runs", ["run", "finish", "info", "plot", "export", "check"]),
         ("Proof", ["prove-chaos", "verify", "script", "paper"]),
         ("Install", ["examples", "warmup", "doctor"]),

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import is_dataclass
+from importlib import import_module
+from pkgutil import walk_packages
+
 import pytest
 
+from gearchaos import gears
 from gearchaos.gears import units
-from gearchaos.gears.dynamic_factor import Resonance
-from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA
-from gearchaos.gears.dynamic_factor.iso_method_b import Deviations, DynamicFactorB
-from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC
+from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.fields import Formula, formulas
-from gearchaos.gears.mechanics import MeshLoad
-from gearchaos.gears.stiffness.iso6336 import ToothStiffness
-from gearchaos.gears.transmission_error.harmonics import QualityError
-from gearchaos.gears.transmission_error.iso1328_1995 import Tolerances1995
-from gearchaos.gears.transmission_error.iso1328_2013 import Tolerances2013
 
-RESULTS = (
-    Deviations, DynamicFactorAGMA, DynamicFactorB, DynamicFactorC, MeshLoad, QualityError, Resonance,
-    Tolerances1995, Tolerances2013, ToothStiffness,
-)
+MODULES = [import_module(found.name) for found in walk_packages(gears.__path__, "gearchaos.gears.")]
+RESULTS = [value for module in MODULES for value in vars(module).values()
+           if is_dataclass(value) and value.__module__ == module.__name__ and formulas(value)]
 
 SI = {"N": "N", "N/mm": "N/m", "N/(mm µm)": "N/m^2", "mm µm/N": "m^2/N", "µm": "m", "m/s": "m/s", "kg/mm": "kg/m",
       "rpm": "rad/s"}
@@ -42,6 +38,10 @@ def test_formula(formula: Formula):
     text = formula.unit.replace(" ", "*")
     in_si = units.to_si("value", f"1 {text}", dimension) * (units.RPM if formula.unit == "rpm" else 1)
     assert in_si * formula.factor == pytest.approx(1, rel=1e-12)
+
+
+def test_every_standard_has_formulas():
+    assert {standard.result for standard in standards()} < set(RESULTS)
 
 
 def test_results_without_formulas_have_none():

@@ -11,7 +11,6 @@ from gearchaos.gears import operating, units
 from gearchaos.gears.design import drawing
 from gearchaos.gears.operating import operating_model
 from gearchaos.gears.transmission_error.tables import fit_harmonics
-from gearchaos.store.record import from_record, study_differences, to_record
 from gearchaos.store.store import open_store
 
 
@@ -115,13 +114,3 @@ def test_store_with_a_table_that_changed(tmp_path):
     with pytest.raises(InputError, match=r"te\.csv changed since") as caught:
         open_store(tmp_path / "store")
     assert "damaged" not in str(caught.value)
-
-
-def test_a_store_of_an_earlier_version_without_transmission_error_is_continued():
-    """Earlier versions wrote "none" for exact teeth, whether or not the design said so."""
-    design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
-                           backlash={"value": "0.12 mm", "of": "line of action, total"})
-    study = gc.Zones(design, "speed=500:8000:4", "torque=40:400:3")
-    record = to_record(study)
-    assert record["gears"]["design"]["transmission_error"] == "none"
-    assert study_differences(from_record(record), study) == []

@@ -3,6 +3,7 @@
 import errno
 import json
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,14 +11,16 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import gearchaos as gc
+from gearchaos import export as exporting
 from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute import machine
-from gearchaos.store.layout.lazy import StoredArray, reading_block, regions, with_stored_arrays
-from gearchaos.store.reading import export as exporting
-from gearchaos.store.running.run import run
-from gearchaos.store.store import Store, open_store
+from gearchaos.store.blocks import State
+from gearchaos.store.read import StoredArray, _lazy
+from gearchaos.store.run import run
+from gearchaos.store.store import ArraySpec, Store, open_store
+from gearchaos.store.tiles import Grid, regions
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studyfile import load_study
 
@@ -122,15 +125,15 @@ def test_the_last_part_of_a_huge_refined_map_is_that_of_a_small_one():
 
 def stored(dataset, block, read=None):
     """The same Dataset with variables that are read when they are used; ``read`` collects the regions."""
-    def reader(values):
-        def one(region):
+    class Memory(StoredArray):
+        def read(self, region):
             if read is not None:
                 read.append(region)
-            return values[region].copy()
-        return one
+            return dataset[self._name].values[region].copy()
 
-    arrays = {n: StoredArray(reader(v.values), v.shape, v.dtype, block) for n, v in dataset.data_vars.items()}
-    return with_stored_arrays(dataset, arrays)
+    arrays = {n: ArraySpec(v.dtype.str, v.shape[2:]) for n, v in dataset.data_vars.items()}
+    store = SimpleNamespace(arrays=arrays, grid=Grid(next(iter(dataset.data_vars.values())).shape[:2], block))
+    return dataset.assign({n: _lazy(dataset[n].variable, Memory(store, n, set())) for n in arrays})
 
 
 KEYS = [
@@ -155,8 +158,9 @@ def test_nothing_is_read_until_values_are_used_and_then_once():
     dataset = stored(xr.Dataset({"a": (("y", "x"), np.arange(12.0).reshape(3, 4))}), (1, 2), read)
     part = dataset["a"][1:, 2:]
     assert read == []
-    assert part.values.tolist() == [[6, 7], [10, 11]] and read == [(slice(1, 3), slice(2, 4))]
-    assert dataset["a"].values.sum() == dataset["a"].values.sum() == 66 and len(read) == 2
+    assert part.values.tolist() == [[6, 7], [10, 11]]
+    assert read == [(slice(1, 2), slice(2, 4)), (slice(2, 3), slice(2, 4))]
+    assert dataset["a"].values.sum() == dataset["a"].values.sum() == 66 and len(read) == 2 + 6
 
 
 def test_spaced_values_are_read_block_by_block():
@@ -167,11 +171,7 @@ def test_spaced_values_are_read_block_by_block():
     assert max((r.stop - r.start) * (c.stop - c.start) for r, c in read) <= 25
 
 
-def test_blocks_are_chunks_of_about_a_megabyte():
-    assert reading_block((31_623, 31_623), (256, 512), 8) == (256, 512)
-    assert reading_block((31_623, 31_623), (4, 4), 8) == (512, 256)
-    assert reading_block((10, 31_623), (4, 4), 8) == (10, 8192)
-    assert reading_block((5, 3), (4, 4), 8) == (5, 3)
+def test_regions_cover_a_grid_once():
     covered = np.zeros((7, 5), int)
     for region in regions((7, 5), (3, 2)):
         covered[region] += 1
@@ -185,7 +185,6 @@ def test_blocks_are_chunks_of_about_a_megabyte():
 def test_a_finished_store_loads_like_a_file(finished, tmp_path):
     gc.save(gc.load(finished), tmp_path / "map.nc")
     xr.testing.assert_identical(gc.load(str(finished)), gc.load(tmp_path / "map.nc"))
-    xr.testing.assert_identical(gc.load(finished), open_store(finished).dataset())
 
 
 def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
@@ -212,13 +211,13 @@ def test_a_lost_file_is_a_missing_part_and_never_zeros(finished, tmp_path):
     xr.testing.assert_identical(found["label"], gc.load(finished)["label"])
 
 
-def test_a_result_that_was_packed_after_loading_is_read(tmp_path, finished):
+def test_a_block_that_was_written_after_loading_is_read(tmp_path, finished):
     study = gc.Zones(MODEL, *axes(12, 16), settings=FAST)
     run(study, tmp_path / "map.zarr", tile=32, shard="1/3")
     with pytest.warns(UserWarning, match="5 of 8 tiles"):
         early = gc.load(tmp_path / "map.zarr")
-    run(study, tmp_path / "map.zarr")  # packs the group and deletes the segments
-    known = open_store(finished).dataset()["v_rms"].values
+    run(study, tmp_path / "map.zarr")  # writes the block and deletes its tiles
+    known = gc.load(finished)["v_rms"].values
     np.testing.assert_array_equal(early["v_rms"].values, known)
 
 
@@ -231,14 +230,11 @@ def test_values_are_read_after_a_change_of_the_working_directory(tmp_path, finis
 
 def test_a_store_of_basins_that_is_being_finished_is_not_damaged(tmp_path, monkeypatch):
     study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:6", "z_dot=-1:1:6", settings=FAST)
-    true = Store.write_checksums
 
-    def killed(store):
-        if store.progress().all_done:
-            raise KeyboardInterrupt
-        true(store)
+    def killed(content):
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(Store, "write_checksums", killed)
+    monkeypatch.setattr("gearchaos.store.run.with_checksum", killed)
     with pytest.raises(KeyboardInterrupt):
         run(study, tmp_path / "basins.zarr", tile=9)
     monkeypatch.undo()
@@ -264,8 +260,10 @@ def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
     with pytest.warns(UserWarning, match=r"tiles are not computed.*the attractor there is -2"):
         found = gc.load(tmp_path / "plane.zarr")
     store = open_store(tmp_path / "plane.zarr")
-    done = sum(store.grid.size(n) for n in range(store.grid.count) if store.progress().done(n))
+    done = sum(store.grid.size(n) for block in State.of(store).blocks for n in store.grid.tiles_of(block))
     assert int((found["attractor"].values != -2).sum()) == done < study.count
+    counts = [np.sum(found["attractor"].values == n) for n in found["number"].values]
+    assert found["attractor_fraction"].values.tolist() == [count / done for count in counts]
 
 
 # --- export ----------------------------------------------------------------------------------------------------------
@@ -337,7 +335,7 @@ def test_a_full_disk_ends_an_export_without_a_file(fails_at, finished, tmp_path,
     (tmp_path / "map.nc").write_bytes(b"older")
     store = open_store(finished)
     with pytest.raises(OSError, match="No space left on device") as failed:
-        exporting.export_dataset(store.dataset(), store.arrays, store.block, tmp_path / "map.nc", unchanged)
+        exporting.export_dataset(gc.load(finished), store.arrays, store.block, tmp_path / "map.nc", unchanged)
     assert failed.value.filename == str(tmp_path / "map.nc") and len(calls) == fails_at
     assert [p.name for p in tmp_path.iterdir()] == ["map.nc"] and (tmp_path / "map.nc").read_bytes() == b"older"
 

@@ -18,7 +18,7 @@ from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.store.writers.locks import Shard
+from gearchaos.store.lock import Shard
 from gearchaos.studies import warmup
 from gearchaos.studies.axis import shared_coordinates
 from gearchaos.studies.study import Study

@@ -13,9 +13,9 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.datasets import motions, variable
 from gearchaos.plot import level, motion_class, response, zones
-from gearchaos.store.reading import reduce as reducing
-from gearchaos.store.reading.reduce import reduced
-from gearchaos.store.running.run import run
+from gearchaos.plot import reduced as reducing
+from gearchaos.plot.reduced import reduced
+from gearchaos.store.run import run
 
 mpl.use("Agg")
 

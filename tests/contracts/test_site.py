@@ -59,7 +59,7 @@ def test_the_page_of_study_files_has_every_key():
 
 @pytest.mark.parametrize("kind", STUDIES)
 def test_the_page_of_datasets_describes_what_a_study_returns(kind):
-    found = dataset_pages.SMALLEST[kind]()
+    found = dataset_pages.smallest(kind)
     section = dataset_pages.dataset_section(kind, found)
     for name, variable in found.variables.items():
         assert f"| `{name}` | {', '.join(variable.dims)} |" in section

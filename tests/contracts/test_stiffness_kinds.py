@@ -1,7 +1,10 @@
 """What every kind of mesh stiffness promises, by which files, pairs, SymPy and proofs take it for what it is."""
 
 import inspect
+import re
+from dataclasses import dataclass
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +12,9 @@ import pytest
 import gearchaos as gc
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, Stiffness, vary
 from gearchaos.model.switched import switched_system
+from gearchaos.quantities import POSITIVE, Quantity, Range, declare, find, tables
+from gearchaos.studies.proofs import box_parameters
+from gearchaos.validation import check_rule
 
 KINDS = list(STIFFNESS_KINDS.values())
 
@@ -46,6 +52,8 @@ def test_flow_sympy_and_fractions_have_the_same_stiffness(stiffness):
 
 
 def test_a_gear_pair_has_it_in_newtons_per_metre(stiffness):
+    if not stiffness.pair_fields:
+        pytest.skip("pairs lack this kind")
     pair = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1=0.035, R2=0.07, c0=4e8, k=500, backlash=1e-4, M10=85,
                        speed=3000, **stiffness.to_pair(4e8))
     assert pair.to_model().stiffness.kind == stiffness.kind
@@ -56,7 +64,76 @@ def test_a_gear_pair_has_it_in_newtons_per_metre(stiffness):
 def test_a_kind_that_certificates_cannot_be_checked_for_is_refused(stiffness, monkeypatch):
     parameters = pytest.importorskip("gearchaos.proof.parameters")
     model = MeshModel(kind="single", omega=0.8, stiffness=stiffness)
-    assert parameters.exact_parameters(model)["stiffness"]["form"] == stiffness.form
-    monkeypatch.delitem(parameters.STIFFNESS, stiffness.form)
+    if stiffness.form in parameters.STIFFNESS:
+        assert parameters.exact_parameters(model)["stiffness"]["form"] == stiffness.form
+    monkeypatch.delitem(parameters.STIFFNESS, stiffness.form, raising=False)
     with pytest.raises(gc.InputError, match=f"stiffness must be of a form that can be verified.*'{stiffness.form}'"):
         parameters.exact_parameters(model)
+
+
+@dataclass(frozen=True)
+class Ramp(Stiffness):
+    """A kind that no other file names: two levels, of which the second begins later than a time set by name."""
+
+    early: float = 0.2
+    late: float = 0.6
+    level: float = 0.8
+
+    kind = form = "ramp"
+    noun = predicate = keys = "a ramp"
+    rows = tuple(Quantity(name, range=Range(0.1, 0.9, 0.1, 0.9)) for name in ("early", "late", "level"))
+    pair_fields = {"level": "k"}  # noqa: RUF012 -- no field, and never changed
+    stiffness_fields = ("level",)
+
+    @classmethod
+    def parts(cls, values):
+        return (values["early"], values["level"]), (values["late"], 1)
+
+    @classmethod
+    def check_together(cls, values, amplitudes, phases):
+        check_rule("late", values["late"] - values["early"], POSITIVE)
+
+    def describe(self):
+        return "a ramp"
+
+
+@pytest.fixture
+def ramp(monkeypatch) -> MeshModel:
+    """A model with this kind, which is known here alone."""
+    monkeypatch.setitem(STIFFNESS_KINDS, "ramp", Ramp)
+    monkeypatch.setattr(tables, "STIFFNESS_PARAMETERS", [])
+    monkeypatch.setattr(tables, "_BY_NAME", dict(tables._BY_NAME))
+    declare(Ramp.rows, ())
+    yield MeshModel(kind="single", stiffness=Ramp())
+    find.cache_clear()
+
+
+def test_values_that_do_not_go_together_are_refused_where_one_of_them_varies(ramp):
+    assert vary(ramp, {"early": [0.1, 0.5]}).size == 2
+    for values in ({"early": [0.1, 0.7]}, {"late": [0.1, 0.7]}, {"early": [0.1, 0.5], "late": [0.2, 0.5]}):
+        with pytest.raises(gc.InputError, match="late must be greater than 0"):
+            vary(ramp, values)
+
+
+def test_a_number_of_a_pair_is_a_number_of_the_model():
+    assert Ramp(level=0.5).to_pair(4e8) == {"k": 2e8}
+    assert Ramp.from_pair(SimpleNamespace(c0=4e8, k=2e8)) == Ramp(level=0.5)
+
+
+def test_a_copied_script_imports_a_kind_that_the_package_does_not_export(ramp, monkeypatch):
+    view = pytest.importorskip("gearchaos.explorer.view.text")
+    monkeypatch.setattr(view, "_CLASSES", re.compile(r"\b(MeshModel|TransmissionError|Ramp)\("))
+    monkeypatch.setattr("gearchaos.model.stiffness.Ramp", Ramp, raising=False)
+    names: dict = {}
+    exec(view.as_python(view.view_of(ramp)).split("verdict")[0], names)
+    assert names["model"] == ramp
+
+
+def test_words_about_a_box_are_those_of_its_stiffness(ramp):
+    pytest.importorskip("flint")
+    stepped = gc.MeshModel(kind="single", stiffness=gc.SteppedStiffness((1.25, 0.75), (0.0, 0.5)))
+    for model, advice in ((gc.MeshModel(), "error, chi1 and chi2."), (stepped, "Scalars of the model and amplitudes")):
+        with pytest.raises(gc.InputError, match=advice):
+            box_parameters(model, "theta1")
+    with pytest.raises(gc.InputError, match=r"must be two-level or .* or ramp for a box"):
+        box_parameters(gc.MeshModel.of(c1=0.1), "omega")

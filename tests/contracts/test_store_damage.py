@@ -1,379 +1,288 @@
-"""Damage of stores: it is named, never looks like a result, and is repaired by the next run with the same bytes."""
+"""Damage of stores: it is named, never looks like a result, and is mended by the command that is named."""
 
 import errno
 import json
 import os
+import re
 import shutil
+import warnings
+from contextlib import suppress
 
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
+import zarr
 
 import gearchaos as gc
-from gearchaos.cli import app
-from gearchaos.cli.runs import _say_missing
-from gearchaos.dynamics import Classification
-from gearchaos.store.journals.journal import Begin, Journal, TileEntry
-from gearchaos.store.layout.segments import record_is_intact
-from gearchaos.store.reading.check import Damage, check
-from gearchaos.store.reading.info import summary
-from gearchaos.store.running.run import Outcome, run, run_into_store
-from gearchaos.store.store import open_store
-from gearchaos.store.writers.locks import Shard, write_lock
+from gearchaos.store.blocks import damaged_shards, work
+from gearchaos.store.check import check, summary
+from gearchaos.store.objects import Objects
+from gearchaos.store.run import finish_store, run
+from gearchaos.store.store import STUDY, from_description, open_store
+from tests.contracts.stores import BASINS, MAP, ask, counted, describe, files, half_done
 
-pytestmark = pytest.mark.slow
+SHARD = "v_rms/c/0/1"
+"""The results of the tiles 2, 3, 8 and 9, in two chunks."""
 
-AXES = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
-MAP = gc.Zones(gc.MeshModel.of(q0=0.1), *AXES, settings=Classification(
-    longest_transient=800, doublings=1, averaging_periods=16))
-FILE = "v_rms/c/0/1"
-"""A file with the tiles 2, 3, 6 and 7, of which each is a chunk."""
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """A finished store of 3 × 4 tiles, each a chunk, in four groups."""
-    path = tmp_path_factory.mktemp("whole") / "map.zarr"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gearchaos.store.tiles._CHUNK_BYTES", 16 * 8)
-        patch.setattr("gearchaos.store.tiles._GROUP_BYTES", 64 * 8)
-        run(MAP, path, tile=16)
-    return path
+pytestmark = pytest.mark.usefixtures("instant")
 
 
 @pytest.fixture
-def path(whole, tmp_path):
-    return shutil.copytree(whole, tmp_path / "map.zarr")
+def path(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "map.zarr")
 
 
-def files(path):
-    """The bytes of all files but those in ``run``."""
-    every = {p.relative_to(path): p.read_bytes() for p in path.rglob("*") if p.is_file()}
-    return {name: data for name, data in every.items() if name.parts[0] != "run"}
-
-
-def ask(*arguments):
-    return CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
-
-
-def flip(file, at=5):
+def damage(file, how):
     content = file.read_bytes()
-    file.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1:])
+    file.unlink()
+    if how == "changed":
+        middle = len(content) // 2
+        file.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1:])
+    elif how == "cut short":
+        file.write_bytes(content[:-1])
 
 
-def test_the_store_has_groups_of_single_chunks(whole):
-    grid = open_store(whole).grid
-    assert (grid.tile, grid.chunk, grid.group, grid.group_count) == ((4, 4), (4, 4), (8, 8), 4)
-    assert grid.tiles_of(1) == [2, 3, 6, 7] and (whole / FILE).is_file()
+def assert_no_wrong_values(found, whole, warned):
+    """Each value is right, or it is a fill value of which a warning has told."""
+    for name, right in whole.variables.items():
+        values = found[name].values
+        wrong = ~((values == right.values) | ((values != values) & (right.values != right.values)))
+        assert not wrong.any() or warned, name
+        assert np.all(np.isnan(values[wrong]) if values.dtype.kind == "f" else values[wrong] == -1), name
 
 
-def test_an_undamaged_store_is_said_to_be_so(whole):
-    result = ask("check", whole)
-    assert result.exit_code == 0 and result.stdout == f"{whole}: all checksums are right\n"
-    assert json.loads(ask("check", whole, "--json").stdout) == {
-        "store": str(whole), "damaged": False, "files": [], "groups": [], "tiles": [], "noted": False}
+def read(path, whole, plainly=False):
+    """Read a store as gearchaos does, and perhaps as other programs do."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            assert_no_wrong_values(gc.load(path).load(), whole, said)
+        except gc.InputError as error:
+            assert str(path) in str(error) and "gearchaos" in str(error)
+    with suppress(zarr.errors.BaseZarrError, RuntimeError, ValueError):
+        assert not plainly or assert_no_wrong_values(xr.open_zarr(path).load(), whole, True) is None
 
 
-def test_a_damaged_chunk_is_named_and_its_tile_computed_again(path, monkeypatch):
-    before, computed, true = files(path), [], gc.Zones.compute
-    flip(path / FILE)
-    result = ask("check", path, "--json")
-    assert result.exit_code == 1 and f"damaged: {FILE}" in result.stderr
-    assert json.loads(result.stdout) == {
-        "store": str(path), "damaged": True, "files": [FILE], "groups": [1], "tiles": [2], "noted": True}
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
+@pytest.mark.parametrize("study", [MAP, BASINS], ids=lambda study: study.kind)
+def test_damage_of_any_object_is_named_never_a_result_and_mended(study, how, tmp_path):
+    run(study, path := tmp_path / "s.zarr", tile=8)
+    before, whole, store = files(path), gc.load(path).load(), open_store(path)
+    xr.testing.assert_identical(xr.open_zarr(path).load(), study.run())
+    shards = {store.shard(n, b) for n in store.arrays for b in range(store.grid.block_count)}
+    chosen = r"run/|[^/]*zarr.json|(items/)?(w|label|v_rms|z|eps1|attractor)/"
+    names = [name for name in sorted(before) if re.match(chosen, name) and name != STUDY]
+    own = ["items/w/zarr.json", "attractor/c/0/0"] if study is BASINS else ["v_rms/zarr.json", "eps1/c/0", SHARD]
+    assert {"zarr.json", "run/zarr.json", "run/finished", "run/blocks/0", *own} <= set(names)
+    for name in names:
+        damage(path / name, how)
+        read(path, whole, name in shards)
+        checked, told = ask("check", path), json.loads(ask("info", path, "--json").stdout)
+        damaged = [] if (name, how) == ("run/finished", "deleted") else [name]  # it is not damaged, but not finished
+        if study is BASINS and name == "run/finished":
+            damaged.append("zarr.json")  # of the finished Dataset
+        assert checked.exit_code == (1 if damaged else 0), name
+        assert re.findall("damaged: (.*)\n", checked.stderr) == damaged
+        assert not damaged or checked.stderr.endswith(f"To repair it: gearchaos finish {path}\n"), name
+        if name not in shards or how != "changed":
+            assert not told["finished"] and told["command"] == f"gearchaos finish {path}", name
+            assert told["missing"]["files"] == damaged
+        assert ask("finish", path).exit_code == 0 and files(path) == before, name
+    assert ask("check", path).stdout == f"{path}: all checksums are right\n"
+
+
+def test_a_damaged_shard_costs_its_own_block_and_variable_alone(path, made, monkeypatch):
+    (path / SHARD).unlink()
     state = summary(open_store(path))
-    assert state["tiles_done"] == 11 and state["missing"] == {
-        "tiles": 1, "groups": [1], "files": [FILE], "file_count": 1, "arrays": ["v_rms"],
-        "pieces": [{"eps1": [0, 4], "omega": [8, 12]}]}
-    assert FILE in ask("info", path).stdout and "omega 8:12" in ask("info", path).stdout
-
-    def compute(study, items, **options):
-        computed.append(items)
-        return true(study, items, **options)
-
-    monkeypatch.setattr(gc.Zones, "compute", compute)
-    monkeypatch.setattr("gearchaos.store.running.worker.cached_store", lambda url, description: open_store(url))
-    run(MAP, path)
-    assert [items.tolist() for items in computed] == [open_store(path).grid.items(2).tolist()]
-    assert files(path) == before and check(open_store(path)).files == []
-    assert summary(open_store(path))["missing"]["files"] == [] and open_store(path).finished
-
-
-@pytest.mark.parametrize("content", [None, b"", b"short"])
-def test_a_missing_or_shortened_file_is_named_and_never_a_result(path, content):
-    before = files(path)
-    (path / FILE).unlink()
-    if content is not None:
-        (path / FILE).write_bytes(content)
-    state = summary(open_store(path))
-    assert not state["finished"] and state["tiles_done"] == 8 and state["missing"]["files"] == [FILE]
-    assert state["missing"]["pieces"] == [{"eps1": [0, 8], "omega": [8, 16]}]
-    found = check(open_store(path))
-    assert (found.files, found.tiles) == ([FILE], [2, 3, 6, 7])
-    if content is None:
-        for dataset in (open_store(path).dataset().load(), xr.open_zarr(path).load()):
-            assert np.all(np.isnan(dataset.v_rms.values[:8, 8:])) and np.all(np.isfinite(dataset.v_rms.values[8:]))
-    else:
-        with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1"):
-            open_store(path).dataset().load()
-    run(MAP, path)
-    assert files(path) == before
-
-
-def test_missing_whole_numbers_are_minus_one(path):
-    (path / "period" / "c" / "1" / "1").unlink()
-    for dataset in (open_store(path).dataset().load(), xr.open_zarr(path).load()):
-        assert np.all(dataset.period.values[8:, 8:] == -1) and np.all(dataset.period.values[:8] >= 0)
-
-
-def test_reading_a_damaged_chunk_is_an_error(path):
-    flip(path / FILE)
-    with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1 .*gearchaos check "):
-        open_store(path).dataset().load()
-
-
-@pytest.mark.parametrize("name", [FILE, "v_rms/c/1/0"])
-def test_what_has_the_place_of_a_group_file_is_named(path, name):
-    (path / name).unlink()
-    (path / name).mkdir()
-    with pytest.raises(OSError, match=rf"the store cannot be written to: .*{name}'\. Remove it"):
-        run(MAP, path)
-    (path / name).rmdir()
-    assert run(MAP, path).finished and check(open_store(path)).files == []
-
-
-def test_a_file_in_place_of_the_segments_stops_the_run_at_once(tmp_path):
-    path = tmp_path / "map.zarr"
-    run(MAP, path, tile=16, shard="1/2")
-    shutil.rmtree(path / "run/segments")
-    (path / "run/segments").touch()
-    with pytest.raises(OSError, match=r"the store cannot be written to: .*run/segments'\. Remove it"):
-        run(MAP, path)
-
-
-def test_a_tile_that_is_computed_again_after_its_group_was_packed_is_not_missing(path):
-    journal = Journal(open_store(path).folder, "2-of-3")
-    length = open_store(path).record_length(3)
-    journal.append(TileEntry(3, "run/segments/deleted.bin", 0, length, 7, 1.0, "m:1"))  # of a slow worker
-    found = summary(open_store(path))
-    assert found["tiles_done"] == 12 and found["missing"]["files"] == [] and check(open_store(path)).files == []
-
-
-@pytest.mark.parametrize(("old", "new"), [(b'"chunk_shape"', b'"chunk_shap!"'), (b"sharding_ind", b"shardinG_ind"),
-                                          (b'"shape": [', b'"shape": [1')])
-def test_damaged_metadata_of_an_array_that_are_still_json_are_repaired(path, whole, old, new):
-    metadata = path / "v_rms/zarr.json"
-    content = metadata.read_bytes().replace(b'"shape":[', b'"shape": [')
-    assert old in content
-    metadata.write_bytes(new.join(content.rsplit(old, 1)))
-    assert "v_rms/zarr.json" in check(open_store(path)).files
-    assert run(MAP, path).finished and files(path) == files(whole)
-
-
-@pytest.mark.parametrize("content", [b'{"zarr', b"", b"[]"])
-def test_a_damaged_group_of_the_run_does_not_keep_a_store_from_being_finished(tmp_path, content):
-    basins = gc.Basins(gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1), gc.Axis("z", -3, 3, 8),
-                       gc.Axis("z_dot", -2, 2, 6), settings=MAP.settings)
-    for name in ("whole", "damaged"):
-        run(basins, tmp_path / name, tile=8, shard="1/2")
-        if name == "damaged":
-            (tmp_path / name / "run/zarr.json").write_bytes(content)
-        assert run(basins, tmp_path / name).finished
-    assert files(tmp_path / "damaged") == files(tmp_path / "whole")
-
-
-def test_damage_is_told_but_not_noted_while_a_run_writes(path):
-    flip(path / FILE)
-    for shard in (Shard(), Shard(2, 3)):
-        with write_lock(open_store(path).folder, shard):
-            assert not check(open_store(path)).noted
-    assert summary(open_store(path))["missing"]["tiles"] == 0
-    assert check(open_store(path)).noted and summary(open_store(path))["missing"]["tiles"] == 1
-
-
-def test_a_damaged_record_is_found_by_a_check_and_at_the_latest_when_it_is_packed(tmp_path, whole):
-    for checked in (True, False):
-        path = tmp_path / str(checked)
-        run(MAP, path, tile=16, shard="1/2")
-        tile, entry = next(iter(open_store(path).progress().entries.items()))
-        flip(path / entry.segment, entry.offset + 9)
-        if checked:
-            assert (check(open_store(path)).tiles, check(open_store(path)).tiles) == ([tile], [])
-            assert not open_store(path).progress().done(tile)
-        for _ in range(2):
-            run(MAP, path)
-        assert open_store(path).finished
-        xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
-
-
-@pytest.mark.parametrize("name", ["zarr.json", "label/zarr.json", "omega/c/0", "run/sums.json"])
-def test_other_damaged_files_are_named(path, name):
-    before = files(path)
-    flip(path / name)
-    assert check(open_store(path)).files == [name]
-    run(MAP, path)
-    assert files(path) == before and check(open_store(path)).files == []
-
-
-@pytest.mark.parametrize("command", ["run", "finish"])
-def test_damaged_metadata_of_a_result_of_all_starts_are_written_again(tmp_path, command):
-    """Its ``node_type`` is neither "array" nor "group", which the Zarr library refuses to read or to overwrite."""
-    path, study = tmp_path / "basins.zarr", tmp_path / "basins.toml"
-    study.write_text('[model]\nkind = "single"\n[study]\nkind = "basins"\nx = "z=-1:1:3"\ny = "z_dot=-1:1:2"\n')
-    ask("run", study, "--out", path)
-    before = files(path)
-    metadata = path / "attractor_residual/zarr.json"
-    metadata.write_bytes(metadata.read_bytes().replace(b'"array"', b'"brray"'))
-    assert "gearchaos finish" in ask("check", path).output
-    assert ask("run", study, "--out", path).exit_code == 0 if command == "run" else ask("finish", path).exit_code == 0
-    assert files(path) == before and check(open_store(path)).files == []
-
-
-def test_a_lost_journal_costs_time_alone(path):
-    before = files(path)
-    (path / "run" / "journal" / "all.jsonl").unlink()
-    assert summary(open_store(path))["tiles_done"] == 0
-    run(MAP, path)
-    assert files(path) == before
-
-
-def test_a_finished_store_that_lost_its_journal_is_not_said_to_be_finished(path, monkeypatch):
-    monkeypatch.setattr("gearchaos.store.running.coordinator.SETTLING_SECONDS", 0.5)
-    before = files(path)
-    (path / "run" / "journal" / "all.jsonl").unlink()
-    assert "not finished" in ask("info", path).stdout
-    outcome = run(MAP, path, shard="1/2")
-    assert (outcome.done, outcome.finished, outcome.missing) == (6, False, {"2/2": 6})
-    assert not open_store(path).finished and len(open_store(path).progress().entries) == 6
-    assert check(open_store(path)).files == []
-    assert run(MAP, path, shard="2/2").finished and files(path) == before
-
-
-def test_results_that_a_run_packs_during_a_check_are_not_damaged(tmp_path, monkeypatch):
-    path, true = tmp_path / "map.zarr", record_is_intact
-    run(MAP, path, tile=16, shard="1/2")
-    store = open_store(path)
-
-    def checked(folder, entry):
-        if not store.finished:
-            monkeypatch.undo()
-            assert run(MAP, path).finished
-        return true(folder, entry)
-
-    monkeypatch.setattr("gearchaos.store.reading.check.cores", lambda: 1)
-    monkeypatch.setattr("gearchaos.store.reading.check.record_is_intact", checked)
-    assert check(store) == Damage([], [], [])
-
-
-def test_damage_is_told_in_ranges_with_the_command_that_repairs_it(path):
-    before = files(path)
-    shutil.rmtree(path / "v_rms/c/0")
-    said = ask("check", path).stderr
-    assert "tiles to be computed again, 8 in all: 0–7\n" in said
-    assert said.endswith(f"To repair it: gearchaos finish {path}\n")
-    assert ask("finish", path).exit_code == 0 and files(path) == before
-
-
-def test_damage_that_is_not_noted_is_said_to_be_so(path):
-    flip(path / FILE)
-    with write_lock(open_store(path).folder, Shard()):
-        said = ask("check", path).stderr
-    assert "all: 2\n" in said and "not noted in the store" in said and "To repair" not in said
-
-
-def test_info_tells_a_finished_run_from_one_that_is_running_or_was_killed(path):
-    assert "finished" in ask("info", path).stdout and "writer" not in ask("info", path).stdout
-    (path / "run/finished").unlink()
-    Journal(open_store(path).folder, "all").append(Begin("here:1", {}))
-    killed = ask("info", path).stdout
-    assert "not running; it stopped" in killed and f"gearchaos finish {path}" in "".join(killed.split("\n"))
-    with write_lock(open_store(path).folder, Shard()):
-        assert summary(open_store(path))["writers"]["all"]["running"] is True
-        assert "running, last entry in its journal 0:00:" in ask("info", path).stdout
-    shutil.rmtree(path / "run/writers")
-    assert summary(open_store(path))["writers"]["all"]["running"] is None
-    assert "its lock does not tell" in ask("info", path).stdout
-
-
-def test_info_tells_lost_results_from_those_never_computed(path):
-    (path / FILE).unlink()
-    assert summary(open_store(path))["tiles_lost"] == 4
-    said = ask("info", path).stdout
+    assert (state["finished"], state["tiles_done"], state["tiles_lost"]) == (False, 8, 4)
+    assert state["missing"] == {"tiles": 4, "files": [SHARD], "file_count": 1, "arrays": ["v_rms"],
+                                "pieces": [{"eps1": [0, 8], "omega": [4, 8]}]}
+    said = " ".join(ask("info", path).stdout.split())
     assert "12 of 12; 8 are whole (66.7%" in said and "files of v_rms are missing" in said
     assert "4 tiles that were done" in said and "by position from 0" in said and "damaged; to continue" in said
+    assert "omega 4:8" in said and SHARD in said
+    with pytest.warns(UserWarning, match=rf"v_rms are .* 4 of 12 tiles.*omega=4:8.*intact.*gearchaos finish {path}$"):
+        found = gc.load(path)
+    assert np.isnan(found.v_rms.values[:, 4:8]).all() and np.isfinite(found.v_rms.values[:, :4]).all()
+    xr.testing.assert_identical(found.label, gc.load(made).label)
+    assert f"{path}: files of v_rms are missing or damaged for 4 of 12 tiles" in ask("plot", path).stderr
+    checked = ask("check", path, "--json")
+    assert "tiles to be computed again, 4 in all: 2–3, 8–9\n" in checked.stderr
+    assert json.loads(checked.stdout) == {"store": str(path), "damaged": True, "files": [SHARD],
+                                          "tiles": [2, 3, 8, 9], "command": f"gearchaos finish {path}"}
+    tiles = counted(monkeypatch)
+    said = ask("finish", path).stderr
+    assert f"results are missing or damaged, their blocks are computed again: {SHARD}\n" in said
+    assert sorted(tiles) == [4, 6, 52, 54] and files(path) == files(made)
 
 
-def test_info_of_a_store_that_does_not_exist_yet_says_why_that_may_be(tmp_path):
-    said = CliRunner().invoke(app, ["info", str(tmp_path / "none.zarr")])
+def test_no_changed_byte_of_a_shard_and_of_the_description_is_accepted(path):
+    store, content = open_store(path), (path / SHARD).read_bytes()
+    (path / SHARD).write_bytes(content[:5] + bytes([content[5] ^ 1]) + content[6:])  # in the first of two chunks
+    found = gc.load(path)
+    np.testing.assert_array_equal(found.v_rms[4:, 4:8], gc.run(MAP).v_rms[4:, 4:8])
+    with pytest.raises(gc.InputError, match=r"store must be undamaged; .*v_rms/c/0/1 .*gearchaos check "):
+        found.v_rms[:4, 4:8].load()
+    for i in range(0, len(content), 5):
+        (path / SHARD).write_bytes(content[:i] + bytes([content[i] ^ 1]) + content[i + 1:])
+        assert damaged_shards(store, 1) == ["v_rms"]
+    (path / SHARD).write_bytes((path / "v_rms/c/0/2").read_bytes())  # that of another block
+    assert damaged_shards(store, 1) == ["v_rms"] and damaged_shards(store, 2) == []
+    content = (path / STUDY).read_bytes()
+    for i in range(len(content)):
+        with pytest.raises(gc.InputError, match=r"undamaged run/study\.json|must have format 3"):
+            from_description(store.objects, content[:i] + bytes([content[i] ^ 1]) + content[i + 1:])
+
+
+@pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
+def test_damage_of_a_tile_is_named_never_a_result_and_mended(tmp_path, made, monkeypatch, how):
+    path, true = half_done(tmp_path / "map.zarr", monkeypatch), gc.load(made).load()
+    damage(path / "run/tiles/0/6", how)
+    if how == "deleted":  # as if it had never been computed
+        with pytest.warns(UserWarning, match="2 of 12 tiles are not computed"):
+            assert_no_wrong_values(gc.load(path).load(), true, True)
+        assert ask("check", path).exit_code == 0
+    else:
+        with pytest.warns(UserWarning, match="1 of 12 tiles"):
+            found = gc.load(path)
+        with pytest.raises(gc.InputError, match="a tile that is in no block yet does not have its checksum"):
+            found.load()
+        checked = ask("check", path)
+        assert checked.exit_code == 1 and checked.stderr == (
+            "damaged: run/tiles/0/6\ntiles to be computed again, 1 in all: 6\n"
+            f"To repair it: gearchaos run STUDY.toml --out {path}\n")
+    if how == "changed":  # all other tiles were computed
+        work(str(path), 1, ("tile", 0))
+        assert f"To repair it: gearchaos finish {path}\n" in ask("check", path).stderr
+    tiles = counted(monkeypatch)
+    mended = finish_store(path) if how == "changed" else run(MAP, path)
+    assert mended.finished and sorted(tiles) == ([48] if how == "changed" else [0, 48])
+    assert {n: c for n, c in files(path).items() if n != "run/failed/0"} == files(made)
+
+
+@pytest.mark.parametrize("study", [MAP, BASINS], ids=lambda study: study.kind)
+@pytest.mark.parametrize("old, new", [(b'"array"', b'"brray"'), (b'"shape": [', b'"shape": [1')])
+def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_path, study, old, new):
+    run(study, path := tmp_path / "s.zarr")
+    before, name = files(path), "label/zarr.json" if study is MAP else "items/label/zarr.json"
+    content = (path / name).read_bytes()
+    assert old in content
+    (path / name).write_bytes(content.replace(old, new, 1))
+    assert ask("check", path).stderr == f"damaged: {name}\nTo repair it: gearchaos finish {path}\n"
+    with pytest.raises(gc.InputError, match=f"To repair {name}: gearchaos finish"):
+        gc.load(path)
+    said = ask("finish", path)
+    assert said.exit_code == 0 and f"damaged files of the store are written anew: {name}\n" in said.stderr
+    assert files(path) == before
+
+
+@pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
+def test_a_damaged_description_is_mended_by_that_of_a_new_store(path, made, tmp_path, how):
+    damage(path / STUDY, how)
+    for command in ("info", "check", "finish", "plot"):
+        said = ask(command, path)
+        assert said.exit_code == 2 and "store must hold an undamaged run/study.json; got" in said.stderr
+        assert "Copy run/study.json from a new store of the same study" in said.stderr
+    with pytest.raises(gc.InputError, match="must hold an undamaged run/study"):
+        run(MAP, path)
+    run(MAP, tmp_path / "new.zarr", tile=8)
+    shutil.copy(tmp_path / "new.zarr" / STUDY, path / STUDY)
+    assert ask("finish", path).exit_code == 0 and files(path) == files(made)
+
+
+def test_another_study_another_version_and_no_store_are_told(path, made, tmp_path, capsys, no_waiting):
+    with pytest.raises(gc.InputError, match=r"store must hold the same study; .*q1: 0.1 in the store, 0.2 asked for"):
+        run(gc.Zones(gc.MeshModel.of(q0=0.2), MAP.x, MAP.y), path)
+    assert files(path) == files(made)
+    describe(path, versions={**open_store(path).versions, "numpy_version": "1.0"})
+    run(MAP, path, progress=True)
+    assert "store was begun with other versions, numpy_version: '1.0' in the store" in capsys.readouterr().err
+    describe(path, format=7)
+    with pytest.raises(gc.InputError, match=r"store must have format 3; got 7.* another version of gearchaos"):
+        gc.load(path)
+    (path / STUDY).unlink()
+    os.mkfifo(path / STUDY)
+    with pytest.raises(gc.InputError, match="must hold an undamaged run/study"):
+        open_store(path)
+    shutil.rmtree(path / "run")
+    for command in ("info", "check", "finish", "plot"):
+        assert "store must be a folder that gearchaos run made" in ask(command, path).stderr
+    said = ask("info", tmp_path / "none.zarr")
     assert said.exit_code == 2 and "compiles its kernels first" in said.stderr
 
 
-def test_a_run_says_what_it_computes_again_and_where(path):
-    (path / FILE).unlink()
-    said = []
-    run_into_store(MAP, path, say=said.append)
-    assert said[0] == (
-        f"{path}: 12 of 12 tiles are done already, of which 4 are computed again since files are missing or damaged")
-
-
-def test_a_picture_of_a_store_with_missing_results_says_what_is_missing(path):
-    (path / FILE).unlink()
-    assert f"{path}: files of v_rms are missing or damaged for 4 of 12 tiles" in ask("plot", path).stderr
-
-
-@pytest.mark.parametrize("command", [("info",), ("finish",), ("plot",)])
-def test_a_store_without_its_description_is_told_from_what_is_no_store(path, command):
-    (path / "run/study.json").unlink()
-    said = ask(*command, path)
-    assert said.exit_code == 2 and "store must hold run/study.json; got" in said.stderr
-    assert "Copy run/study.json from a new store of the same study" in said.stderr
-    shutil.rmtree(path / "run")
-    assert "store must be a folder that gearchaos run made" in ask(*command, path).stderr
-
-
-@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
-@pytest.mark.parametrize(("place", "words"), [
-    ("gearchaos.store.files.folder.FileLock", "store must be writable; got"),
-    ("gearchaos.files.tempfile.mkdtemp", "store must lie in a folder you may write in; got")])
-def test_a_store_that_must_not_be_written_to_is_named_with_what_is_needed(path, monkeypatch, place, words, number):
-    def refuse(*_, **__):
-        raise OSError(number, os.strerror(number), "/somewhere/.hidden")
-
-    (path / "run/sums.json").unlink()
-    monkeypatch.setattr(place, refuse)
-    said = ask("finish", path)
-    assert said.exit_code == 2 and f"error: {words} '{path}'. " in said.stderr and "you may write in" in said.stderr
-    assert os.strerror(number) in said.stderr
-
-
-def test_tiles_that_are_lost_are_told_apart_from_those_never_computed(tmp_path):
-    run(MAP, path := tmp_path / "map.zarr", tile=16, shard="1/2")
-    with pytest.warns(UserWarning, match="map.zarr: 6 of 12 tiles are not computed, [^.]*$"):
-        gc.load(path)
-    for segment in (path / "run/segments").iterdir():
-        segment.unlink()
-    lost = r"\. files of .*, .*, .* and \d+ more are missing or damaged for 6 of 12 tiles, "
-    with pytest.warns(UserWarning, match=rf"are not computed, .*{lost}.*: gearchaos run STUDY.toml --out {path}$"):
-        gc.load(path)
-
-
-def test_missing_tiles_of_a_run_without_shards_are_told_without_shards(capsys):
-    _say_missing("map.zarr", Outcome(3, {}, 5, False, {"1/1": 2}))
-    assert capsys.readouterr().err == (
-        "the store is not finished; missing tiles: 2. To compute them: gearchaos run STUDY.toml --out map.zarr\n")
-    _say_missing("map.zarr", Outcome(5, {}, 5, False, {}))
-    assert "gearchaos finish map.zarr" in capsys.readouterr().err
-
-
-def test_a_path_meant_as_a_url_is_refused_with_the_url():
-    with pytest.raises(gc.InputError, match=r"For an object store: s3://bucket/y\.zarr"):
-        run(MAP, "s3:bucket/y.zarr")
-
-
-@pytest.mark.parametrize("name", ["label/zarr.json", "omega/c/0", "zarr.json"])
-def test_info_sees_lost_files_that_are_no_results(path, name):
+@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
+@pytest.mark.parametrize("name", ["zarr.json", "omega/zarr.json", "omega/c/0", SHARD, "run/blocks/0", "run/finished"])
+def test_what_is_no_file_counts_as_damage_and_nobody_waits_for_it(path, made, make, name, no_waiting):
     (path / name).unlink()
-    state = summary(open_store(path))
-    assert not state["finished"] and name in state["missing"]["files"] and state["missing"]["file_count"] >= 1
-    assert "gearchaos finish" in ask("info", path).stdout
+    make(path / name)
+    assert summary(open_store(path))["finished"] is False
+    assert check(open_store(path))[0] == ([] if name == "run/finished" else [name])
+    read(path, gc.load(made).load())
+    try:
+        finish_store(path)
+    except OSError as error:  # a folder is not deleted
+        assert name in str(error) and make is os.mkdir
+        os.rmdir(path / name)
+        finish_store(path)
+    assert files(path) == files(made)
+
+
+def test_a_store_that_must_not_be_written_to_is_read_and_named_with_what_is_needed(path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system", "/somewhere")
+
+    monkeypatch.setattr("gearchaos.store.lock.SoftFileLock", refuse)
+    said = ask("finish", path)
+    assert said.exit_code == 2 and f"error: store must be writable; got '{path}'. " in said.stderr
+    assert "Read-only file system" in said.stderr and "you may write in" in said.stderr
+    assert ask("info", path).exit_code == ask("check", path).exit_code == 0
+    assert gc.load(path).equals(gc.run(MAP))
+
+
+@pytest.mark.parametrize("name", ["thesis.pdf", "data/zarr.json", "label/c/0/0"])
+def test_a_folder_of_others_is_refused_and_untouched(tmp_path, name):
+    Objects(tmp_path / "mine").put(name, b"mine")
+    with pytest.raises(gc.InputError, match=rf"store must be a new folder, or .*other files, such as {name}"):
+        run(MAP, tmp_path / "mine", tile=8)
+    assert files(tmp_path / "mine") == {name: b"mine"} and not (tmp_path / "mine/run").exists()
+
+
+def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
+    true, path = Objects.put, tmp_path / "map.zarr"
+    for last in ("zarr.json", "omega/c/0", "v_rms/zarr.json", STUDY):
+        def put(self, name, content, durable=False, last=last):
+            if name == last:
+                raise KeyboardInterrupt
+            true(self, name, content, durable)
+
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(Objects, "put", put)
+            run(MAP, path, tile=8)
+        assert not (path / STUDY).exists()
+    assert run(MAP, path, tile=8).finished and files(path) == files(made)
+
+
+def test_what_killed_processes_left_is_cleared_and_own_files_of_the_user_survive(path, made):
+    for name in (f"{SHARD}.4711.partial", "run/tiles/0/6", "notes/mine.txt", "mine.txt"):
+        Objects(path).put(name, b"left")
+    shutil.copytree(made, path / "inner.zarr")
+    damage(path / "zarr.json", "changed")
+    damage(path / SHARD, "changed")
+    assert check(open_store(path))[0] == [SHARD, "zarr.json"] and run(MAP, path).finished
+    own = {"notes/mine.txt": b"left", "mine.txt": b"left"} | {f"inner.zarr/{n}": c for n, c in files(made).items()}
+    assert {n: c for n, c in files(path).items() if not n.startswith("inner.zarr/run/blocks")} == files(made) | {
+        n: c for n, c in own.items() if not n.startswith("inner.zarr/run/blocks")}
+
+
+def test_blocks_that_are_written_during_a_check_are_not_damaged(tmp_path, monkeypatch):
+    path = half_done(tmp_path / "map.zarr", monkeypatch)
+
+    def read_tile(*_):
+        monkeypatch.setattr("gearchaos.store.check.read_tile", lambda *_: None)
+        assert run(MAP, path).finished
+
+    monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
+    monkeypatch.setattr("gearchaos.store.check.read_tile", read_tile)
+    assert check(open_store(path))[0] == []

@@ -1,290 +1,236 @@
-"""Stores whose files hold valid JSON of wrong content: counted as damaged or refused, wherever they are read."""
+"""Runs into stores: they go on where they were stopped, try again what fails, and keep other writers out."""
 
-import json
 import os
-import shutil
-import zlib
+import socket
+import subprocess
+import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.dynamics import Classification
-from gearchaos.store.reading.check import check
-from gearchaos.store.reading.info import summary
-from gearchaos.store.reading.missing import missing_parts
-from gearchaos.store.record import from_record, to_record
-from gearchaos.store.running.run import run
+from gearchaos.store import blocks
+from gearchaos.store.check import check, summary
+from gearchaos.store.lock import Shard, running, write_lock
+from gearchaos.store.objects import Objects
+from gearchaos.store.run import Outcome, finish_store, run
 from gearchaos.store.store import open_store
+from gearchaos.store.tiles import Grid, divide, with_blocks
+from tests.contracts.stores import MAP, ask, computed, counted, files, half_done
 
-pytestmark = pytest.mark.slow
-
-
-def small_map():
-    axes = gc.Axis("omega", 0.5, 1.1, 16), gc.Axis("eps1", 0.05, 0.3, 12)
-    return gc.Zones(gc.MeshModel.of(q0=0.1), *axes, settings=Classification(longest_transient=800, doublings=1,
-        averaging_periods=16))
+pytestmark = pytest.mark.usefixtures("instant")
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """A finished store of several tiles."""
-    path = tmp_path_factory.mktemp("whole") / "map.zarr"
-    run(small_map(), path, tile=32)
-    return path
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    monkeypatch.setattr("gearchaos.store.lock._WAIT", 0.2)
+    return tmp_path / "map.zarr"
 
 
-@pytest.fixture(scope="module")
-def half(tmp_path_factory):
-    """A store of which one of two shards has run."""
-    path = tmp_path_factory.mktemp("half") / "map.zarr"
-    run(small_map(), path, tile=16, shard="1/2")
-    return path
+@pytest.mark.parametrize("after", [0, 5, 11])
+def test_a_run_that_was_interrupted_goes_on(path, made, monkeypatch, after, capsys):
+    seen = []
+
+    def advance(count):
+        if sum(seen) == after:
+            raise KeyboardInterrupt
+        seen.append(count)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("gearchaos.store.run.bar", lambda *_: nullcontext(advance))
+        run(MAP, path, tile=8, threads=1)
+    state, tiles = blocks.State.of(open_store(path)), counted(monkeypatch)
+    done = sum(state.done(open_store(path), block) for block in range(3))
+    assert after < done and run(MAP, path, tile=96, progress=True) == Outcome(12, {}, 12, True, {})
+    said = capsys.readouterr().err
+    assert f"{path}: {done} of 12 tiles are done already\n" in said and "own tiles of 4 x 2 are kept\n" in said
+    assert run(MAP, path).finished and len(tiles) == 12 - done and files(path) == files(made)
+    xr.testing.assert_identical(gc.load(path), gc.run(MAP))
 
 
-def copy(whole, folder):
-    return shutil.copytree(whole, folder / "copy.zarr")
+def test_finish_says_what_is_missing_and_computes_nothing(path, made, monkeypatch):
+    half_done(path, monkeypatch)
+    before, tiles = files(path), counted(monkeypatch)
+    assert finish_store(path) == Outcome(11, {}, 12, False, {"1/1": 1})
+    assert (said := ask("finish", path)).exit_code == 3 and said.stderr == (
+        f"{path}: 11 of 12 tiles are done\nthe store is not finished; missing tiles: 1. To compute them: "
+        f"gearchaos run STUDY.toml --out {path}\n")
+    assert tiles == [] and files(path) == before
+    blocks.work(str(path), 1, ("tile", 0))  # as of a run that was killed before it wrote the block
+    assert finish_store(path).finished and tiles == [0]
+    assert {n: c for n, c in files(path).items() if n != "run/failed/0"} == files(made)
 
 
-def journal_of(path):
-    return path / "run" / "journal" / "all.jsonl"
+def test_a_tile_that_fails_is_tried_three_times_and_named_while_the_rest_goes_on(path, made, monkeypatch):
+    tiles = counted(monkeypatch, lambda items: 10 in items and len(items) > 1)
+    assert run(MAP, path, tile=8) == Outcome(11, {5: "ArithmeticError: no"}, 12, False, {"1/1": 1})
+    assert sorted(tiles) == sorted([0, *range(0, 12, 2), *range(48, 60, 2), 10, 10])  # one of item 0 alone, at first
+    assert "tile 5 failed" in ask("info", path).stdout and check(open_store(path))[0] == []
+    fails = iter([True, True])
+    counted(monkeypatch, lambda items: next(fails, False))
+    assert run(MAP, path).finished and files(path) == files(made)  # what failed is forgotten
 
 
-def lines_of(path):
-    """The lines of the journal of a store by kind."""
-    out = {}
-    for content in journal_of(path).read_bytes().splitlines():
-        if content:
-            line = json.loads(content[9:])
-            out.setdefault(line["kind"], []).append(line)
-    return out
+def test_a_study_of_which_three_items_cannot_be_computed_makes_no_store(path, monkeypatch):
+    counted(monkeypatch, lambda items: True)
+    for tile in (8, 1000):
+        with pytest.raises(gc.InputError, match="study must have work items that can be computed; got 'Arith"):
+            run(MAP, path, tile=tile)
+        assert not path.exists()
+    for good in (0, 48, 95):
+        counted(monkeypatch, lambda items, good=good: len(items) == 1 and items[0] != good)
+        assert run(MAP, path.with_name(f"{good}.zarr"), tile=8).finished
 
 
-def append(path, *lines):
-    """Append lines with right checksums and any content to the journal of a store."""
-    with journal_of(path).open("ab") as file:
-        for line in lines:
-            content = line if isinstance(line, bytes) else json.dumps(line).encode()
-            file.write(b"%08x %s\n" % (zlib.crc32(content), content))
+@pytest.mark.parametrize("lost", ["deleted", "damaged"])
+def test_a_tile_that_is_lost_before_its_block_is_written_is_computed_again(path, made, monkeypatch, lost):
+    true, seen = blocks.work, []
+
+    def work(url, threads, task):
+        if task == ("block", 1) and not seen:
+            seen.append(path / "run/tiles/1/8")
+            seen[0].unlink() if lost == "deleted" else seen[0].write_bytes(b"words")
+        return true(url, threads, task)
+
+    monkeypatch.setattr("gearchaos.store.run.work", work)
+    tiles = counted(monkeypatch)
+    assert run(MAP, path, tile=8).finished and seen and tiles.count(52) == 2 and len(tiles) == 14
+    assert files(path) == files(made)
 
 
-TILE = {"kind": "tile", "tile": 2, "segment": None, "offset": 0, "length": 0, "crc": 0, "seconds": 1.0,
-        "machine": "m:1", "attempt": 1, "at": 1.7e9}
-NO_LINES = {
-    "words for numbers": TILE | {"seconds": "long"}, "NaN": TILE | {"seconds": float("nan")}, "list": [1, 2],
-    "infinite": TILE | {"at": float("inf")}, "missing": {"kind": "tile"}, "more": TILE | {"colour": "red"},
-    "deep": json.loads("[" * 500 + "]" * 500), "number for a word": TILE | {"machine": 7},
-    "word for a number": TILE | {"attempt": "1"}, "no attempt": TILE | {"attempt": 0}, "no kind": {"tile": 2},
-    "unknown kind": TILE | {"kind": "moon"}, "no JSON": b"\xff\x00", "no such tile": TILE | {"tile": 10**6},
-    "no such group": {"kind": "packed", "group": 77, "files": {}, "at": 1.7e9},
-    "loss of no such tile": {"kind": "lost", "tiles": [10**6], "groups": [77], "at": 2e9},
-    "damage of no such file": {"kind": "damaged", "files": [[77, "label"], [0, "moons"]], "tiles": [10**6], "at": 1.0},
-    "record of another length": TILE | {"segment": "run/segments/x.bin", "length": 7, "at": 2e9},
-}
+def timed(path, times):
+    """A store of 12 tiles, of which these are done at these times."""
+    with pytest.MonkeyPatch.context() as patch:
+        counted(patch, lambda items: len(items) > 1)
+        assert run(MAP, path, tile=8).done == 0
+        store = open_store(path)
+        store.objects.delete_all("run/failed")
+        for tile, at in times:
+            patch.setattr("gearchaos.store.blocks.time.time", lambda at=at: at)
+            blocks.write_tile(store, tile, computed(MAP, store.grid.items(tile)), 1.5)
+    return store
 
 
-@pytest.mark.parametrize("line", NO_LINES.values(), ids=NO_LINES)
-def test_a_line_of_wrong_content_is_no_line(line, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    append(path, line)
-    assert summary(open_store(path)) | {"store": "", "bytes": 0, "writers": {}} == (
-        summary(open_store(whole)) | {"store": "", "bytes": 0, "writers": {}})
-    assert run(small_map(), path).done == open_store(path).grid.count
-    xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
+def test_a_summary_counts_what_is_there(path):
+    store = timed(path, ((0, 100.0), (1, 102.0), (3, 106.0), (8, 108.0)))
+    store.objects.put("run/failed/2", b"ValueError: no")
+    found, size = summary(store), sum(f.stat().st_size for f in path.rglob("*") if f.is_file())
+    assert found == {
+        "store": str(path), "study": "zones", "finished": False, "tiles": 12, "tiles_done": 4, "tiles_lost": 0,
+        "pieces": 96, "pieces_done": 32, "failed": {"2": "ValueError: no"}, "seconds": 6.0,
+        "pieces_per_second": 24 / 8, "seconds_left": 64 / 3, "machines": [socket.gethostname()[:40]], "bytes": size,
+        "missing": {"tiles": 8, "files": [], "file_count": 0, "arrays": [], "pieces": [
+            {"eps1": [0, 4], "omega": [4, 6]}, {"eps1": [0, 4], "omega": [8, 12]},
+            {"eps1": [4, 8], "omega": [0, 4]}, {"eps1": [4, 8], "omega": [6, 12]}]},
+        "running": [], "command": f"gearchaos run STUDY.toml --out {path}"}
 
 
-@pytest.mark.parametrize("damage", ["flipped", "cut short", "without line feed"])
-def test_a_damaged_line_concerns_its_own_tile_alone(damage, half, tmp_path):
-    path = copy(half, tmp_path)
-    journal = path / "run" / "journal" / "1-of-2.jsonl"
-    lines = journal.read_bytes().splitlines(keepends=True)
-    number = next(i for i, line in enumerate(lines) if b'"kind":"tile"' in line)
-    tile = json.loads(lines[number][9:])["tile"]
-    lines[number] = {"flipped": lines[number][:30] + b"#" + lines[number][31:], "cut short": lines[number][:30] + b"\n",
-                     "without line feed": lines[number][:-1]}[damage]
-    journal.write_bytes(b"".join(lines))
-    before, progress = open_store(half).progress(), open_store(path).progress()
-    lost = {tile} if damage != "without line feed" else {tile, json.loads(lines[number + 1][9:]).get("tile", tile)}
-    assert before.entries.keys() - progress.entries.keys() == lost
-    run(small_map(), path)
-    assert open_store(path).finished
+@pytest.mark.parametrize(("pause", "counts"), [(19.9, True), (20.1, False), (30_000.0, False)])
+def test_the_rate_leaves_out_pauses_of_twenty_times_the_usual_step(path, pause, counts):
+    store = timed(path, tuple(enumerate(map(float, np.cumsum([0.0, 1.0, 1.0, 1.0, pause])))))
+    expected = 4 * 8 / (3 + pause) if counts else 3 * 8 / 3
+    assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
 
 
-NO_STUDIES = {
-    "no tiles": ("grid", {"shape": [12, 16], "tile": [0, 4]}),
-    "no multiple": ("grid", {"shape": [12, 16], "tile": [3, 4], "chunk": [4, 4], "group": [4, 4]}),
-    "groups of half chunks": ("grid", {"shape": [12, 16], "tile": [3, 4], "chunk": [6, 4], "group": [9, 4]}),
-    "negative": ("grid", {"shape": [12, -16], "tile": [3, 4]}),
-    "fewer dims": ("grid", {"shape": [12, 16], "tile": [3]}), "words": ("grid", {"shape": "twelve", "tile": [3, 4]}),
-    "endless": ("grid", {"shape": [12, 10**40], "tile": [3, 4]}), "number": ("versions", {"numpy": 2}),
-    "no numbers": ("arrays", {"label": {"dtype": "moons", "shape": []}}),
-    "objects": ("arrays", {"a": {"dtype": "O", "shape": []}}),
-    "elsewhere": ("arrays", {"../../label": {"dtype": "<f8", "shape": []}}), "null": ("study", None),
-}
+def test_info_tells_a_finished_run_from_one_that_is_running(made, path, monkeypatch):
+    assert "finished" in ask("info", made).stdout and summary(open_store(made))["command"] is None
+    half_done(path, monkeypatch)
+    assert "not finished; to continue: gearchaos run" in " ".join(ask("info", path).stdout.split())
+    with write_lock(Objects(path), Shard(2, 4)):
+        assert running(Objects(path)) == [f"shard 2/4: process {os.getpid()} on host {socket.gethostname()}"]
+        assert "running: shard 2/4: process" in " ".join(ask("info", path).stdout.split())
+    assert running(Objects(path)) == []
 
 
-@pytest.mark.parametrize(("name", "content"), NO_STUDIES.values(), ids=NO_STUDIES)
-def test_a_study_of_wrong_content_is_refused(name, content, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    words = json.loads((path / "run" / "study.json").read_text())
-    (path / "run" / "study.json").write_text(json.dumps(words | {name: content}))
-    with pytest.raises(gc.InputError, match=rf"store must hold an undamaged run/study\.json; got .*damaged.*{name}"):
-        open_store(path)
+def test_a_second_writer_is_refused_and_told_who_writes(path, made, monkeypatch):
+    half_done(path, monkeypatch)
+    for held, asked in ((None, None), (None, "1/2"), ("2/3", None), ("2/3", "1/2"), ("2/3", "2/3")):
+        before = files(path)
+        with write_lock(Objects(path), Shard.parse(held) if held else Shard()):
+            name = f"shard {held}" if held else "a run"
+            lock = f"{held.replace('/', '-of-')}.lock" if held else "all.lock"
+            with pytest.raises(gc.InputError, match=rf"store must not have another writer; .*{name}, process "
+                               rf"{os.getpid()} on host {socket.gethostname()}, .*delete {path}/run/locks/{lock}\."):
+                run(MAP, path, shard=asked)
+        assert files(path) == before
+    with write_lock(Objects(path), Shard(2, 3)):
+        assert run(MAP, path, shard="1/3").finished
+    assert files(path) == files(made)
 
 
-@pytest.mark.parametrize("grid", [{"shape": [12, 17], "tile": [3, 4]}, {"shape": [12, 16], "tile": [13, 16]}])
-def test_a_grid_that_does_not_fit_the_study_is_refused(grid, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    words = json.loads((path / "run" / "study.json").read_text())
-    (path / "run" / "study.json").write_text(json.dumps(words | {"grid": grid}))
-    for action in (lambda: open_store(path).dataset(), lambda: run(small_map(), path)):
-        with pytest.raises(gc.InputError, match="do not fit the study's"):
-            action()
+def test_the_lock_of_a_dead_process_is_taken_over_but_not_that_of_another_host(path, made):
+    (ended := subprocess.Popen([sys.executable, "-c", ""])).wait()
+    locks = path / "run/locks"
+    locks.mkdir(parents=True)
+    for name in ("all.lock", "2-of-3.lock"):
+        (locks / name).write_text(f"{ended.pid}\n{socket.gethostname()}\n")
+    assert run(MAP, path, tile=8).finished and files(path) == files(made)
+    locks.mkdir(exist_ok=True)
+    (locks / "2-of-3.lock").write_text("1\nnowhere\n")
+    with pytest.raises(gc.InputError, match="shard 2/3, process 1 on host nowhere, is writing to it"):
+        run(MAP, path)
+    (locks / "2-of-3.lock").write_text("")
+    with pytest.raises(gc.InputError, match="a process that does not give its name"):
+        run(MAP, path)
 
 
-@pytest.mark.parametrize("option", ["points", "budget", "colour"])
-def test_an_option_that_the_study_does_not_have_is_refused(option):
-    with pytest.raises(gc.InputError, match=rf"study option must be one of .*; got '{option}'"):
-        from_record(to_record(small_map()) | {"options": {option: 3}})
+def test_a_run_that_is_refused_leaves_nothing(path):
+    (file := path.parent / "file").write_text("mine")
+    for out, options, rule in (
+            (path, {"shard": "3/2"}, "shard must read i/n"), (path / "s", {}, "out must lie in an existing folder"),
+            (7, {}, "out must be a path"), (None, {"tile": 8}, "tile needs out"), (file, {}, "out must be a folder")):
+        with pytest.raises(gc.InputError, match=rule):
+            run(MAP, out, **options)
+    assert [p.name for p in path.parent.iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize("sums", ["{}", "[]", '{"zarr.json": "words"}', '{"zarr.json": NaN}', '{"../../x": 5}'])
-def test_sums_of_wrong_content_are_written_anew(sums, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    (path / "run" / "sums.json").write_text(sums)
-    with pytest.raises(gc.InputError, match=r"To repair run/sums\.json: gearchaos finish"):
-        open_store(path).dataset()
-    run(small_map(), path)
-    xr.testing.assert_identical(open_store(path).dataset(), open_store(whole).dataset())
+def test_shards_have_all_blocks_once_and_a_single_tile_is_computed_with_its_store(path, capsys, monkeypatch):
+    grid = Grid((10,), (1,), (1,), (1,))
+    assert [list(Shard(n, 3).blocks(grid)) for n in (1, 2, 3)] == [[0, 3, 6, 9], [1, 4, 7], [2, 5, 8]]
+    assert list(Shard(2, 3).blocks(Grid((1,), (1,)))) == [] and Shard().lock == "all.lock"
+    tiles = counted(monkeypatch)
+    assert run(MAP, path, shard="3/3", tile=1000, progress=True) == Outcome(1, {}, 1, False, {}) and tiles == [0]
+    assert "shard 3/3 has nothing to do: the store has 1 blocks of tiles\n" in capsys.readouterr().err
+    assert Shard.parse(" 2/3") == Shard(2, 3) and (str(Shard()), str(Shard(2, 3))) == ("a run", "shard 2/3")
 
 
-def test_a_link_to_nothing_is_no_target(tmp_path):
-    link = tmp_path / "link.zarr"
-    link.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(gc.InputError, match=r"out must not be a link to nothing; got .*link.zarr"):
-        run(small_map(), link)
-    assert list(tmp_path.iterdir()) == [link]
+def test_a_row_of_a_sweep_is_never_split():
+    study = gc.Zones(MAP.model, MAP.x, MAP.y, starts=2)
+    for shards in (1, 2, 8, 50):
+        grid = with_blocks(divide(study, 1), 8, 100, shards)
+        assert grid.tile == (1, 12) and grid.block[1] == 12
 
 
-PIPES = ("run/sums.json", "zarr.json", "label/zarr.json", "label/c/0/0", "run/journal/x.jsonl", "run/journal/all.jsonl")
+@pytest.mark.parametrize("order", [(1, 2, 3), (3, 1, 2)])
+def test_shards_share_no_block_and_the_last_one_finishes(path, made, monkeypatch, order):
+    written = {}
+    for number in order:
+        tiles = counted(monkeypatch)
+        outcome = run(MAP, path, tile=8, shard=f"{number}/3")
+        grid = open_store(path).grid
+        written[number] = {grid.items(t)[0] for b in Shard(number, 3).blocks(grid) for t in grid.tiles_of(b)}
+        assert set(tiles) - {0} <= written[number]
+        missing = {f"{n}/3": 4 for n in {1, 2, 3} - written.keys()}
+        assert (outcome.finished, outcome.missing, outcome.done) == (not missing, missing, 4 * len(written))
+    assert sum(map(len, written.values())) == 12 and gc.load(path).equals(gc.load(made))
 
 
-@pytest.mark.parametrize("name", PIPES)
-def test_a_pipe_in_a_store_counts_as_damage_and_nobody_waits_for_it(name, whole, tmp_path, no_waiting):
-    path = copy(whole, tmp_path)
-    (path / name).unlink(missing_ok=True)
-    os.mkfifo(path / name)
-    found = open_store(path)
-    progress, own = found.progress(), "journal" not in name and "/c/" not in name
-    assert found.damaged_files() == ([name] if own else [])
-    assert progress.done_count == (0 if name.endswith("all.jsonl") else found.grid.count)
-    assert missing_parts(found, progress).files == (["label/c/0/0"] if "/c/" in name else [])
-    assert check(found).files == ([] if "journal" in name else [name])
+def test_a_shard_mends_its_own_blocks_alone_but_finishes_no_damaged_store(path, made, monkeypatch):
+    run(MAP, path, tile=8)
+    Objects(path).delete(["label/c/0/0", "label/c/0/1"])
+    tiles = counted(monkeypatch)
+    run(MAP, path, shard="1/2")
+    assert set(tiles) == {0, 2, 48, 50} and check(open_store(path))[0] == ["label/c/0/1"]
+    assert run(MAP, path, shard="2/2").finished and files(path) == files(made)
 
 
-def test_a_run_whose_journal_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
-    path = copy(whole, tmp_path)
-    journal_of(path).unlink()
-    os.mkfifo(journal_of(path))
-    with pytest.raises(OSError, match=r"not a regular file.*all\.jsonl"):
-        run(small_map(), path)
-
-
-def test_a_store_whose_study_is_a_pipe_is_refused(whole, tmp_path, no_waiting):
-    path = copy(whole, tmp_path)
-    (path / "run" / "study.json").unlink()
-    os.mkfifo(path / "run" / "study.json")
-    with pytest.raises(gc.InputError, match=r"store must be a folder that gearchaos run made; .*not a regular file"):
-        open_store(path)
-
-
-@pytest.mark.parametrize("name", ["omega/c/0", "eps1/c/0"])
-def test_sums_that_do_not_name_every_own_file_are_written_anew(name, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    file, kept = path / "run" / "sums.json", open_store(whole).dataset()
-    file.write_text(json.dumps({n: s for n, s in json.loads(file.read_text()).items() if n != name}))
-    (path / name).write_bytes((path / name).read_bytes()[::-1])
-    assert open_store(path).damaged_files() == ["run/sums.json"]
-    run(small_map(), path)
-    xr.testing.assert_identical(open_store(path).dataset(), kept)
-
-
-def test_a_file_that_is_no_part_of_a_store_does_no_harm(whole, tmp_path):
-    path = copy(whole, tmp_path)
-    (path / "notes.txt").write_text("mine")
-    assert open_store(path).damaged_files() == []
-
-
-@pytest.mark.parametrize("part", ["chunk", "group"])
-def test_groups_that_are_not_those_of_the_arrays_are_refused(part, whole, tmp_path):
-    path = copy(whole, tmp_path)
-    file = path / "run" / "study.json"
-    words = json.loads(file.read_text())
-    words["grid"][part][1] *= 2
-    if part == "chunk":
-        words["grid"]["group"][1] *= 2
-    file.write_text(json.dumps(words))
-    for action in (lambda: open_store(path).dataset(), lambda: run(small_map(), path)):
-        with pytest.raises(gc.InputError, match=r"store must hold an undamaged run/study\.json; .*those of its arrays"):
-            action()
-
-
-def test_records_of_other_tiles_are_not_read(half, tmp_path):
-    """If the size of tiles is edited, entries of other sizes are ignored, and their tiles computed again."""
-    path = copy(half, tmp_path)
-    file = path / "run" / "study.json"
-    words = json.loads(file.read_text())
-    words["grid"]["tile"][1] *= 2
-    file.write_text(json.dumps(words))
-    assert open_store(path).progress().done_count == 0
-    run(small_map(), path)
-    xr.testing.assert_identical(open_store(path).dataset(), small_map().run())
-
-
-@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
-@pytest.mark.parametrize("name", ["zarr.json", "omega/zarr.json", "omega/c/0"])
-def test_what_is_no_file_where_one_must_be_is_refused(make, name, whole, tmp_path, no_waiting):
-    path = copy(whole, tmp_path)
-    (path / name).unlink()
-    make(path / name)
-    with pytest.raises(gc.InputError, match=rf"store must be undamaged; .*repair .*{name}"):
-        open_store(path).dataset()
-    with pytest.raises(gc.InputError, match=rf"store must have a file at this path; got '.*{name}'.* Remove it"):
-        run(small_map(), path)
-
-
-def test_a_file_where_a_folder_must_be_is_refused(whole, tmp_path):
-    path = copy(whole, tmp_path)
-    shutil.rmtree(path / "omega")
-    (path / "omega").write_text("mine")
-    with pytest.raises(gc.InputError, match=r"store must have a folder at this path; got '.*omega'.* Remove it"):
-        run(small_map(), path)
-
-
-def test_what_is_not_a_store_s_own_survives_its_repair(tmp_path):
-    study = gc.Basins(gc.MeshModel.of(kind="single"), "z=-1:1:3", "z_dot=-1:1:2",
-                      settings=Classification(longest_transient=0, doublings=0))
-    path = tmp_path / "b.zarr"
-    gc.run(study, path)
-    (path / "notes").mkdir()
-    (path / "notes" / "mine.txt").write_text("kept")
-    gc.run(study, path / "inner.zarr")
-    (path / "zarr.json").write_bytes((path / "zarr.json").read_bytes() + b" ")
-    gc.run(study, path)
-    assert (path / "notes" / "mine.txt").read_text() == "kept"
-    assert open_store(path / "inner.zarr").finished and open_store(path).finished
-
-
-@pytest.mark.parametrize("study", [
-    gc.Attractors(gc.MeshModel.of(kind="single", q0=0.1, eps1=0.15), 24, settings=Classification(doublings=1)),
-    gc.Basins(gc.MeshModel.of(kind="single", q0=0.1, eps1=0.15), "z=-3:3:6", "z_dot=-2:2:4"),
-], ids=lambda study: study.kind)
-def test_motions_that_an_unfinished_run_has_not_computed_are_no_attractor_and_in_no_share(study, tmp_path):
-    run(study, tmp_path / "s.zarr", tile=4, shard="1/2")
-    half, all_motions = open_store(tmp_path / "s.zarr").dataset(), study.run()
-    known = half["attractor"].values != -2
-    assert 8 <= known.sum() < 24 and (half["attractor"].values[known] >= 0).any()
-    counts = [np.sum(half["attractor"].values == n) for n in half["number"].values]
-    assert half["attractor_fraction"].values.tolist() == [c / known.sum() for c in counts]
-    assert not np.any(all_motions["attractor"] == -2)
+def test_a_run_in_an_object_store_has_the_same_objects(made):
+    url = f"memory://bucket/{os.getpid()}/map.zarr"
+    assert run(MAP, url, tile=8).finished and gc.load(url).equals(gc.load(made))
+    assert set(Objects(url).names()) == files(made).keys()
+    assert ask("check", url).stdout == f"{url}: all checksums are right\n"
+    Objects(url).delete(["label/c/0/1"])
+    assert ask("check", url).exit_code == 1 and ask("finish", url).exit_code == 0
+    assert Objects(url).get("label/c/0/1") == files(made)["label/c/0/1"]

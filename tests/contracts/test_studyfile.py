@@ -143,7 +143,7 @@ BAD = [
     ('[model.error]\namplitudes = ["a"]', "model.error.amplitudes[0] must be a valid number; got 'a'"),
     ("[model.error]\namplitudes = [0.1]\nphases = [0, 1]", "error.phases must not be longer than amplitudes"),
     ("[model.error]\namplitude = [0.1]", "Did you mean 'amplitudes'?"),
-    ('[model.stiffness]\nkind = "sine"', "stiffness.kind must be 'two-level', 'harmonics' or 'steps'; got 'sine'"),
+    ('[model.stiffness]\nkind = "sine"', "stiffness.kind must be 'two-level', 'harmonics'"),
     ("[model.stiffness]\nchi2 = 1", "chi2 must be less than 1; got 1.0"),
     ("[model.stiffness]\nchi1 = -1", "chi1 must be greater than -1"),
     ("[model.stiffness]\ncontact_ratio = 0.9", "contact_ratio must lie in [1, 2]; got 0.9"),

@@ -26,7 +26,7 @@ FIRST_TESTS = {
     "model": ("model", "waveforms", "switched", "coordinates"),
     "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
     "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
-    "store": ("progress", "engines", "stores", "runs"),
+    "store": ("objects", "store_layout", "stores", "store_damage", "engines"),
 }
 """The mutated packages, each with the test files that are run first because they kill most of its mutants."""
 

@@ -1,4 +1,4 @@
-"""The ``slow`` marker for every test of this folder, and the explorer's server and browser that they share."""
+"""The ``slow`` marker for every test of this folder, what runs share, and the explorer's server and browser."""
 
 from pathlib import Path
 
@@ -11,6 +11,33 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if FOLDER in item.path.parents:
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(scope="session")
+def nursery():
+    """Processes of the command with maps that take no time."""
+    from tests.slow.instant import Nursery
+
+    with Nursery() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def whole(nursery, tmp_path_factory):
+    """A finished store of an undisturbed run of an instant map."""
+    path = tmp_path_factory.mktemp("whole") / "map.zarr"
+    nursery.run(path, "--threads", 2).wait()
+    return path
+
+
+@pytest.fixture
+def instant(monkeypatch, tmp_path):
+    """Maps take no time in this process either; returns the file that names the tiles that are computed."""
+    from tests.slow.instant import install
+
+    install(monkeypatch.setattr)
+    monkeypatch.setenv("INSTANT_LOG", str(tmp_path / "tiles.log"))
+    return tmp_path / "tiles.log"
 
 
 @pytest.fixture(scope="session")

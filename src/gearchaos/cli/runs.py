@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-import time
-from dataclasses import asdict
+import signal
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli import completion, output
+from gearchaos.cli import completion, errors, output
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, print_json, say_written
@@ -23,7 +22,7 @@ from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.store.running.run import Outcome
+    from gearchaos.store.run import Outcome
     from gearchaos.store.store import Store
 
 StorePath = Annotated[str, typer.Argument(metavar="DIR.zarr", help="A store that gearchaos run made, or its URL.")]
@@ -50,6 +49,7 @@ def run(
     ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; one per core by default.")] = None,
     processes: Annotated[int | None, typer.Option(min=1, help="Processes, instead of threads.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Dask workers here, instead of threads.")] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="tcp://…", help="Compute on a Dask cluster.")] = None,
     cluster: Annotated[str | None, typer.Option(metavar="slurm", help="Compute in Slurm jobs.")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Slurm jobs, with --cluster; 1 by default.")] = None,
@@ -63,11 +63,11 @@ def run(
 ) -> None:
     """Compute the study of a file into a store, or continue an earlier run."""
     from gearchaos.execute.pools import pool_from_options
-    from gearchaos.store.running.run import WORKER_MODULES, run_into_store
-    from gearchaos.store.writers.shards import Shard
+    from gearchaos.store.lock import Shard
+    from gearchaos.store.run import WORKER_MODULES, run_into_store
     from gearchaos.studies.registry import study_class
 
-    pool = pool_from_options(threads, processes, scheduler, cluster, jobs, WORKER_MODULES)
+    pool = pool_from_options(threads, processes, scheduler, cluster, jobs, workers, WORKER_MODULES)
     given_axes = parse_axes(axis)
     loaded = load(study, sets, axes=given_axes)
     if loaded.kind is None:
@@ -78,38 +78,45 @@ def run(
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
     chosen = loaded.study(study_class(loaded.kind), **axes, **coarse)
     part = None if shard is None else Shard.parse(shard)
-    _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, say=say, progress=True), json_out)
+    _interrupt_by_sigterm()
+    _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, progress=True), json_out)
 
 
 @app.command(rich_help_panel="Runs")
 def finish(store: StorePath, json_out: Json = False) -> None:
     """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
-    from gearchaos.store.running.run import finish_store
+    from gearchaos.store.run import finish_store
 
-    _report(store, finish_store(store, say=say, progress=True), json_out)
+    _interrupt_by_sigterm()
+    _report(store, finish_store(store, progress=True), json_out)
+
+
+def _interrupt_by_sigterm() -> None:
+    """Let SIGTERM, by which schedulers end a job, act as Ctrl-C: the run lets go of its lock, which other hosts see."""
+    if errors.own_process:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     """Print what a run has done, and exit with its code."""
-    from gearchaos.store.files.folder import open_folder
     from gearchaos.store.store import open_store
 
     for number, error in outcome.failed.items():
         say(f"tile {number} failed: {error}")
-    folder = open_folder(store)
-    say(f"{folder}: {outcome.done} of {outcome.count} tiles are done")
+    say(f"{store}: {outcome.done} of {outcome.count} tiles are done")
     proofs: dict[str, Any] = {}
     if not outcome.finished:
-        _say_missing(str(folder), outcome)
+        _say_missing(store, outcome)
     elif "proved" in (found := open_store(store)).arrays:
-        from gearchaos.store.layout.lazy import parts
+        from gearchaos.datasets import parts
+        from gearchaos.store.read import dataset
         from gearchaos.studies.proved_cells import proof_counts
 
-        maps = found.dataset()[["proved", "proof_reason"]]
+        maps = dataset(found)[["proved", "proof_reason"]]
         proofs = {"proofs": proof_counts(part for _, part in parts(maps, found.block))}
         output.say_proofs(proofs)
     if json_out:
-        print_json({"store": str(folder), "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed),
+        print_json({"store": store, "tiles": outcome.count, "done": outcome.done, "failed": len(outcome.failed),
                     "finished": outcome.finished, "missing": outcome.missing, **proofs})
     raise typer.Exit(FAILED if outcome.failed else 0 if outcome.finished else UNFINISHED)
 
@@ -133,11 +140,11 @@ def _say_missing(store: str, outcome: Outcome) -> None:
 @app.command(rich_help_panel="Runs")
 def info(store: StorePath, json_out: Json = False) -> None:
     """Show the progress of a run: whether it is running, tiles done, rate, failures, and how to continue it."""
-    from gearchaos.store.files.folder import open_folder
-    from gearchaos.store.reading.info import summary
+    from gearchaos.store.check import summary
+    from gearchaos.store.objects import Objects
     from gearchaos.store.store import open_store
 
-    if not open_folder(store).exists():
+    if not Objects(store).exists():
         raise InputError("store", "must exist", store,
                          "A run that has just begun compiles its kernels first, and then makes its store.")
     found = summary(open_store(store))
@@ -148,19 +155,19 @@ def info(store: StorePath, json_out: Json = False) -> None:
 
 
 def _print_run(found: dict[str, Any]) -> None:
-    """Print the progress of a run from `gearchaos.store.reading.info.summary`; its ``pieces`` are work items."""
+    """Print the progress of a run from `gearchaos.store.check.summary`; its ``pieces`` are work items."""
+    from gearchaos.store.check import listed
+
     table = output.facts_table()
     table.add_row("study", found["study"])
     table.add_row("state", _state(found))
     lost, share, missing = found["tiles_lost"], found["pieces_done"] / found["pieces"], found["missing"]
     whole = f"; {found['tiles_done']} are whole" if lost else ""
-    done = f"{found['tiles_done'] + lost} of {found['tiles']}"
-    table.add_row("tiles done", f"{done}{whole} ({share:.1%} of the work items)")
+    done = f"{found['tiles_done'] + lost} of {found['tiles']}{whole}"
+    table.add_row("tiles done", f"{done} ({share:.1%} of the work items)")
     if lost:
-        from gearchaos.store.reading.missing_words import listed
-
-        arrays = listed(missing["arrays"])
-        table.add_row("to be computed again", f"{lost} tiles that were done: files of {arrays} are missing or damaged")
+        table.add_row("to be computed again", f"{lost} tiles that were done: files of {listed(missing['arrays'])} are "
+                                              "missing or damaged")
     if found["pieces_per_second"] is not None and found["seconds_left"]:
         table.add_row("rate", f"{found['pieces_per_second']:,.0f} work items a second")
         table.add_row("left, at that rate", f"{timedelta(seconds=round(found['seconds_left']))}")
@@ -176,30 +183,16 @@ def _print_run(found: dict[str, Any]) -> None:
     if missing["files"]:
         more = missing["file_count"] - len(missing["files"])
         table.add_row("missing or damaged", "\n".join([*missing["files"], *[f"and {more} more files"] * (more > 0)]))
-    for name, writer in ({} if found["finished"] else found["writers"]).items():
-        if writer["ended"]:
-            continue
-        activity = "has begun and not ended; its lock does not tell whether it is running"
-        if writer["running"]:
-            ago = timedelta(seconds=max(0, round(time.time() - writer["at"])))
-            activity = f"running, last entry in its journal {ago} ago"
-        elif writer["running"] is not None:
-            activity = "not running; it stopped before its end, e.g. since it was killed"
-        table.add_row(f"writer {name}", activity)
     output.print_table(table)
 
 
 def _state(found: dict[str, Any]) -> str:
     """Whether a run is finished or running, and otherwise the command that continues it."""
-    store, writers, damaged = found["store"], found["writers"], bool(found["missing"]["files"])
     if found["finished"]:
         return "finished"
-    if any(writer["running"] for writer in writers.values()):
-        return "running"
-    if found["tiles_done"] + found["tiles_lost"] == found["tiles"]:
-        return f"{'damaged' if damaged else 'not finished'}; to continue: gearchaos finish {store}"
-    shard = " --shard I/N" if writers and "all" not in writers else ""
-    return f"not finished; to continue: gearchaos run STUDY.toml --out {store}{shard}"
+    if found["running"]:
+        return f"running: {'; '.join(found['running'])}"
+    return f"{'damaged' if found['missing']['files'] else 'not finished'}; to continue: {found['command']}"
 
 
 @app.command(rich_help_panel="Runs")
@@ -237,7 +230,7 @@ def plot(
     check_output("--out", target, PLOT_SUFFIXES)
     if width is not None and style is None:
         raise InputError("--width", "needs --style", width, "E.g. --style paper --width column.")
-    from gearchaos.store.reading.load import is_store
+    from gearchaos.store.read import is_store
     from gearchaos.studies import load as read_file
 
     if is_store(result):
@@ -274,17 +267,20 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
     They are a note of how much of it is computed and how it was reduced, and the resolution of a reduced map.
     """
+    from gearchaos.plot.reduced import DPI, is_larger, reduced
     from gearchaos.plot.results import check_colour, default_colour
-    from gearchaos.store.reading.reduce import DPI, is_larger, reduced
+    from gearchaos.store.blocks import State
+    from gearchaos.store.read import dataset as stored
     from gearchaos.store.store import open_store
 
     found = open_store(path)
-    done = found.progress().done_count
+    state = State.of(found)
+    done = sum(state.done(found, block) for block in range(found.grid.block_count))
     if done == 0:
         raise InputError("store", "must hold at least one tile for a picture", path)
     notes = [] if found.finished else [f"{done} of {found.grid.count} tiles computed"]
     _say_not_done(path, found)
-    dataset = found.dataset()
+    dataset = stored(found)
     if not is_larger(dataset):
         return _in_units(dataset, physical), {"note": "".join(notes)}
     check_colour(dataset, colour)
@@ -295,9 +291,9 @@ def _from_store(path: str, colour: str | None, physical: bool) -> tuple[xr.Datas
 
 def _say_not_done(path: str, store: Store) -> None:
     """Print what is missing of a store, unless nothing is."""
-    from gearchaos.store.reading.missing_words import missing_in_words
+    from gearchaos.store.check import in_words
 
-    if missing := missing_in_words(store):
+    if missing := in_words(store):
         say(f"{path}: {missing}")
 
 
@@ -306,7 +302,7 @@ def _default_picture(result: str, colour: str) -> Path:
 
     The picture of a store in an object store is in the working directory.
     """
-    from gearchaos.store.files.folder import is_url
+    from gearchaos.store.objects import is_url
 
     path = Path(result.rstrip("/").rpartition("/")[2] if is_url(result) else result)
     absolute = Path(os.path.normpath(path.absolute()))  # "." and ".." have no name of their own
@@ -322,11 +318,12 @@ def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     """Write the result in a store as NetCDF, or as tables of text."""
     check_output("--out", out, DATA_SUFFIXES)
     from gearchaos.csv_tables import save_csv
+    from gearchaos.store.read import dataset as stored
     from gearchaos.store.store import open_store
 
     found = open_store(store)
     _say_not_done(store, found)
-    dataset = found.dataset()
+    dataset = stored(found)
     if not physical:
         _say_dimensionless(dataset)
     in_units = partial(_in_units, physical=physical)
@@ -335,7 +332,7 @@ def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     elif out.suffix.lower() == CSV_SUFFIX:
         say_written(*save_csv(dataset, out, in_units, next(iter(found.block.values()))))
     else:
-        from gearchaos.store.reading.export import export_dataset
+        from gearchaos.export import export_dataset
 
         export_dataset(dataset, found.arrays, found.block, out, in_units)
         say_written(out)
@@ -345,28 +342,26 @@ def export(store: StorePath, out: Out, physical: Physical = False) -> None:
 def check(store: StorePath, json_out: Json = False) -> None:
     """Verify all checksums of a store; exit code 0 if it is undamaged, 1 if anything is damaged.
 
-    Damaged results are noted in the store, unless a run writes to it or it is read-only: the next run, or gearchaos
-    finish, computes them again.
+    Nothing is changed: the next run, or gearchaos finish, verifies results too, and computes again what is damaged.
     """
-    from gearchaos.store.reading.check import check as verify
-    from gearchaos.store.reading.missing import consecutive
+    from gearchaos.store.check import check as verify
+    from gearchaos.store.check import consecutive
     from gearchaos.store.store import open_store
 
     opened = open_store(store)
-    found = verify(opened)
-    for file in found.files:
+    files, found = verify(opened)
+    for file in files:
         say(f"damaged: {file}")
-    if found.tiles:
-        ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(found.tiles)]
+    tiles = sorted([*found.lost_tiles, *(int(name.rpartition("/")[2]) for name in found.tiles)])
+    if tiles:
+        ranges = [str(first) if first == last else f"{first}–{last}" for first, last in consecutive(tiles)]
         more = [f"and {len(ranges) - _NAMED_RANGES} more ranges"] if len(ranges) > _NAMED_RANGES else []
-        named = ", ".join([*ranges[:_NAMED_RANGES], *more])
-        say(f"tiles to be computed again, {len(found.tiles)} in all: {named}")
-    if found.tiles and not found.noted:
-        say("This is not noted in the store, since a run writes to it or it is read-only.")
-    elif found.files:
-        say(f"To repair it: {opened.repair_command(opened.progress())}")
+        say(f"tiles to be computed again, {len(tiles)} in all: {', '.join([*ranges[:_NAMED_RANGES], *more])}")
+    if files:
+        say(f"To repair it: {found.repair}")
     if json_out:
-        print_json({"store": str(store), "damaged": bool(found.files), **asdict(found)})
-    elif not found.files:
+        print_json({"store": store, "damaged": bool(files), "files": files, "tiles": tiles,
+                    "command": found.repair if files else None})
+    elif not files:
         print(f"{store}: all checksums are right")
-    raise typer.Exit(DAMAGED if found.files else 0)
+    raise typer.Exit(DAMAGED if files else 0)

@@ -24,7 +24,8 @@ class Column:
 
     ``missing`` is the value of an element that is not computed, ``variable`` the name of the variable in results, None
     for a column that these do not contain; ``stored`` is the type of that variable where it differs from ``dtype``, and
-    ``reduce`` makes its values (L,) where they are not the array itself.
+    ``reduce`` makes its values (L,) where they are not the array itself. A response measure is also reported of each
+    attractor of an operating point, unless ``of_attractors`` is False.
     """
 
     meaning: str
@@ -34,6 +35,7 @@ class Column:
     variable: str | None = None
     stored: type | None = None
     reduce: Callable[[np.ndarray], np.ndarray] | None = None
+    of_attractors: bool = True
 
     def empty(self, sizes: Mapping[str, int]) -> np.ndarray:
         """An array of missing values; ``sizes`` are those of the dimensions by name."""
@@ -132,12 +134,16 @@ class Response(Columns):
         "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact")]
     dynamic_factor: Annotated[np.ndarray, Column(
         "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor")]
-    z_rms: Annotated[np.ndarray, Column("root mean square of z about its mean", variable="z_rms", stored=np.float32)]
-    z_peak_to_peak: Annotated[np.ndarray, Column("range of z", variable="z_peak_to_peak", stored=np.float32)]
-    z_dot_rms: Annotated[np.ndarray, Column("root mean square of z'", variable="z_dot_rms", stored=np.float32)]
-    z_dot_peak_to_peak: Annotated[np.ndarray, Column("range of z'", variable="z_dot_peak_to_peak", stored=np.float32)]
+    z_rms: Annotated[np.ndarray, Column(
+        "root mean square of z about its mean", variable="z_rms", stored=np.float32, of_attractors=False)]
+    z_peak_to_peak: Annotated[np.ndarray, Column(
+        "range of z", variable="z_peak_to_peak", stored=np.float32, of_attractors=False)]
+    z_dot_rms: Annotated[np.ndarray, Column(
+        "root mean square of z'", variable="z_dot_rms", stored=np.float32, of_attractors=False)]
+    z_dot_peak_to_peak: Annotated[np.ndarray, Column(
+        "range of z'", variable="z_dot_peak_to_peak", stored=np.float32, of_attractors=False)]
     switches_per_period: Annotated[np.ndarray, Column(
-        "contact switches per mesh period", variable="switches", stored=np.float32)]
+        "contact switches per mesh period", variable="switches", stored=np.float32, of_attractors=False)]
     mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]
 
 

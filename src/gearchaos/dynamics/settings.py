@@ -78,12 +78,6 @@ class Classification:
         return sum(self.transient_lengths) + 2 * runs + self.longest_transient + self.averaging_periods
 
 
-FORMER_NAMES = {
-    "looks": "transient_lengths", "longest": "longest_period", "exponent": "exponent_run", "extensions": "doublings",
-    "patience": "longest_transient", "measured": "averaging_periods",
-}
-"""Fields by their former names, used in the records of stores."""
-
 _MAX_PERIODS = 10_000_000
 _RANGES = {
     "longest_period": (1, 100_000), "exponent_run": (21, _MAX_PERIODS), "doublings": (0, 20),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import signal
@@ -10,8 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
-from multiprocessing import get_all_start_methods, parent_process
-from multiprocessing.context import ForkServerContext, SpawnContext
+from multiprocessing import get_all_start_methods, get_context, parent_process
 from threading import Thread
 from typing import Any
 
@@ -19,8 +19,7 @@ from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import CHECK_INTERVAL, RESUME_ADVICE, Pool, PoolLostError
 
-PoolFactory = Callable[[], AbstractContextManager[Pool]]
-"""Function that opens a pool; called again if the pool breaks."""
+PoolFactory = Callable[[], AbstractContextManager[Pool]]  # opens a pool; called again if the pool breaks
 
 
 class _Threads(ThreadPoolExecutor):
@@ -51,36 +50,13 @@ def process_pool(count: int, modules: Sequence[str] = ()) -> PoolFactory:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        context, started = _recording_context(modules)
-        executor = ProcessPoolExecutor(
-            workers, mp_context=context, initializer=_begin_worker, initargs=(dict(os.environ),))
-
-        def stop() -> None:
-            executor.shutdown(wait=False, cancel_futures=True)
-            for process in started:
-                process.terminate()
-
-        with executor:
-            yield Pool(executor, lambda: workers, stop=stop)
+        context = get_context("forkserver" if "forkserver" in get_all_start_methods() else "spawn")
+        context.set_forkserver_preload(["__main__", *modules])
+        with ProcessPoolExecutor(
+                workers, mp_context=context, initializer=_begin_worker, initargs=(dict(os.environ),)) as executor:
+            yield Pool(executor, lambda: workers)
 
     return opened
-
-
-def _recording_context(modules: Sequence[str]) -> tuple[Any, list[Any]]:
-    """A context of `multiprocessing`, and the list of the processes that are started with it, which fills itself."""
-    started: list[Any] = []
-    forking = "forkserver" in get_all_start_methods()
-    parent: Any = ForkServerContext if forking else SpawnContext
-
-    class Recording(parent):
-        def Process(self, *arguments: Any, **options: Any) -> Any:
-            started.append(parent.Process(*arguments, **options))
-            return started[-1]
-
-    context = Recording()
-    if forking:
-        context.set_forkserver_preload(["__main__", *modules])
-    return context, started
 
 
 def _begin_worker(environment: dict[str, str]) -> None:
@@ -101,14 +77,14 @@ def _begin_worker(environment: dict[str, str]) -> None:
 
 def pool_from_options(
     threads: int | None = None, processes: int | None = None, scheduler: str | None = None, cluster: str | None = None,
-    jobs: int | None = None, modules: Sequence[str] = (),
+    jobs: int | None = None, workers: int | None = None, modules: Sequence[str] = (),
 ) -> PoolFactory:
     """The pool that the options of a command select, of which at most one may be given; by default one thread per core.
 
     ``modules`` are those that the work items need; see `process_pool`.
     """
-    options = {"threads": threads, "processes": processes, "scheduler": scheduler, "cluster": cluster}
-    given = {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in {"threads": threads, "processes": processes, "workers": workers,
+                                             "scheduler": scheduler, "cluster": cluster}.items() if value is not None}
     if jobs is not None and cluster is None:
         raise InputError("jobs", "must be left out without cluster", jobs)
     if len(given) > 1:
@@ -119,6 +95,8 @@ def pool_from_options(
         return slurm_jobs(1 if jobs is None else whole_number("jobs", jobs, 1))
     if scheduler is not None:
         return dask_workers(scheduler)
+    if workers is not None:
+        return local_cluster(workers)
     return process_pool(processes, modules) if processes is not None else thread_pool(threads)
 
 
@@ -134,10 +112,36 @@ def dask_workers(address: str) -> PoolFactory:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with client() as reached:
+        with _without_logs(), client() as reached:
             yield _dask_pool(reached)
 
     client().close()  # checked before any work
+    return opened
+
+
+@contextmanager
+def _without_logs() -> Iterator[None]:
+    """Keep Dask from printing what it meets when a scheduler is gone: the run ends with one message."""
+    levels = {logger: logger.level for logger in map(logging.getLogger, ("distributed.client", "tornado.application"))}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
+
+
+def local_cluster(count: int) -> PoolFactory:
+    """The workers of a Dask scheduler of this process, which restarts those that die."""
+    workers, distributed = whole_number("workers", count, 1), _distributed()
+
+    @contextmanager
+    def opened() -> Iterator[Pool]:
+        with (distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+              cluster.get_client() as client):
+            yield _dask_pool(client)
+
     return opened
 
 
@@ -196,4 +200,4 @@ def _dask_pool(client: Any) -> Pool:
         if client.status != "running":
             raise PoolLostError(f"the Dask scheduler is gone. {RESUME_ADVICE}")
 
-    return Pool(client.get_executor(pure=False), workers, check, stop=lambda: None)  # closing the client waits for none
+    return Pool(client.get_executor(pure=False, retries=2), workers, check)

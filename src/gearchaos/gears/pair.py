@@ -22,8 +22,9 @@ Value = TypeVar("Value")
 # a float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
 # are floats
 PhysicalValue = Any
-# the fields of each kind of mesh stiffness
-_STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in STIFFNESS_KINDS.values())
+_KINDS = [kind for kind in STIFFNESS_KINDS.values() if kind.pair_fields]  # those that a pair can have
+_STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in _KINDS)
+_STIFFNESSES = ", or ".join(f"{kind.predicate} {kind.equation}".rstrip() for kind in _KINDS)
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 # damping ratio, backlash in m, velocity of the base circles in m/s, and an amplitude of the error over the backlash,
 # above which there is a warning
@@ -153,7 +154,7 @@ class GearPair(HasCard):
         (first, *_), *others = [names for names in kinds if names] or [["none"]]
         for names in others:
             raise InputError(first, f"must be left out beside {names[0]}", getattr(self, first),
-                             "The mesh stiffness has two levels (2.16), or is a series (2.7), or has steps.")
+                             f"The mesh stiffness {_STIFFNESSES}.")
         if len(self.stiffness_starts) and not len(self.stiffness_levels):
             raise InputError("stiffness_starts", "must be left out without stiffness_levels", self.stiffness_starts,
                              "They are where the steps of the mesh stiffness begin.")

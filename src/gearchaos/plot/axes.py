@@ -227,6 +227,7 @@ _LEGEND: dict[str, Any] = {
     "loc": "lower left", "bbox_to_anchor": (0, 1.01, 1, 0), "borderaxespad": 0, "frameon": False,
     "handlelength": 1.1, "columnspacing": 1.0, "handletextpad": 0.5, "alignment": "left",
 }
+_TALLEST = 0.65  # greatest height of a legend above an Axes, relative to the figure, before its font is made tiny
 _COLUMNS = 4  # most columns of a legend that belongs to a Figure
 _SIDE_SIZES = (None, "small", "x-small", "xx-small")  # of a legend beside an Axes, in order of preference
 _SIDE_SHARE = 0.35  # largest width of it, relative to the figure, for which no smaller font is used
@@ -248,9 +249,10 @@ def draw_legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | N
     width = _available_width(fit_to or host)
     sizes = rcParams["legend.fontsize"], "small", "x-small"  # a smaller font is preferred to a single column
     layouts = [(size, columns) for size in sizes for columns in range(len(handles), 1, -1)]
-    for size, columns in [*layouts, ("small", 1)]:
+    for size, columns in [*layouts, ("small", 1), ("xx-small", 1)]:
         made = host.legend(handles=by_rows(columns), ncols=columns, fontsize=size, **options)
-        if made.get_window_extent().width <= width:
+        drawn = made.get_window_extent()
+        if drawn.width <= width and drawn.height <= _TALLEST * made.figure.bbox.height:
             break
     _make_space(fit_to or host, made, "top")
     return made

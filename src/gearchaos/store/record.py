@@ -9,9 +9,8 @@ from typing import Any
 
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.dynamics import Classification
-from gearchaos.dynamics.settings import FORMER_NAMES
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import Gears, OperatingModel, gears_from_json, gears_json, with_gears
+from gearchaos.gears.operating import OperatingModel, gears_from_json, gears_json, with_gears
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import Study
@@ -23,8 +22,7 @@ CARRIED = "carried_gears"
 def to_record(study: Study) -> dict[str, Any]:
     """All fields of a study as values for JSON.
 
-    Default values are included, so that the record does not depend on the defaults of a later version. The
-    classification settings have the names of format 1, ``budget`` and those of `FORMER_NAMES`.
+    Default values are included, so that the record does not depend on the defaults of a later version.
     """
     options = {name: getattr(study, name) for name in study.option_types()}
     settings = getattr(study, "settings", None)
@@ -32,11 +30,10 @@ def to_record(study: Study) -> dict[str, Any]:
         "kind": study.kind, "model": json.loads(model_json(study.model)),
         "axes": [asdict(getattr(study, name)) for name in study.axis_fields],
         "options": {n: asdict(v) if isinstance(v, Axis) else v for n, v in options.items()},
-        "budget": None if settings is None else _settings_record(settings),
+        "settings": None if settings is None else asdict(settings),
     }
     if isinstance(study.model, OperatingModel):
-        key = CARRIED if study.gears is None else "gears"
-        record[key] = _gears_record(study.model.gears)
+        record[CARRIED if study.gears is None else "gears"] = json.loads(gears_json(study.model.gears))
     return json.loads(json.dumps(record, default=_plain))
 
 
@@ -59,44 +56,12 @@ def from_record(record: Mapping[str, Any]) -> Study:
             raise unknown_name("study option", name, types)
     values = {n: Axis(**v) if types[n] is Axis and v else v for n, v in record["options"].items()}
     values |= {name: Axis(**axis) for name, axis in zip(names, axes, strict=True)}
-    if record["budget"] is not None:
-        values["settings"] = _settings(record["budget"])
+    if (settings := record["settings"]) is not None:
+        values["settings"] = Classification(**{**settings, "transient_lengths": tuple(settings["transient_lengths"])})
     model = model_from_json(json.dumps(record["model"]))
     if gears := record.get("gears") or record.get(CARRIED):
         model = with_gears(model, gears_from_json(json.dumps(gears)))
     return study_type.of(model, values)
-
-
-def _gears_record(gears: Gears) -> dict[str, Any]:
-    """Gears as values for JSON; a design that leaves the transmission error out has none, as earlier versions wrote."""
-    record = json.loads(gears_json(gears))
-    if "design" in record and record["design"]["transmission_error"] is None:
-        record["design"]["transmission_error"] = "none"
-    return record
-
-
-def _settings_record(settings: Classification) -> dict[str, Any]:
-    """Classification settings by their names in format 1."""
-    return {former: getattr(settings, name) for former, name in FORMER_NAMES.items()}
-
-
-def _settings(record: Mapping[str, Any]) -> Classification:
-    """The inverse of `_settings_record`."""
-    values: dict[str, Any] = {FORMER_NAMES[former]: value for former, value in record.items()}
-    return Classification(**{**values, "transient_lengths": tuple(values["transient_lengths"])})
-
-
-def study_differences(stored: Study, requested: Study) -> list[str]:
-    """The differences of two studies as texts; none if the results are the same.
-
-    Gears on which only the units of the results depend are compared if both studies have them: they are not in stores
-    of earlier versions.
-    """
-    first, second = to_record(stored), to_record(requested)
-    if not (first.get(CARRIED) and second.get(CARRIED)):
-        first.pop(CARRIED, None)
-        second.pop(CARRIED, None)
-    return differences(first, second)
 
 
 def differences(stored: Mapping[str, Any], requested: Mapping[str, Any], field: str = "") -> list[str]:

@@ -1,232 +1,278 @@
-"""A store: a folder in Zarr format with the results of a study, which xarray opens, and with the state of the run.
+"""A store: a Zarr group with the results of a study, which xarray opens, and what is known of the run.
 
-A worker appends the results of a tile to a segment, ``run/segments``, and a writer notes it in its journal,
-``run/journal``. When all tiles of a group are done, the group is packed: its results are written to one file of each
-array, a shard of Zarr's sharding codec. Chunks and records contain checksums; those of all other files are in
-``run/sums.json``. The study and the versions of packages are in ``run/study.json``.
+What is done follows from what is there. The results of a tile are one object, ``run/tiles/BLOCK/TILE``. When all tiles
+of a block are there, its results are written as one shard of each array, then ``run/blocks/BLOCK`` with their
+checksums; then the tiles are deleted. ``run/study.json`` describes the study, its division, and the versions of
+packages; ``run/finished`` is there when the Dataset is complete. All objects have checksums.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import partial
+import platform
+import warnings
+import zlib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from math import prod
+from typing import Any
 
 import numpy as np
 import xarray as xr
+import zarr
+from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from gearchaos.datasets import provenance
 from gearchaos.errors import ChangedFileError, InputError
-from gearchaos.store.errors import damaged_description, missing_description
-from gearchaos.store.files.checked_files import read_as
-from gearchaos.store.files.checksums import checksums, differing
-from gearchaos.store.files.folder import Folder, open_folder
-from gearchaos.store.files.parsing import parse_as
-from gearchaos.store.journals.journal import JOURNALS
-from gearchaos.store.journals.progress import Progress
-from gearchaos.store.layout.arrays import check_layout
-from gearchaos.store.layout.chunks import DamagedChunkError
-from gearchaos.store.layout.format1 import status_lines
-from gearchaos.store.layout.groups import put, read_group
-from gearchaos.store.layout.layout import Layout
-from gearchaos.store.layout.lazy import StoredArray, reading_block, with_stored_arrays
-from gearchaos.store.layout.segments import read_parts
-from gearchaos.store.layout.specs import FORMATS, ArraySpec
-from gearchaos.store.record import from_record
-from gearchaos.store.schema import Checksums, FormatSchema, StudySchema
+from gearchaos.store.objects import Objects
+from gearchaos.store.record import from_record, to_record
+from gearchaos.store.tiles import Grid
+from gearchaos.studies.study import Study
 
-STUDY = "run/study.json"
-"""File that describes the store: study, grid, arrays, versions."""
+FORMAT = 3  # version of the layout of stores
+STUDY, FINISHED = "run/study.json", "run/finished"
+TILES, BLOCKS, FAILED = "run/tiles", "run/blocks", "run/failed"
+ITEMS = "items"  # folder of the results of work items, for a study whose Dataset is computed from them at the end
 
-_SUMS = "run/sums.json"
-FINISHED = "run/finished"
-"""File that exists when the Dataset is complete."""
+_CODECS = (ZstdCodec(level=1), Crc32cCodec())
+_REMEDY = ("Copy run/study.json from a new store of the same study, computed by the same version, or begin a new "
+           "store in another folder.")
 
 
 @dataclass(frozen=True)
-class Store(Layout):
-    """A store that can be read. It has the attributes of `Layout`."""
+class ArraySpec:
+    """The dtype of an array of results, and its shape for one work item."""
 
-    def progress(self, writers: Iterable[str] | None = None) -> Progress:
-        """What the journals of these writers say, by default of all that a listing finds."""
-        found = Progress(self.folder, self.grid, self.record_length)
-        for line in status_lines(self.folder) if self.format == 1 else ():
-            found.add(line)
-        found.refresh(writers)
-        return found
+    dtype: str
+    shape: tuple[int, ...]
 
-    def read(self, name: str, region: tuple[slice, ...] | None = None, progress: Progress | None = None) -> np.ndarray:
-        """The results of the work items of a region in one array, with the fill value where none are computed.
+    @property
+    def item_bytes(self) -> int:
+        """Size of the result of one work item in bytes."""
+        return prod(self.shape) * np.dtype(self.dtype).itemsize
 
-        Parameters
-        ----------
-        name : str
-            Name of an array.
-        region : tuple of slice, optional
-            A part of the grid of work items, with start and stop and without step; by default all of it.
-        progress : Progress, optional
-            What is done, read from the journals if it is left out.
+    @property
+    def fill(self) -> Any:
+        """The value where nothing is computed: NaN, −1 in signed integers, the largest value in unsigned ones.
 
-        Returns
-        -------
-        array
-            The shape of the region, then that of the result of one item.
-
-        Raises
-        ------
-        InputError
-            If a chunk is damaged, or the whole store is gone. What is missing has the fill value; see
-            `gearchaos.store.reading.missing`.
+        It is no label, no period and no code, so that what is missing never looks like a result.
         """
-        region = region or tuple(slice(0, n) for n in self.grid.shape)
-        progress, spec = progress or self.progress(), self.arrays[name]
-        out = np.full((*(p.stop - p.start for p in region), *spec.shape), self.fill(name), spec.dtype)
-        for group in self.grid.groups_in(region):
-            if group in progress.packed:
-                self._read_group(name, group, region, out)
-            elif not self._read_tiles(name, group, region, out, progress):
-                progress.refresh()  # perhaps the group was packed since the journals were read
-                if group in progress.packed:
-                    self._read_group(name, group, region, out)
-                else:
-                    self._check_exists()
-        return out
+        dtype = np.dtype(self.dtype)
+        if dtype.kind in "iu":
+            return -1 if dtype.kind == "i" else np.iinfo(dtype).max
+        return np.nan if dtype.kind in "fc" else True
 
-    def _read_group(self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray) -> None:
-        """Read a packed group into the results of a region; a missing file is left out."""
-        try:
-            read_group(self, name, group, region, out)
-        except FileNotFoundError:
-            self._check_exists()
-        except DamagedChunkError:
-            advice = (f"{self.group_file(name, group)} does not have its checksum. Find the damage with gearchaos "
-                      f"check {self.folder}, which says how to repair it.")
-            raise InputError("store", "must be undamaged", str(self.folder), advice) from None
 
-    def _check_exists(self) -> None:
-        """Raise `InputError` if the store is gone: a file that is not found is then no part that is missing."""
-        if self.folder.size(STUDY) is None:
-            advice = "It was moved or deleted after it was opened: load it again."
-            raise InputError("store", "must still be there when its values are read", str(self.folder), advice)
+@dataclass(frozen=True)
+class Store:
+    """A store that can be read."""
 
-    def _read_tiles(
-        self, name: str, group: int, region: tuple[slice, ...], out: np.ndarray, progress: Progress
-    ) -> bool:
-        """Read the tiles of a group that is not packed into the results of a region; whether no record is missing."""
-        wanted = set(self.grid.tiles_in(region))
-        entries = [progress.entries[t] for t in self.grid.tiles_of(group) if t in wanted and t in progress.entries]
-        whole = True
-        for entry, values in read_parts(self.folder, entries, self.arrays, name, self.grid):
-            if values is None:
-                whole = False
-            else:
-                put(self.grid.region(entry.tile), values, region, out)
-        return whole
+    objects: Objects
+    study: Study
+    grid: Grid  # the division of the study into tiles, chunks and blocks
+    arrays: dict[str, ArraySpec]  # the arrays of the results of work items, by name
+    versions: dict[str, str]  # of the packages on which results depend, when the store was created
+    shards: int = 1  # for which its blocks were chosen
+    files: Mapping[str, int] | None = None  # the CRC-32 of metadata and coordinates by the names of their objects
 
-    def results(self) -> dict[str, np.ndarray]:
-        """The results (N, ...) of all N work items by name, with the fill value where they are not computed yet."""
-        progress, count = self.progress(), prod(self.grid.shape)
-        return {n: self.read(n, None, progress).reshape(count, *a.shape) for n, a in self.arrays.items()}
+    def array_path(self, name: str) -> str:
+        """The path of an array of results in the group."""
+        return name if self.study.gridded else f"{ITEMS}/{name}"
 
-    def checksummed_files(self) -> list[str]:
-        """All files but ``run`` and those of groups: metadata, coordinates, and what a finished study adds."""
-        groups = tuple(f"{self.array_folder(name)}/c/" for name in self.arrays)
-        return [name for name, _ in self.folder.list()
-                if not name.startswith(("run/", *groups)) and not name.endswith(".partial")]
+    def shard(self, name: str, block: int) -> str:
+        """The name of the object with the results of a block in an array."""
+        position = [*np.unravel_index(block, self.grid.blocks), *[0] * len(self.arrays[name].shape)]
+        return f"{self.array_path(name)}/c/{'/'.join(map(str, position))}"
 
-    def write_checksums(self) -> None:
-        """Write the checksums of `checksummed_files`."""
-        self.folder.write(_SUMS, json.dumps(checksums(self.folder, self.checksummed_files())).encode())
+    def tile(self, number: int) -> str:
+        """The name of the object with the results of a tile."""
+        return f"{TILES}/{self.grid.block_of(number)}/{number}"
 
-    def damaged_files(self) -> list[str]:
-        """The names of those of `checksummed_files` that are missing or damaged."""
-        expected = read_as(Checksums, self.folder, _SUMS)
-        written = {n for n in self.checksummed_files() if n.endswith("zarr.json") or "c" in n.split("/")}  # by Zarr
-        return [_SUMS] if expected is None or written - expected.keys() else differing(self.folder, expected)
-
-    def repair_command(self, progress: Progress) -> str:
-        """The command that writes again what is missing or damaged; without the study file if all tiles were done."""
-        return f"gearchaos {'finish' if progress.all_done else 'run STUDY.toml --out'} {self.folder}"
+    def failed(self, tile: int) -> str:
+        """The name of the object with the error of a tile."""
+        return f"{FAILED}/{tile}"
 
     @property
     def block(self) -> dict[str, int]:
-        """Sizes by dimension of the parts of the grid that are read at once where the whole may not fit into memory."""
-        largest = max(prod(a.shape) * np.dtype(a.dtype).itemsize for a in self.arrays.values())
-        block = reading_block(self.grid.shape, self.grid.chunk, largest)
-        return dict(zip(self.study.grid, block, strict=True))
-
-    def dataset(self) -> xr.Dataset:
-        """The Dataset as far as it is computed; raises `InputError` if files other than those of results are damaged.
-
-        The results of work items of a gridded study are read when they are used; `InputError` is raised then if they
-        are damaged. What is missing has the fill value, see `gearchaos.store.reading.missing`. Of another study that is
-        not finished nothing but these results is read.
-        """
-        if not self.study.gridded and not self.finished:  # whatever a run that is finishing it has written
-            return self.study.finish(self.results())
-        if damaged := self.damaged_files():
-            advice = f"To repair {', '.join(damaged)}: {self.repair_command(self.progress())}"
-            raise InputError("store", "must be undamaged", str(self.folder), advice)
-        if not self.study.gridded:
-            return xr.open_zarr(self.folder.zarr_store(), chunks=None).load()
-        progress, opened = self.progress(), xr.open_zarr(self.folder.zarr_store(), chunks=None)
-        return with_stored_arrays(opened, {name: self._stored_array(name, progress) for name in self.arrays})
-
-    def _stored_array(self, name: str, progress: Progress) -> StoredArray:
-        """An array of results that is read when it is used."""
-        spec = self.arrays[name]
-        shape, block = (*self.grid.shape, *spec.shape), tuple(self.block.values())
-        return StoredArray(partial(self.read, name, progress=progress), shape, np.dtype(spec.dtype), block)
+        """Sizes by dimension of the parts of the grid that are read at once where the whole may not fit in memory."""
+        return {d: min(n, b) for (d, n), b in zip(self.study.grid.items(), self.grid.block, strict=True)}
 
     @property
     def finished(self) -> bool:
-        """Whether the run has been finished after the last tile: the Dataset and the checksums are written."""
-        return self.folder.size(FINISHED) is not None
+        """Whether the Dataset is complete."""
+        return self.objects.get(FINISHED) is not None
+
+    def create_array(self, target: Any, name: str, labels: xr.DataArray | None = None) -> zarr.Array:
+        """Create an array for results in a store of zarr, with the dimensions and attributes of ``labels``."""
+        spec, grid = self.arrays[name], self.grid
+        return zarr.create_array(
+            target, name=self.array_path(name), shape=(*grid.shape, *spec.shape), dtype=np.dtype(spec.dtype),
+            chunks=(*grid.chunk, *spec.shape), shards=(*grid.block, *spec.shape), compressors=_CODECS,
+            fill_value=spec.fill, zarr_format=3, config={"write_empty_chunks": True},
+            dimension_names=None if labels is None else [str(d) for d in labels.dims],
+            attributes=None if labels is None else {
+                str(k): v.tolist() if hasattr(v, "tolist") else v for k, v in labels.attrs.items()})
+
+    def metadata(self, finished: xr.Dataset | None = None) -> dict[str, bytes]:
+        """Metadata and coordinates by the names of their objects, with the variables of a Dataset made at the end."""
+        written: dict[str, Any] = {}
+        memory = zarr.storage.MemoryStore(written)
+        empty = self._empty_dataset() if self.study.gridded else xr.Dataset() if finished is None else finished
+        kept = xr.Dataset(coords=empty.coords, attrs=empty.attrs) if self.study.gridded else empty
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Zarr warns that format 3 does not yet specify strings and consolidation
+            kept.to_zarr(memory, mode="w", zarr_format=3, consolidated=False)
+            for name in self.arrays:
+                self.create_array(memory, name, empty[name] if self.study.gridded else None)
+            zarr.open_group(memory, path="run", mode="a", zarr_format=3)  # Zarr warns of folders that are no group
+            zarr.consolidate_metadata(memory, zarr_format=3)
+        return {name: value.to_bytes() for name, value in written.items()}
+
+    def _empty_dataset(self) -> xr.Dataset:
+        """The Dataset of a gridded study with zeros, which share one element: it takes no memory."""
+        count = self.study.count
+        return self.study.finish(
+            {n: np.broadcast_to(np.zeros((), a.dtype), (count, *a.shape)) for n, a in self.arrays.items()})
+
+    def description(self) -> bytes:
+        """The content of ``run/study.json``, with its own checksum."""
+        content = {
+            "format": FORMAT, "study": to_record(self.study), "grid": asdict(self.grid), "shards": self.shards,
+            "arrays": {n: asdict(a) for n, a in self.arrays.items()}, "versions": self.versions,
+            "machine": {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count(),
+                        "python": platform.python_version()},
+            "files": self.files,
+        }
+        return json.dumps({**content, "checksum": _checksum(content)}, indent=2).encode()
+
+    def damaged_files(self) -> list[str]:
+        """Names of metadata, coordinates and results made at the end that are missing or have another checksum."""
+        finished, damaged = self.objects.get(FINISHED), []
+        expected = dict(self.files or {})
+        if finished is not None:
+            try:
+                expected |= {str(n): int(c) for n, c in json.loads(checked(finished)).items()}
+            except ValueError:
+                damaged.append(FINISHED)
+        for name, checksum in expected.items():
+            content = self.objects.get(name)
+            if content is None or zlib.crc32(content) != checksum:
+                damaged.append(name)
+        return damaged
+
+    def zarr_array(self, name: str) -> zarr.Array:
+        """An array of results as zarr reads it."""
+        return zarr.open_array(self.objects.zarr, path=self.array_path(name), mode="r", zarr_format=3)
 
 
-def open_store(location: str | os.PathLike[str]) -> Store:
-    """The store in a folder; raises `InputError` if there is none, or it is damaged or of an unknown format."""
-    folder = open_folder(location)
+def with_checksum(content: bytes) -> bytes:
+    """Bytes followed by their CRC-32."""
+    return content + zlib.crc32(content).to_bytes(4, "little")
+
+
+def checked(content: bytes | None) -> bytes:
+    """The bytes without their checksum; raises ValueError unless they agree."""
+    if content is None or with_checksum(content[:-4]) != content:
+        raise ValueError("the checksum differs")
+    return content[:-4]
+
+
+def _checksum(content: Mapping[str, Any]) -> int:
+    """CRC-32 of a value for JSON, whatever the spaces and the order of its file."""
+    return zlib.crc32(json.dumps(content, sort_keys=True).encode())
+
+
+def versions(study: Study) -> dict[str, str]:
+    """The versions of the packages on which results depend, by attribute of a Dataset."""
+    return {n: v for n, v in provenance(study.kind, study.model).items() if n.endswith("_version")}
+
+
+def create(store: Store) -> Store:
+    """Write the objects of a new store, unless another shard has done so meanwhile.
+
+    Raises `InputError` if its folder has anything else in it.
+    """
+    objects, content = store.objects, store.metadata()
+    names = objects.names() if objects.exists() else []
+    if objects.get(STUDY) is not None:  # asked after the names: another shard writes this before any results
+        return open_store(objects)
+    if any(name.startswith((f"{TILES}/", f"{BLOCKS}/")) for name in names):
+        raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+    for name in names:
+        if name not in content and not name.startswith("run/"):
+            raise InputError("store", "must be a new folder, or one that gearchaos run made", str(objects),
+                             f"It has other files, such as {name}.")
+    return write_metadata(store, content)
+
+
+def write_metadata(store: Store, content: Mapping[str, bytes]) -> Store:
+    """Write metadata and coordinates, then the description: a folder without it is no store yet.
+
+    What was made from all results is to be made again.
+    """
+    for name, value in content.items():
+        store.objects.put(name, value)
+    store.objects.delete([FINISHED])
+    made = replace(store, files={name: zlib.crc32(value) for name, value in content.items()})
+    if made.files != store.files:  # in a new store, or since another version of zarr writes them otherwise
+        store.objects.put(STUDY, made.description(), durable=True)
+    store.objects.keep([*content, STUDY])
+    return made
+
+
+def write_finished(store: Store, made: xr.Dataset | None) -> None:
+    """Write the Dataset that is ``made`` from all results, if any, and delete what is not needed any more."""
+    content = {} if made is None else store.metadata(made)
+    content = {name: value for name, value in content.items() if zlib.crc32(value) != (store.files or {}).get(name)}
+    for name, value in content.items():
+        store.objects.put(name, value)
+    store.objects.keep(content)
+    store.objects.delete_all(TILES)
+    store.objects.delete(store.objects.names(partial=True))
+    files = {name: zlib.crc32(value) for name, value in content.items()}
+    store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
+    store.objects.keep([FINISHED])
+
+
+def open_store(location: str | os.PathLike[str] | Objects) -> Store:
+    """The store at a location; raises `InputError` if there is none, or it is damaged or of an unknown format."""
+    objects = location if isinstance(location, Objects) else Objects(location)
+    if objects.exists():
+        if (content := objects.get(STUDY)) is not None:
+            return from_description(objects, content)
+        if (objects.folder is None or objects.folder.is_dir()) and objects.names("run"):
+            raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+    raise InputError("store", "must be a folder that gearchaos run made", str(objects), f"There is no {STUDY} in it.")
+
+
+def from_description(objects: Objects, content: bytes) -> Store:
+    """The store with this content of ``run/study.json``; raises `InputError` if that is damaged."""
     try:
-        content = folder.read(STUDY)
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError for a name with a null character
-        if isinstance(error, FileNotFoundError) and _has_parts(folder):
-            raise missing_description(folder) from None
-        why = f"{folder}/{STUDY} cannot be read: {getattr(error, 'strerror', error)}."
-        raise InputError("store", "must be a folder that gearchaos run made", str(folder), why) from None
-    store = from_description(folder, content)
-    check_layout(store, store.damaged_files)
-    return store
-
-
-def _has_parts(folder: Folder) -> bool:
-    """Whether a folder has files that only stores have; a draft that is not published completely is no store yet."""
-    return (folder.size(_SUMS) is not None or next(folder.list(JOURNALS), None) is not None) and folder.exists()
-
-
-def from_description(folder: Folder, content: bytes) -> Store:
-    """The store in a folder, from the content of its ``run/study.json``; raises `InputError` if that is damaged."""
-    try:
-        found = parse_as(FormatSchema, content).format
-        if found in FORMATS:
-            return _from_schema(folder, parse_as(StudySchema, content))
+        found = json.loads(content)
+        if found["format"] != FORMAT:
+            raise InputError("store", f"must have format {FORMAT}", found["format"],
+                             "It was made by another version of gearchaos: compute the study again in a new folder.")
+        if found.pop("checksum") != _checksum(found):
+            raise ValueError("it does not have its checksum")
+        grid = Grid(**{name: tuple(values) for name, values in found["grid"].items()})
+        arrays = {n: ArraySpec(a["dtype"], tuple(a["shape"])) for n, a in found["arrays"].items()}
+        study = from_record(found["study"])
     except ChangedFileError as error:
         raise InputError(
-            "store", "must find the tables of its gears as they were when it was made", str(folder),
+            "store", "must find the tables of its gears as they were when it was made", str(objects),
             f"The table {error.value} changed since, or is missing. Restore it to go on with this store, or compute "
             "the study with the new table into a new folder.") from None
+    except InputError as error:
+        if error.field == "store":
+            raise
+        raise _damaged(objects, str(error)) from None
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        raise damaged_description(folder, str(error)) from None
-    raise InputError("store", f"must have format {' or '.join(map(str, FORMATS))}", found,
-                     "It was made by another version of gearchaos.")
+        raise _damaged(objects, str(error)) from None
+    return Store(objects, study, grid, arrays, found["versions"], found["shards"], found["files"])
 
 
-def _from_schema(folder: Folder, record: StudySchema) -> Store:
-    """The store with this content of ``run/study.json``."""
-    arrays = {n: ArraySpec(a.dtype, a.shape) for n, a in record.arrays.items()}
-    study = from_record(record.study.model_dump())
-    return Store(folder, study, record.grid.grid(), arrays, record.versions, record.format)
+def _damaged(objects: Objects, why: str) -> InputError:
+    """The error for a store whose description is missing or damaged."""
+    advice = f"It is damaged, or not a store: {why.removesuffix('.')}. {_REMEDY}"
+    return InputError("store", "must hold an undamaged run/study.json", str(objects), advice)

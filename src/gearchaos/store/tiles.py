@@ -1,15 +1,13 @@
-"""Division of the work items of a study into tiles, chunks and groups.
+"""Division of the work items of a study into tiles, chunks and blocks.
 
 A *tile* is computed at once; it is what is lost if a run is killed. A *chunk* is compressed at once, and has a
-checksum. A *group* is the tiles whose results lie in one file of each array, a shard of Zarr's sharding codec.
+checksum. A *block* is the tiles whose results lie in one file of each array, a shard of Zarr's sharding codec.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from math import prod
 
 import numpy as np
@@ -20,177 +18,136 @@ LARGEST_TILE = 16384
 """Most motions in a tile by default: some seconds of work, which are lost if the run is killed, and enough chaotic
 motions to fill the lanes of the kernels."""
 
-_SMALLEST_TILE = 64
-"""Fewest motions in a tile by default."""
+_SMALLEST_TILE = 64  # fewest motions in a tile by default
 
 _SHARED = 8
 """Number of tiles that a study has at least, if they are not smaller than the smallest: several workers share them."""
 
-_CHUNK_BYTES = 2**20
-"""Largest size of a chunk of the largest array before compression, unless a tile is larger."""
+_CHUNK_BYTES = 2**20  # largest size of a chunk of the largest array before compression, unless a tile is larger
 
-_GROUP_BYTES = 2**23
-"""Largest size of a group file of the largest array before compression, unless there would be more than `_MOST_GROUPS`
-groups or a tile is larger."""
+_BLOCK_BYTES = 2**27
+"""Largest size of the results of a block in all arrays, unless a tile is larger. A worker that writes a block has twice
+as much in memory."""
 
-_LARGEST_GROUP_BYTES = 2**27
-"""Largest size of a group file of the largest array before compression, however many groups there are, unless a tile is
-larger. A packing process holds one such file in memory per thread."""
+_BLOCKS_PER_SHARD = 8
+"""Number of blocks for each shard, if tiles are not larger: with fewer, some shards would have much more to do."""
 
-_MOST_GROUPS = 4096
-"""Number of groups from which larger ones are preferred."""
+_SMALLEST_BLOCK = 2**16
+"""Fewest work items in a block of a store that is not shared by shards: smaller ones would only be more files."""
 
 Shape = tuple[int, ...]
+Region = tuple[slice, ...]
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid of work items divided into tiles, chunks and groups, all blocks. Each is numbered in C order.
+    """A grid of work items divided into tiles, chunks and blocks. Tiles and blocks are numbered in C order.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Shape of the grid of work items.
-    tile : tuple of int
-        Shape of a tile, of the same length. The last tile along a dimension may be smaller.
-    chunk : tuple of int
-        Shape of a chunk, along each dimension a multiple of that of a tile, or one chunk for all tiles; by default that
-        of a tile.
-    group : tuple of int
-        Shape of a group, a multiple of that of a chunk; by default that of a chunk.
+    The last ones along a dimension may be smaller. By default a chunk is a tile, and a block is a chunk.
     """
 
-    shape: Shape
+    shape: Shape  # of the grid of work items
     tile: Shape
-    chunk: Shape = ()
-    group: Shape = ()
+    chunk: Shape = ()  # along each dimension a multiple of the tile, or one chunk for all tiles
+    block: Shape = ()  # a multiple of the chunk
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "chunk", self.chunk or self.tile)
-        object.__setattr__(self, "group", self.group or self.chunk)
-        if len({len(part) for part in (self.shape, self.tile, self.chunk, self.group)}) > 1:
-            raise ValueError("tiles, chunks and groups must have as many dimensions as the grid")
-        for size, tile, chunk, group in zip(self.shape, self.tile, self.chunk, self.group, strict=True):
-            if min(size, tile, chunk, group) < 1 or group % chunk or (chunk % tile and chunk < size):
-                raise ValueError(f"groups of {self.group}, chunks of {self.chunk} and tiles of {self.tile} do not fit")
+        for name, given in (("chunk", self.tile), ("block", self.chunk or self.tile)):
+            object.__setattr__(self, name, tuple(getattr(self, name)) or given)
+        for size, tile, chunk, block in zip(self.shape, self.tile, self.chunk, self.block, strict=True):
+            if min(size, tile, chunk, block) < 1 or block % chunk or (chunk % tile and chunk < size):
+                raise ValueError(f"blocks of {self.block}, chunks of {self.chunk} and tiles of {self.tile} do not fit")
 
     @cached_property
     def tiles(self) -> Shape:
         """Number of tiles along each dimension."""
-        return tuple(-(-n // m) for n, m in zip(self.shape, self.tile, strict=True))
+        return _parts(self.shape, self.tile)
 
     @cached_property
+    def blocks(self) -> Shape:
+        """Number of blocks along each dimension."""
+        return _parts(self.shape, self.block)
+
+    @property
     def count(self) -> int:
         """Number of tiles."""
         return prod(self.tiles)
 
-    @cached_property
-    def groups(self) -> Shape:
-        """Number of groups along each dimension."""
-        return tuple(-(-n // m) for n, m in zip(self.shape, self.group, strict=True))
-
-    @cached_property
-    def group_count(self) -> int:
-        """Number of groups."""
-        return prod(self.groups)
-
     @property
-    def chunks_per_group(self) -> Shape:
-        """Number of chunks of a group along each dimension, also of those beyond the end of the grid."""
-        return tuple(g // c for g, c in zip(self.group, self.chunk, strict=True))
+    def block_count(self) -> int:
+        """Number of blocks."""
+        return prod(self.blocks)
 
-    def position(self, number: int) -> Shape:
-        """Position of a tile in the grid of tiles."""
-        return _position(number, self.tiles)
-
-    def group_position(self, group: int) -> Shape:
-        """Position of a group in the grid of groups."""
-        return _position(group, self.groups)
-
-    def region(self, number: int) -> tuple[slice, ...]:
+    def region(self, tile: int) -> Region:
         """The part of the grid of work items that a tile covers."""
-        return _block(self.position(number), self.tile, self.shape)
+        return _part(tile, self.tiles, self.tile, self.shape)
 
-    def group_region(self, group: int) -> tuple[slice, ...]:
-        """The part of the grid of work items that a group covers."""
-        return _block(self.group_position(group), self.group, self.shape)
+    def block_region(self, block: int) -> Region:
+        """The part of the grid of work items that a block covers."""
+        return _part(block, self.blocks, self.block, self.shape)
 
-    def group_of(self, number: int) -> int:
-        """The group of a tile."""
-        origin = (i * t // g for i, t, g in zip(self.position(number), self.tile, self.group, strict=True))
-        return _number(origin, self.groups)
+    def block_of(self, tile: int) -> int:
+        """The block of a tile."""
+        corner = [r.start // b for r, b in zip(self.region(tile), self.block, strict=True)]
+        return int(np.ravel_multi_index(corner, self.blocks))
 
-    def tiles_of(self, group: int) -> list[int]:
-        """The tiles of a group, in C order."""
-        return self.tiles_in(self.group_region(group))
-
-    def tiles_in(self, region: tuple[slice, ...]) -> list[int]:
+    def tiles_in(self, region: Region) -> list[int]:
         """The tiles that share work items with a part of the grid, in C order."""
-        ranges = (range(p.start // t, -(-p.stop // t)) for p, t in zip(region, self.tile, strict=True))
-        return [_number(position, self.tiles) for position in product(*ranges)]
+        return _parts_in(region, self.tile, self.tiles)
 
-    def groups_in(self, region: tuple[slice, ...]) -> list[int]:
-        """The groups that share work items with a part of the grid, in C order."""
-        ranges = (range(p.start // g, -(-p.stop // g)) for p, g in zip(region, self.group, strict=True))
-        return [_number(position, self.groups) for position in product(*ranges)]
+    def blocks_in(self, region: Region) -> list[int]:
+        """The blocks that share work items with a part of the grid, in C order."""
+        return _parts_in(region, self.block, self.blocks)
 
-    def tile_count(self, group: int) -> int:
-        """Number of tiles of a group."""
-        return prod(-(-(p.stop - p.start) // t) for p, t in zip(self.group_region(group), self.tile, strict=True))
+    def tiles_of(self, block: int) -> list[int]:
+        """The tiles of a block, in C order."""
+        return self.tiles_in(self.block_region(block))
 
-    def chunk_regions(self, group: int) -> Iterator[tuple[Shape, tuple[slice, ...]]]:
-        """The position in its group, and the part of the grid, of each chunk of a group that has work items."""
-        start = [p.start for p in self.group_region(group)]
-        for position in np.ndindex(self.chunks_per_group):
-            region = tuple(
-                slice(s + i * c, min(s + (i + 1) * c, n))
-                for s, i, c, n in zip(start, position, self.chunk, self.shape, strict=True)
-            )
-            if all(p.start < p.stop for p in region):
-                yield position, region
+    def tile_count(self, block: int) -> int:
+        """Number of tiles of a block."""
+        return prod(-(-(p.stop - p.start) // t) for p, t in zip(self.block_region(block), self.tile, strict=True))
 
-    def size(self, number: int) -> int:
+    def size(self, tile: int) -> int:
         """Number of work items of a tile."""
-        return prod(p.stop - p.start for p in self.region(number))
+        return prod(p.stop - p.start for p in self.region(tile))
 
-    def items(self, number: int) -> np.ndarray:
+    def items(self, tile: int) -> np.ndarray:
         """The numbers of the work items of a tile, (L,), in C order."""
-        ranges = [np.arange(p.start, p.stop) for p in self.region(number)]
+        ranges = [np.arange(p.start, p.stop) for p in self.region(tile)]
         return np.ravel_multi_index(np.meshgrid(*ranges, indexing="ij"), self.shape).ravel()
 
 
-def _position(number: int, shape: Shape) -> Shape:
-    """Position of a block in a grid of blocks of this shape, in C order."""
-    out = []
-    for count in reversed(shape):
-        number, along = divmod(number, count)
-        out.append(along)
-    return tuple(reversed(out))
+def _parts(shape: Shape, part: Shape) -> Shape:
+    """Number of parts of a grid along each dimension."""
+    return tuple(-(-n // m) for n, m in zip(shape, part, strict=True))
 
 
-def _number(position: Iterable[int], shape: Shape) -> int:
-    """Inverse of `_position`."""
-    number = 0
-    for along, count in zip(position, shape, strict=True):
-        number = number * count + along
-    return number
+def _part(number: int, counts: Shape, part: Shape, shape: Shape) -> Region:
+    """The part of a grid with a number, of ``counts`` parts along each dimension."""
+    position = map(int, np.unravel_index(number, counts))
+    return tuple(slice(i * m, min((i + 1) * m, n)) for i, m, n in zip(position, part, shape, strict=True))
 
 
-def _block(position: Shape, block: Shape, shape: Shape) -> tuple[slice, ...]:
-    """The part of a grid that the block at a position covers."""
-    return tuple(slice(i * m, min((i + 1) * m, n)) for i, m, n in zip(position, block, shape, strict=True))
+def _parts_in(region: Region, part: Shape, counts: Shape) -> list[int]:
+    """The numbers of the parts of a grid that share work items with a region."""
+    ranges = [np.arange(p.start // m, -(-p.stop // m)) for p, m in zip(region, part, strict=True)]
+    return np.ravel_multi_index(np.meshgrid(*ranges, indexing="ij"), counts).ravel().tolist()
+
+
+def span(region: Region) -> Shape:
+    """Numbers of work items of a region along each dimension."""
+    return tuple(p.stop - p.start for p in region)
+
+
+def within(part: Region, region: Region) -> Region:
+    """A part of the grid as seen from the beginning of a region that contains it."""
+    return tuple(slice(p.start - r.start, p.stop - r.start) for p, r in zip(part, region, strict=True))
 
 
 def divide(study: Study, size: int | None = None) -> Grid:
-    """Divide a study into tiles.
+    """Divide a study into tiles: its smallest blocks, with dimensions doubled, the shortest first, to ``size`` items.
 
-    Parameters
-    ----------
-    study : Study
-        A tile has the shape of its block, with dimensions doubled as long as ``size`` allows, the shortest first.
-    size : int, optional
-        Largest number of work items in a tile, unless the block of the study is larger. By default tiles are large
-        enough to fill the lanes of the kernels, and small enough to be shared by several workers.
+    By default tiles are large enough to fill the lanes of the kernels, and small enough to be shared by workers.
     """
     if size is None:
         motions = study.count * study.motions_per_item
@@ -199,26 +156,23 @@ def divide(study: Study, size: int | None = None) -> Grid:
     return Grid(shape, doubled(tuple(study.block.values()), shape, size))
 
 
-def grouped(grid: Grid, item_bytes: int) -> Grid:
-    """The same tiles, in chunks and groups of a size that suits files.
+def with_blocks(grid: Grid, largest: int, item_bytes: int, shards: int = 1) -> Grid:
+    """The same tiles, in chunks and blocks of a size that suits files and a number of shards.
 
-    Parameters
-    ----------
-    grid : Grid
-    item_bytes : int
-        Size of the result of one work item in the largest array.
+    ``largest`` and ``item_bytes`` are the sizes of the result of one work item, in the largest array and in all arrays.
     """
-    item_bytes = max(1, item_bytes)
-    chunk = doubled(grid.tile, grid.shape, _CHUNK_BYTES // item_bytes)
-    most = min(_LARGEST_GROUP_BYTES, max(_GROUP_BYTES, prod(grid.shape) * item_bytes // _MOST_GROUPS))
-    group = doubled(chunk, grid.shape, most // item_bytes)
-    whole = (-(-g // c) * c for g, c in zip(group, chunk, strict=True))
+    shared = prod(grid.shape) // (_BLOCKS_PER_SHARD * shards)
+    most = min(_BLOCK_BYTES // max(1, item_bytes), shared if shards > 1 else max(shared, _SMALLEST_BLOCK))
+    chunk = doubled(grid.tile, grid.shape, min(most, _CHUNK_BYTES // max(1, largest)))
+    block = doubled(chunk, grid.shape, most)
+    whole = (-(-b // c) * c for b, c in zip(block, chunk, strict=True))
     return Grid(grid.shape, grid.tile, chunk, tuple(whole))
 
 
-def doubled(block: Shape, shape: Shape, most: int) -> Shape:
-    """A block with dimensions doubled, the shortest first, at most to those of the grid, up to ``most`` work items."""
-    out = list(block)
+def doubled(part: Shape, shape: Shape, most: int) -> Shape:
+    """A part of a grid with dimensions doubled, the shortest first, at most to those of the grid, up to ``most`` work
+    items."""
+    out = list(part)
     while 2 * prod(out) <= most and (growing := [i for i, n in enumerate(shape) if out[i] < n]):
         shortest = min(growing, key=lambda i: out[i])
         out[shortest] = min(shape[shortest], 2 * out[shortest])

@@ -11,6 +11,7 @@ import numpy as np
 
 from gearchaos.datasets import variable
 from gearchaos.dynamics import ON_ATTRACTOR, Classification, ClassificationState, Reason, Verdicts, conclude, orbits
+from gearchaos.dynamics.response import Response
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
@@ -21,7 +22,7 @@ from gearchaos.studies.study import ClassifyingStudy, Results
 if TYPE_CHECKING:
     import xarray as xr
 
-_RESPONSE = ("v_rms", "contact_fraction", "contact", "dynamic_factor")
+_RESPONSE = tuple(c.variable for c in Response.declared().values() if c.variable and c.of_attractors)
 """Response measures that the Datasets report of each attractor."""
 
 _VERDICT_VARIABLES = ("reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier",

@@ -18,7 +18,7 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.files import write_bytes
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, MeshModel, vary
+from gearchaos.model import COORDINATES, SCALARS, STIFFNESS_KINDS, MeshModel, vary
 from gearchaos.model.coordinates import from_physical, transmission_error_at_start
 from gearchaos.model.switched import coordinates
 from gearchaos.quantities import parse_harmonic
@@ -81,11 +81,11 @@ def prove_box(
     Parameters
     ----------
     subject : MeshModel, GearPair, GearDesign, Verdict or Orbit
-        The centre of the box, with two-level or stepped stiffness; as for `prove`.
+        The centre of the box, with a stiffness in levels, two-level or stepped; as for `prove`.
     widths : mapping of str to float
         Half-widths of the box by parameter: scalars (``omega``), amplitudes of the transmission error that are not 0
-        (``eps1``), ``chi1`` and ``chi2``. A pair (``q0``, ``chi0``) has one half-width: both members
-        differ from their values by the same amount. Named one by one, each is anywhere in its own interval.
+        (``eps1``), levels of the stiffness (``chi1``, ``chi2``). A pair (``q0``, ``chi0``) has one half-width: both
+        members differ from their values by the same amount. Named one by one, each is anywhere in its own interval.
     bits : int
         Precision, 53 to 800.
 
@@ -130,14 +130,15 @@ def box_parameters(model: MeshModel, name: str) -> tuple[str, ...]:
     from gearchaos.proof.parameters import exact_parameters
 
     if not model.stiffness.jumps:
-        raise InputError("stiffness", "must be two-level or stepped for a box of parameters", "Fourier series")
+        forms = " or ".join(kind.form for kind in STIFFNESS_KINDS.values() if kind.example().jumps)
+        raise InputError("stiffness", f"must be {forms} for a box of parameters", model.stiffness.form)
     parameters, harmonic, members = exact_parameters(model), parse_harmonic(name), tuple(model.set_by(name))
     if harmonic and harmonic.family == "eps":
         if model.value(name) == 0:
             raise InputError(name, "must not be 0 at the centre of the box", 0.0)
     elif any(m not in model.stiffness.level_names and not (m in SCALARS and m in parameters) for m in members):
-        raise InputError(name, "must be a parameter that a box can vary", name,
-                         "Scalars of the model, amplitudes of the transmission error, chi1 and chi2.")
+        *names, last = "Scalars of the model", "amplitudes of the transmission error", *model.stiffness.level_names
+        raise InputError(name, "must be a parameter that a box can vary", name, f"{', '.join(names)} and {last}.")
     return members
 
 

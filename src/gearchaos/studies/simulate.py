@@ -123,7 +123,7 @@ class Simulate(Study):
         if self.samples:
             data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
-        status = {"status": _STATUS[int(found["status"][0])]}
+        status = {"status": _STATUS.get(int(found["status"][0]), "not computed")}
         return new_dataset(data, attrs={**self.provenance(**settings), **status})
 
 

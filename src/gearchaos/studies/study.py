@@ -43,7 +43,8 @@ class Study(HasCard, ABC):
 
     To add a kind of study, write a subclass in a file of its own, and below it ``name = function_of(Name)``. Its fields
     are its specification, each with its default, its rule and its words (`options.option`, `options.axis`); its
-    docstring says what it finds. ``python -m gearchaos.studies.generate`` then writes what follows from it: the
+    docstring says what it finds, with an example of the function, and one of the class under "As a value": a small
+    study, which the manual runs. ``python -m gearchaos.studies.generate`` then writes what follows from it: the
     public names, the stub for type checkers, its command, its entry in the manual. Study files and stores read the
     fields. `__post_init__` raises `InputError` for what no single field shows to be wrong, before any work. The class
     defines ``kind``, `cost`, `compute`, and `finish` unless it is gridded; ``grid`` if its work items are not the

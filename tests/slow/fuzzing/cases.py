@@ -134,7 +134,7 @@ def study_file(rng: random.Random, folder: Path) -> list[str]:
     return rng.choice((own, own, ["run", "s.toml", "--out", "o.zarr"], ["regime", "s.toml"]))
 
 
-_NO_WRITERS = ("77777", "-1", "01", "1e3", "9" * 30, "words")
+_NO_NUMBERS = ("77777", "-1", "01", "1e3", "9" * 30, "words", "²")
 
 
 def store(rng: random.Random, folder: Path) -> list[str]:
@@ -153,23 +153,25 @@ def store(rng: random.Random, folder: Path) -> list[str]:
 
 def _corrupt_file(rng: random.Random, path: Path) -> None:
     files = sorted(p for p in path.rglob("*") if p.is_file())
-    documents = [p for p in files if p.suffix in (".json", ".jsonl")]
-    state = [p for p in documents if "run" in p.parts] or documents
-    file = rng.choice(state if rng.random() < 0.6 else documents if rng.random() < 0.6 else files)
+    state = [p for p in files if "run" in p.parts] or files
+    file = rng.choice(state if rng.random() < 0.6 else files)
     match rng.randrange(10):
         case 0:
-            file.write_bytes(values.corrupted_bytes(file.read_bytes(), rng))
-        case 1:
             file.unlink()
             rng.choice((file.mkdir, lambda: file.symlink_to("nowhere"), lambda: None))()
-        case 2:
-            (path / "run" / "journal" / f"{rng.choice(_NO_WRITERS)}.jsonl").write_bytes(file.read_bytes())
-        case _ if file.suffix == ".jsonl":
-            file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
-        case 3 if file.suffix == ".json":
+        case 1 | 2:
+            folder = path / "run" / rng.choice(("blocks", "tiles", "tiles/0", "failed"))
+            folder.mkdir(parents=True, exist_ok=True)
+            if folder.name != "tiles" or rng.random() < 0.5:
+                (folder / rng.choice(_NO_NUMBERS)).write_bytes(file.read_bytes())
+            else:
+                (folder / rng.choice(_NO_NUMBERS)).mkdir()
+        case 3 | 4 if file.suffix == ".json":
             file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
         case _ if file.suffix == ".json":
             file.write_text(_corrupted_document(file.read_text(), rng))
+        case _:
+            file.write_bytes(values.corrupted_bytes(file.read_bytes(), rng))
 
 
 def _corrupted_document(text: str, rng: random.Random) -> str:

@@ -15,6 +15,7 @@ from urllib.parse import parse_qsl, urlencode
 import numpy as np
 import tomlkit
 
+import gearchaos
 from gearchaos.errors import InputError
 from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
@@ -167,7 +168,7 @@ def _two_numbers(text: str) -> tuple[float, float]:
 
 _CLASSES = re.compile(
     rf"\b(MeshModel|TransmissionError|{'|'.join(kind.__name__ for kind in STIFFNESS_KINDS.values())})\(")
-"""Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel`` and so on."""
+"""Names of classes in the ``repr`` of a model; a script has to write ``gc.MeshModel``, or to import the class."""
 
 
 def as_python(view: View) -> str:
@@ -187,6 +188,8 @@ def as_python(view: View) -> str:
             scaled = "motion, zones = gc.physical(motion, gears), gc.physical(zones, gears)\n"
     else:
         lines = f"model = {_with_prefix(repr(model))}\n"
+    if not hasattr(gearchaos, used := type(model.stiffness).__name__) and used in lines:
+        first += f"from gearchaos.model.stiffness import {used}\n"
     return (
         f"import gearchaos as gc\n{first}\n{lines}"
         "verdict = gc.regime(model)\n"
@@ -201,7 +204,7 @@ def as_python(view: View) -> str:
 
 def _with_prefix(text: str) -> str:
     """The ``repr`` of a model or stiffness, with the names of classes as a script has to write them."""
-    return _CLASSES.sub(r"gc.\1(", text)
+    return _CLASSES.sub(lambda found: f"gc.{found[0]}" if hasattr(gearchaos, found[1]) else found[0], text)
 
 
 def as_toml(view: View) -> str:

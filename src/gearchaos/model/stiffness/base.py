@@ -25,6 +25,7 @@ class Stiffness(ABC):
     **To add a kind,** write a frozen dataclass that derives from this class in a file of its own, and enter it in
     `STIFFNESS_KINDS` in ``__init__.py``. Its fields are numbers or tuples of numbers; they are also the keys of
     ``[model.stiffness]``. It checks them when it is created, and has `parts`, `describe` and the attributes below.
+    A rule between fields of which some have a name is also checked by `check_together`, for values that vary.
     The rest of this class follows from these, and is there to be overridden where it does not fit.
     """
 
@@ -66,12 +67,17 @@ class Stiffness(ABC):
         """What the explorer shows where this kind is chosen."""
         return cls()
 
+    def check(self, varied: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+        """`check_together` for a batch of this stiffness with other values, arrays (P,), for some parameters."""
+        self.check_together({f.name: varied.get(f.name, getattr(self, f.name)) for f in self.fields()},
+                            amplitudes, phases)
+
     @classmethod
-    def check(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+    def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
         """Raise `InputError` for numbers that do not go together at a point of a batch.
 
-        ``values`` are the parameters that vary, arrays (P,) checked by their own rules already; ``amplitudes`` and
-        ``phases`` are c_j and α_j, each (H, P).
+        ``values`` are all fields, checked by their own rules already, those that vary as arrays (P,); ``amplitudes``
+        and ``phases`` are c_j and α_j, each (H, P).
         """
         return
 
@@ -176,10 +182,16 @@ class Stiffness(ABC):
         given = {n: v for n, of in cls.pair_fields.items() if (v := getattr(pair, of)) is not None}
         if not given or any(given.get(name) in (None, ()) for name in cls.stiffness_fields):
             return None
-        return cls(**{n: tuple(c / pair.c0 for c in v) if n in cls.stiffness_fields else v for n, v in given.items()})
+        return cls(**{n: _plain(np.divide(v, pair.c0)) if n in cls.stiffness_fields else v for n, v in given.items()})
 
     def to_pair(self, c0: float) -> dict[str, Any]:
         """The fields of a `GearPair` with this reference stiffness, N/m."""
         values = {n: getattr(self, n) for n in self.pair_fields}
-        return {self.pair_fields[n]: tuple(c * c0 for c in v) if n in self.stiffness_fields else v
+        return {self.pair_fields[n]: _plain(np.multiply(v, c0)) if n in self.stiffness_fields else v
                 for n, v in values.items()}
+
+
+def _plain(values: np.ndarray) -> float | tuple[float, ...]:
+    """A field from an array: a number or a tuple of numbers."""
+    found = values.tolist()
+    return tuple(found) if isinstance(found, list) else found

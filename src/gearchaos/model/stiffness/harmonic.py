@@ -60,7 +60,7 @@ class HarmonicStiffness(Stiffness):
 
     def __post_init__(self) -> None:
         set_series(self, "stiffness")
-        self.check({}, np.array(self.amplitudes)[:, None], np.array(self.phases)[:, None])
+        self.check_together({}, np.array(self.amplitudes)[:, None], np.array(self.phases)[:, None])
 
     @classmethod
     def parts(cls, values: Mapping[str, Any]) -> tuple[()]:
@@ -86,7 +86,7 @@ class HarmonicStiffness(Stiffness):
         return with_harmonics(self, values, "c", "alpha")
 
     @classmethod
-    def check(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+    def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
         """Raise `InputError` unless χ(θ) = 1 + Σ c_j cos(jθ − α_j) is positive for all θ at every point.
 
         Between samples at a distance h, 256 per harmonic, χ is at most h²/8 max|χ″| below the lower of the two.

@@ -17,8 +17,7 @@ import numpy as np
 import xarray as xr
 from xarray.backends import H5NetCDFStore
 
-from gearchaos.datasets import with_checksums
-from gearchaos.store.layout.lazy import parts
+from gearchaos.datasets import parts, with_checksums
 
 Block = Mapping[str, int]
 """Sizes of the parts of a grid that are read at once, by dimension."""

@@ -14,10 +14,10 @@ from math import prod
 import numpy as np
 import xarray as xr
 
+from gearchaos.datasets import parts
 from gearchaos.execute.progress import bar
+from gearchaos.export import Block, Convert
 from gearchaos.plot.classes import motion_class, named_classes
-from gearchaos.store.layout.lazy import parts
-from gearchaos.store.reading.export import Block, Convert
 
 _MOST_CELLS = 2000
 """Most cells along each side of a map that is drawn as it is."""

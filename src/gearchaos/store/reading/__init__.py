@@ -1,1 +1,0 @@
-"""What is read from a store: Datasets, exported files, reduced pictures, its state, what is missing or damaged."""

@@ -1,1 +1,0 @@
-"""Runs into a store: created or continued, computed by workers, finished."""
