@@ -24,7 +24,10 @@ TOLERANCE = 1e-13
 _DEGREE = 14
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
 _SHORTEST = 1e-12
-"""A contact interval shorter than this (in τ) changes the state by less than rounding."""
+"""Over a shorter time (in τ) the tangent of the motion is exact to rounding."""
+_SHALLOWEST = 1e-14
+"""A motion that is beyond a switch by less than this, in z or in force, may be rounding; missing it changes the state
+by less than this."""
 
 
 def section(model: MeshModel, periods: int, transient: int = 0) -> dict[str, np.ndarray]:
@@ -103,8 +106,9 @@ def _first_switch(
     polynomials = [chebyshev.chebfit(_NODES, g, _DEGREE) for g in gaps]
     roots = sorted((root, which) for which, p in enumerate(polynomials) for root in _roots(p))
     for (a, which), (b, _) in pairwise([(-1.0, -1), *roots, (1.0, -1)]):
-        found = _contact(*(chebyshev.chebval((a + b) / 2, p) for p in polynomials))
-        if found != contact and (b - a) * half > _SHORTEST:
+        values = [float(chebyshev.chebval((a + b) / 2, p)) for p in polynomials]
+        found, depth = _contact(*values), min(values[::2] if 1 in (contact, _contact(*values)) else values[1::2])
+        if found != contact and abs(depth) > _SHALLOWEST:
             slope = float(chebyshev.chebval(a, chebyshev.chebder(polynomials[which])) / half) if which >= 0 else 0.0
             return middle + half * a, found, slope, which
     return None
