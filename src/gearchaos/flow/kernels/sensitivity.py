@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import LENGTH, LEVEL, damps_in_contact, rows
+from gearchaos.flow.kernels.arrays import COS_SIN, LENGTH, LEVEL, damps_in_contact, releases, rows
 from gearchaos.flow.kernels.compilation import kernel, subroutine
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, MAX_SWITCHES, ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.contact import find_exits, saltate, switch_contact
@@ -213,6 +213,24 @@ def _shorten_segments(ws, at, segment):
 
 
 @subroutine
+def _force_drop(dims, harmonics, values, step, before, after, sigma, z, velocity):
+    """How much the mesh force falls where the stiffness level ``before`` is followed by ``after`` at the start of a
+    step; contact that cannot pull may end or begin there. ``values`` are the parameters, ``step`` the row of
+    `Steps.values`."""
+    column = harmonics.columns
+    drop = values[column.levels + before] - values[column.levels + after]
+    if not releases(dims):
+        return drop * (z - sigma)
+    side, stiffness = 1.0 if sigma > 0.0 else -1.0, values[column.levels + after]
+    for j in range(harmonics.stiffness):
+        cos, sin = step[COS_SIN + 2 * j], step[COS_SIN + 2 * j + 1]
+        stiffness += values[column.chi_cos + j] * cos + values[column.chi_sin + j] * sin
+    extension = side * z - 1.0
+    push = stiffness * extension + values[column.damping] * side * velocity
+    return side * (max(push + drop * extension, 0.0) - max(push, 0.0))
+
+
+@subroutine
 def _jump_sensitivities(dims, harmonics, call, work, row):
     """Change the sensitivities at the start of a step on which the stiffness has another level than before, by (F
     before − F after) times the derivative of that instant."""
@@ -220,11 +238,11 @@ def _jump_sensitivities(dims, harmonics, call, work, row):
     for l in range(WIDTH):
         step, point, sigma = work.steps[l], work.points[l], ws[at.sigma * WIDTH + l]
         level, old = int(call.values[step, LEVEL]), int(call.values[step - 1, LEVEL])
-        if abs(sigma) < 0.75 or level == old:
+        if sigma == 0.0 or level == old:
             continue
-        values = call.parameters[point]
-        drop = values[column.levels + old] - values[column.levels + level]
-        force = drop * (ws[row.vectors * WIDTH + l] - sigma) * TWO_PI / values[column.omega]
+        values, z, velocity = call.parameters[point], ws[row.vectors * WIDTH + l], ws[(row.vectors + 1) * WIDTH + l]
+        drop = _force_drop(dims, harmonics, values, call.values[step], old, level, sigma, z, velocity)
+        force = drop * TWO_PI / values[column.omega]
         for q in range(call.derivatives.shape[1]):
             for i in range(1, d):
                 jump = -values[column.b + i] * force * call.start_derivatives[point, q, level]

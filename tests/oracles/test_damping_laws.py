@@ -1,0 +1,357 @@
+"""The damping laws of the mesh in the flow: against an independent integration, in closed form, and by definition."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from gearchaos.continuation.family import ParameterFamily
+from gearchaos.dynamics.orbits import mean_trace
+from gearchaos.flow import OK, ExactFlow, Measure
+from gearchaos.model import (
+    COORDINATES,
+    HarmonicStiffness,
+    MeshModel,
+    SteppedStiffness,
+    TransmissionError,
+    TwoLevelStiffness,
+    vary,
+)
+from gearchaos.model.coordinates import initial_state
+from gearchaos.model.switched import reversed_in_time, switched_system, velocity_signs
+from tests.oracles import scipy_oracle
+
+LAWS = ("contact", "unilateral")
+
+
+def flow_of(model: MeshModel) -> tuple[ExactFlow, np.ndarray]:
+    batch = vary(model, {})
+    system = switched_system(batch)
+    return ExactFlow(system), initial_state(batch, system).T.copy()
+
+
+def unit(w: np.ndarray) -> np.ndarray:
+    return np.repeat(np.eye(len(w))[:, :, None], w.shape[1], axis=2)
+
+
+def random_model(law: str, seed: int) -> MeshModel:
+    """A model of any kind and stiffness, lightly or heavily loaded, on either flank, from a state of any flank."""
+    rng = np.random.default_rng(seed)
+    kind = str(rng.choice(["single", "torsional", "full"]))
+    stiffness = (
+        TwoLevelStiffness(*rng.uniform(-0.2, 0.7, 2), rng.uniform(1.05, 1.95)),
+        SteppedStiffness(tuple(rng.uniform(0.5, 1.8, 4)), tuple(np.sort(rng.uniform(0, 1, 4)))),
+        HarmonicStiffness(tuple(rng.uniform(-0.3, 0.3, 2)), tuple(rng.uniform(0, 6, 2))),
+    )[rng.integers(3)]
+    load = rng.choice([-1, 1]) * rng.choice([rng.uniform(0, 0.02), rng.uniform(0.02, 0.4), rng.uniform(0.4, 1.5)])
+    start = dict(zip(COORDINATES[kind], rng.uniform(-1, 1, len(COORDINATES[kind])), strict=True))
+    start["z" if kind == "single" else "x1"] = rng.uniform(-1.8, 1.8)
+    lateral = {"kappa1": 0.6, "kappa2": 0.6} if kind == "full" else {}
+    return MeshModel(
+        kind=kind, omega=rng.uniform(0.3, 3), zeta=rng.uniform(0.005, rng.choice([0.1, 0.5])), q1=load, q2=load,
+        error=TransmissionError(tuple(rng.uniform(0, (0.3, 0.08))), tuple(rng.uniform(0, 6, 2))), stiffness=stiffness,
+        damping_law=law, initial=start, **lateral)
+
+
+def difference(model: MeshModel) -> tuple[float, int, float]:
+    """Largest difference of a coordinate from the oracle's after up to 20 periods, their number, and the growth of
+    disturbances over them."""
+    flow, w = flow_of(model)
+    for periods in (20, 3, 1):
+        out = flow.advance(w, periods, tangent=unit(w))
+        if (growth := float(np.abs(out.tangent).max())) < 100:
+            break
+    assert out.status[0] == OK
+    end = {name: values[-1] for name, values in scipy_oracle.section(model, periods).items()}
+    if "y1" in end:
+        end |= {"y": end["y1"] - end["y2"], "y_dot": end["y1_dot"] - end["y2_dot"]}
+    expected = np.array([end[name] for name in flow.system.names])
+    return float(np.abs(out.w[:, 0] - expected).max()), periods, growth
+
+
+@pytest.mark.parametrize("seed", range(1110, 1122))
+@pytest.mark.parametrize("law", LAWS)
+def test_random_motions(law, seed):
+    assert difference(random_model(law, seed))[0] <= 1e-10
+
+
+@pytest.mark.parametrize("zeta", [0.9, 2.0])
+@pytest.mark.parametrize("law", LAWS)
+def test_heavily_damped_motions(law, zeta):
+    model = MeshModel.of(kind="single", omega=0.7, zeta=zeta, q0=0.05, eps1=0.3, z=1.5, z_dot=-1.0, damping_law=law)
+    flow, w = flow_of(model)
+    assert flow.advance(w, 20, measured=True).measures[Measure.SWITCHES, 0] > 10
+    assert difference(model)[:2] < (1e-11, 21)
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6, 0.3, -0.3])
+@pytest.mark.parametrize("z", [1.0, -1.0])
+@pytest.mark.parametrize("law", LAWS)
+def test_one_period_from_the_boundary(law, z, speed):
+    for phase in (0.0, 2.0, 4.0):
+        model = MeshModel.of(
+            kind="single", omega=0.8, zeta=0.1, q0=0.1, eps1=0.2, theta1=phase, z=z, z_dot=speed, damping_law=law)
+        end, (flow, w) = scipy_oracle.section(model, 1), flow_of(model)
+        expected = [end["z"][0], end["z_dot"][0]]
+        np.testing.assert_allclose(flow.advance(w, 1).w[:, 0], expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("law", "state", "determinant"), [
+    ("always", (0.86319781, 0.08016883), 0.497514),
+    ("contact", (0.84308597, 0.05407245), 0.684399),
+    ("unilateral", (0.84252577, 0.05291993), 0.691430),
+])
+def test_a_motion_of_one_period(law, state, determinant):
+    model = MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.1, eps1=0.05, chi1=0.0, chi2=0.0, damping_law=law)
+    flow, w = flow_of(model)
+    w = flow.advance(w, 1000).w
+    np.testing.assert_allclose(w[:, 0], state, rtol=0, atol=1e-8)
+    tangent = flow.advance(w, 1, tangent=unit(w)).tangent
+    assert np.linalg.det(tangent[:, :, 0]) == pytest.approx(determinant, abs=6e-7)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("zeta", [0.02, 0.3, 0.7])
+def test_an_impact_in_closed_form(law, side, zeta):
+    """z'' + 2ζz' + z − 1 = 0 in contact, which ends after half a damped period, or at z'' = 0; free flight else."""
+    speed, start, omega, angle = 0.9, 0.4, 0.5, np.arccos(zeta)
+    model = MeshModel.of(
+        kind="single", omega=omega, zeta=zeta, q0=0.0, chi1=0.0, chi2=0.0, z=side * start, z_dot=side * speed,
+        damping_law=law)
+    duration = (np.pi if law == "contact" else 2 * angle) / np.sin(angle)
+    back = speed * np.exp(-zeta * duration)
+    left_at = 1 + back * np.sin(duration * np.sin(angle)) / np.sin(angle)
+    flight = 2 * np.pi / omega - (1 - start) / speed - duration
+    flow, w = flow_of(model)
+    out = flow.advance(w, 1, tangent=unit(w), measured=True)
+    np.testing.assert_allclose(out.w[:, 0], side * np.array([left_at - back * flight, -back]), rtol=0, atol=1e-13)
+    time, other, switches, top, bottom = out.measures[
+        [Measure.FRONT_TIME, Measure.BACK_TIME, Measure.SWITCHES, Measure.FORCE_MAX, Measure.FORCE_MIN], 0]
+    if side < 0:
+        time, other, top, bottom = other, time, -bottom, -top
+    assert (other, switches) == (0.0, 2.0) and time == pytest.approx(duration, abs=1e-13)
+    pull = 2 * zeta * -back if law == "contact" else 0.0
+    assert bottom == pytest.approx(pull, abs=1e-13) and (law == "contact" or bottom >= 0)
+    assert top >= 2 * zeta * speed - 1e-13
+    assert np.linalg.det(out.tangent[:, :, 0]) == pytest.approx(np.exp(-2 * zeta * duration), rel=1e-12)
+
+
+@pytest.mark.parametrize("law", ["always", *LAWS])
+def test_nothing_acts_in_the_gap(law):
+    """Half a turn between the flanks keeps the speed, bit for bit, but for the law that damps there."""
+    model = MeshModel.of(kind="single", omega=2.0, zeta=0.1, q0=0.0, z=-0.4, z_dot=0.25, damping_law=law)
+    flow, w = flow_of(model)
+    out = flow.advance(w, 1, measured=True)
+    force = out.measures[[Measure.FORCE_MAX, Measure.FORCE_MIN], 0]
+    if law == "always":
+        assert out.w[1, 0] == pytest.approx(0.25 * np.exp(-0.2 * np.pi), rel=1e-14) and force[1] > 0
+    else:
+        assert out.w[1, 0] == 0.25 and np.all(force == 0)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_mesh_force_and_the_time_in_contact(law):
+    """Of an oracle's trajectory, where the contact state follows from z and the force."""
+    model = MeshModel.of(
+        kind="single", omega=0.9, zeta=0.3, q0=0.03, eps1=0.3, z=1.5, z_dot=-0.5, chi1=0.3, chi2=0.2, damping_law=law)
+    flow, w = flow_of(model)
+    measures = flow.advance(w, 4, measured=True).measures[:, 0]
+    taus = np.arange(0.5, 800) * 4 * model.period / 800
+    motion = scipy_oracle.trajectory(model, taus)
+    z, z_dot, turn = motion["z"], motion["z_dot"], taus / model.period % 1
+    side = np.sign(z) * (np.abs(z) > 1)
+    force = np.abs(side) * (2 * model.zeta * z_dot + np.where(turn < 0.5, 1.3, 0.8) * (z - side))
+    if law == "unilateral":
+        side, force = side * (side * force > 0), np.where(side * force > 0, force, 0.0)
+    for measure, sign in ((Measure.FRONT_TIME, 1), (Measure.BACK_TIME, -1)):
+        assert measures[measure] / (4 * model.period) == pytest.approx(np.mean(side == sign), abs=5e-3)
+        assert measures[measure] > 0.1
+    assert measures[Measure.FORCE_MAX] == pytest.approx(force.max(), abs=0.02)
+    assert measures[Measure.FORCE_MIN] == pytest.approx(force.min(), abs=0.02)
+
+
+def test_a_contact_that_cannot_pull_does_not():
+    """On the front flank alone, with jumps of the stiffness that end contact."""
+    found = {}
+    for law in LAWS:
+        model = MeshModel.of(
+            kind="single", omega=0.6, zeta=0.4, q0=0.2, eps1=0.3, chi1=0.9, chi2=0.7, z=1.4, damping_law=law)
+        flow, w = flow_of(model)
+        found[law] = flow.advance(w, 30, measured=True).measures[:, 0]
+        assert found[law][Measure.BACK_TIME] == 0 and found[law][Measure.SWITCHES] > 30
+    assert found["unilateral"][Measure.FORCE_MIN] == 0 and found["contact"][Measure.FORCE_MIN] < -0.01
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3, 4, 6, 8, 12, 14])
+@pytest.mark.parametrize("law", LAWS)
+def test_volumes_shrink_while_contact_lasts(law, seed):
+    model = random_model(law, seed)
+    flow, w = flow_of(model)
+    out = flow.advance(w, 3, tangent=unit(w), measured=True)
+    if model.kind == "single":
+        time = out.measures[[Measure.FRONT_TIME, Measure.BACK_TIME], 0].sum()
+        rate = np.log(np.linalg.det(out.tangent[:, :, 0]))
+        assert rate == pytest.approx(-2 * model.zeta * time * (1 / model.J1 + 1 / model.J2), abs=1e-10)
+    long = flow.advance(w, 20, tangent=unit(w), growth=True, measured=True)
+    duration = 20 * flow.system.period
+    trace = mean_trace(flow.system, np.zeros(1, int), long.measures, duration)
+    np.testing.assert_allclose(long.growth[:, :, 0].sum() / duration, trace, rtol=0, atol=1e-12)
+
+
+STEP = 1e-3
+OFFSETS, WEIGHTS = np.array([-3, -2, -1, 1, 2, 3]), np.array([-1, 9, -45, 45, -9, 1]) / 60
+"""Central differences of sixth order."""
+
+SWITCHING = MeshModel.of(kind="single", omega=0.8, zeta=0.25, q0=0.02, eps1=0.1, theta1=0.4, contact_ratio=1.3)
+LOWER, HIGHER = {"chi1": 0.8, "chi2": 0.6}, {"chi1": -0.5, "chi2": -0.8}
+JUMPS = {
+    "contact, which lasts": ("contact", LOWER, 0.8914181947277774, -1.8434712270705569),
+    "contact, which lasts on a higher level": ("contact", HIGHER, 1.0959578269648906, -1.586531672454101),
+    "pushing, which lasts": ("unilateral", LOWER, 1.5694311627422834, -1.917322660270795),
+    "pushing, which lasts on a higher level": ("unilateral", HIGHER, 1.1246598298469939, 0.5236839780771607),
+    "pushing, which ends": ("unilateral", LOWER, 0.9742444655216718, 0.20077138322111043),
+    "a released flank": ("unilateral", HIGHER, 1.7083910556167288, -0.24510125476311617),
+    "a released flank, which pushes": ("unilateral", HIGHER, 1.988662330602981, -0.18295055403288707),
+}
+"""What a jump of the stiffness meets: law, levels and initial state."""
+
+
+def stencil(model: MeshModel, name: str, advance) -> np.ndarray:
+    """The derivative of z and z' after a mesh period by a parameter or an initial value, by ``advance(model)``."""
+    value = model.initial[name] if name in model.initial else model.value(name)
+    return np.einsum("s,si->i", WEIGHTS, [advance(model.with_values({name: value + k * STEP})) for k in OFFSETS]) / STEP
+
+
+def oracle(model: MeshModel) -> np.ndarray:
+    end = scipy_oracle.section(model, 1)
+    return np.array([end["z"][0], end["z_dot"][0]])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("case", JUMPS)
+def test_derivatives_by_parameters(case, side):
+    law, levels, z, z_dot = JUMPS[case]
+    model = replace(SWITCHING, damping_law=law).with_values(
+        {"z": side * z, "z_dot": side * z_dot, "q0": side * 0.02, "eps1": side * 0.1, **levels})
+    axes = ("contact_ratio", "zeta", "omega", "q0", "eps1", "chi1", "chi2")
+    family = ParameterFamily(model, axes)
+    values = family.start[None]
+    out = family.flow(values).advance(family.initial_states(values))
+    for q, name in enumerate(axes):
+        np.testing.assert_allclose(
+            out.sensitivity[0, :, q], stencil(model, name, oracle), rtol=1e-7, atol=1e-8, err_msg=name)
+    for i, name in enumerate(("z", "z_dot")):
+        np.testing.assert_allclose(out.monodromy[0, :, i], stencil(model, name, oracle), rtol=1e-7, atol=1e-8)
+    flow, w = flow_of(model)
+    np.testing.assert_allclose(flow.advance(w, 1, tangent=unit(w)).tangent[:, :, 0].T, out.monodromy[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [
+    HarmonicStiffness((0.3, 0.1), (0.3, 1.0)), SteppedStiffness((0.6, 1.6, 0.9), (0.1, 0.4, 0.8))])
+@pytest.mark.parametrize("law", LAWS)
+def test_monodromy_of_the_full_model(law, stiffness):
+    model = MeshModel(
+        kind="full", omega=0.7, zeta=0.2, q1=0.05, q2=0.05, error=TransmissionError((0.2,)), stiffness=stiffness,
+        damping_law=law, initial={"x1": 1.4, "x1_dot": -0.5, "y1": 0.05, "y1_dot": -0.1})
+    flow, w = flow_of(model)
+    out = flow.advance(w, 1, tangent=unit(w), measured=True)
+    assert out.measures[Measure.SWITCHES, 0] > 1
+    shifted = w + STEP * np.einsum("ij,s->ijs", np.eye(4), OFFSETS).reshape(4, -1)
+    ends = flow.advance(shifted, 1, points=np.zeros(24, int)).w.reshape(4, 4, 6)
+    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-8)
+    family = ParameterFamily(model, ())
+    other = family.flow(family.start[None]).advance(w.T)
+    np.testing.assert_allclose(other.monodromy[0], out.tangent[:, :, 0].T, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 1e-11])
+def test_without_damping_the_laws_are_one(zeta):
+    model = MeshModel.of(kind="single", omega=1.2, zeta=zeta, q0=0.1, eps1=0.1, z=1.3, damping_law="always")
+    ends = []
+    for law in ("always", *LAWS):
+        flow, w = flow_of(replace(model, damping_law=law))
+        out = flow.advance(w, 5, tangent=unit(w), measured=True)
+        ends.append(np.concatenate([out.w.ravel(), out.tangent.ravel(), out.measures.ravel()]))
+    for end in ends[1:]:
+        np.testing.assert_allclose(end, ends[0], rtol=1e-8, atol=1e-8)
+
+
+def varied(law: str, count: int = 60):
+    """A flow with random points, states and tangent vectors of d = 2."""
+    rng = np.random.default_rng(5)
+    ranges = {"omega": (0.3, 3.0), "zeta": (0.0, 0.5), "eps1": (0.0, 0.3), "q0": (-0.1, 0.2), "chi1": (0, 0.5)}
+    model = MeshModel.of(kind="torsional", damping_law=law)
+    batch = vary(model, {name: rng.uniform(*ends, count) for name, ends in ranges.items()})
+    w = np.stack([rng.uniform(-1.8, 1.8, 300), rng.uniform(-1, 1, 300)])
+    return ExactFlow(switched_system(batch)), rng.integers(0, count, 300), rng.integers(1, 12, 300), w
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_same_bits_in_any_company_and_on_any_thread(law):
+    flow, points, periods, w = varied(law)
+    frame = unit(w)
+
+    def advance(i):
+        its = ExactFlow(flow.system) if threading else flow
+        return its.advance(w[:, i], periods[i], points=points[i], tangent=frame[..., i], measured=True)
+
+    threading, whole = False, flow.advance(w, periods, points=points, tangent=frame, measured=True)
+    rng = np.random.default_rng(6)
+    parts = [np.array([i]) for i in rng.permutation(300)[:30]] + np.array_split(rng.permutation(300), (3, 10, 150))
+    alone, threading = [advance(part) for part in parts], True
+    with ThreadPoolExecutor(3) as pool:
+        others = list(pool.map(advance, parts[-4:]))
+    for part, out in zip([*parts, *parts[-4:]], [*alone, *others], strict=True):
+        for field in fields(out):
+            expected = getattr(whole, field.name)
+            if expected.size:
+                np.testing.assert_array_equal(getattr(out, field.name), expected[..., part], err_msg=field.name)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_reversed_time_leads_back(law):
+    flow, points, _, w = varied(law)
+    signs = velocity_signs(flow.system.names)[:, None]
+    there = flow.advance(w, 1, points=points, tangent=unit(w))
+    back = ExactFlow(reversed_in_time(flow.system)).advance(signs * there.w, 1, points=points, tangent=unit(w))
+    assert np.all(there.status == OK) and np.all(back.status == OK)
+    error = np.abs(signs * back.w - w).max(axis=0) / np.abs(back.tangent).max(axis=(0, 1))
+    assert error.max() < 1e-12
+    turned = np.einsum("ji,kiL,i->kjL", np.diag(signs[:, 0]), there.tangent, np.ones(2))
+    product = np.einsum("jiL,kjL,i->kiL", back.tangent, turned, signs[:, 0])
+    typical = np.abs(product - unit(w)).max(axis=(0, 1))
+    assert np.median(typical) < 1e-10
+
+
+PLAIN = """
+import json, sys
+import numpy as np
+from tests.oracles.test_damping_laws import flow_of, unit, MeshModel
+out = []
+for law in ("contact", "unilateral"):
+    model = MeshModel.of(kind="single", omega=2.0, zeta=0.3, eps1=0.2, q0=0.05, z=1.4, z_dot=-0.8, damping_law=law)
+    flow, w = flow_of(model)
+    end = flow.advance(w, 2, tangent=unit(w), measured=True)
+    out.append([a.ravel().tolist() for a in (end.w, end.tangent, end.measures)])
+print(json.dumps(out))
+"""
+
+
+def test_the_compiler_changes_nothing():
+    plain, compiled = (
+        json.loads(subprocess.run([sys.executable, "-c", PLAIN], env={**os.environ, "NUMBA_DISABLE_JIT": off},
+                                  capture_output=True, text=True, check=True).stdout)
+        for off in "10"
+    )
+    for ours, theirs in zip(plain, compiled, strict=True):
+        for mine, other in zip(ours, theirs, strict=True):
+            np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
+        assert theirs[2][Measure.SWITCHES] > 1
