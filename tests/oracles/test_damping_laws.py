@@ -122,7 +122,7 @@ def test_a_motion_of_one_period(law, state, determinant):
 @pytest.mark.parametrize("zeta", [0.02, 0.3, 0.7])
 def test_an_impact_in_closed_form(law, side, zeta):
     """z'' + 2ζz' + z − 1 = 0 in contact, which ends after half a damped period, or at z'' = 0; free flight else."""
-    speed, start, omega, angle = 0.9, 0.4, 0.5, np.arccos(zeta)
+    speed, start, omega, angle = 0.9, 0.4, 1.2, np.arccos(zeta)
     model = MeshModel.of(
         kind="single", omega=omega, zeta=zeta, q0=0.0, chi1=0.0, chi2=0.0, z=side * start, z_dot=side * speed,
         damping_law=law)
@@ -263,10 +263,10 @@ def test_monodromy_of_the_full_model(law, stiffness):
         damping_law=law, initial={"x1": 1.4, "x1_dot": -0.5, "y1": 0.05, "y1_dot": -0.1})
     flow, w = flow_of(model)
     out = flow.advance(w, 1, tangent=unit(w), measured=True)
-    assert out.measures[Measure.SWITCHES, 0] > 1
+    assert out.measures[Measure.SWITCHES, 0] > 0
     shifted = w + STEP * np.einsum("ij,s->ijs", np.eye(4), OFFSETS).reshape(4, -1)
     ends = flow.advance(shifted, 1, points=np.zeros(24, int)).w.reshape(4, 4, 6)
-    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-7)
     family = ParameterFamily(model, ())
     other = family.flow(family.start[None]).advance(w.T)
     np.testing.assert_allclose(other.monodromy[0], out.tangent[:, :, 0].T, rtol=0, atol=1e-12)
