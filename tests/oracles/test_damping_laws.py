@@ -138,8 +138,9 @@ def test_an_impact_in_closed_form(law, side, zeta):
     if side < 0:
         time, other, top, bottom = other, time, -bottom, -top
     assert (other, switches) == (0.0, 2.0) and time == pytest.approx(duration, abs=1e-13)
-    pull = 2 * zeta * -back if law == "contact" else 0.0
-    assert bottom == pytest.approx(pull, abs=1e-13) and (law == "contact" or bottom >= 0)
+    least = min(3 * angle, np.pi) / np.sin(angle)  # the instant of the least force, or the end of contact
+    pull = -speed * np.exp(-zeta * least) * (1 if 3 * angle < np.pi else 2 * zeta) if law == "contact" else 0.0
+    assert bottom == pytest.approx(pull, abs=1e-13)
     assert top >= 2 * zeta * speed - 1e-13
     assert np.linalg.det(out.tangent[:, :, 0]) == pytest.approx(np.exp(-2 * zeta * duration), rel=1e-12)
 
@@ -187,7 +188,7 @@ def test_a_contact_that_cannot_pull_does_not():
         flow, w = flow_of(model)
         found[law] = flow.advance(w, 30, measured=True).measures[:, 0]
         assert found[law][Measure.BACK_TIME] == 0 and found[law][Measure.SWITCHES] > 30
-    assert found["unilateral"][Measure.FORCE_MIN] == 0 and found["contact"][Measure.FORCE_MIN] < -0.01
+    assert found["unilateral"][Measure.FORCE_MIN] > -1e-15 and found["contact"][Measure.FORCE_MIN] < -0.01
 
 
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 6, 8, 12, 14])
