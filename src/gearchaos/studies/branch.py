@@ -69,7 +69,9 @@ class Branch(FollowingStudy):
     Notes
     -----
     Pseudo-arclength continuation of all stroboscopic points (multiple shooting). Events are located by bracketing on
-    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes.
+    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes;
+    with the damping law ``unilateral`` border collisions in place of grazes. There contact may also end anew while z is
+    beyond the boundary, which is no event.
     The branch ends at an end of the axis, where it joins one of half its period, where the flow fails, or at its own
     start: then it is closed, an isola.
 
