@@ -136,12 +136,18 @@ def test_an_unknown_law_on_the_command_line():
     assert "Did you mean 'contact'?" in text(result)
 
 
+def test_kernels_of_an_unknown_law():
+    result = CliRunner().invoke(app, ["warmup", "--damping-law", "never"])
+    assert result.exit_code == 2
+    assert "--damping-law must be one of always, contact, unilateral" in text(result)
+
+
 @laws
 def test_the_datasheet_says_where_damping_acts(law, tmp_path):
     (tmp_path / "design.toml").write_text(DESIGN)
     command = ["gear", str(tmp_path / "design.toml"), "--torque", "50", "--speed", "1000:2000:2"]
     found = text(CliRunner().invoke(app, [*command, "--set", f"damping_law={law}"]))
-    assert f"ζ 0.05 {DAMPING_LAWS[law]}" in found
+    assert (f"ζ 0.05 {DAMPING_LAWS[law]}: vary each" in found) == (law != "always")
     assert ("damping that ends with contact" in found) == (law == "always")
 
 

@@ -115,8 +115,8 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
             print(*_wrapped(f"  {', '.join(names)}: {reason}", 6), sep="\n")
         if answer.speeds is None:
             continue
-        print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards; mesh damping "
-              f"{DAMPING_LAWS[answer.design.damping_law]}")
+        print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
+        print(f"(computed: mesh damping {DAMPING_LAWS[answer.design.damping_law]})")
         ds = answer.speeds.dataset
         largest = ds["dynamic_factor"].max("motion")
         columns = {"computed": largest, "over quasi-static": largest / answer.speeds.quasi_static_ratio,

@@ -255,9 +255,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    print(f"largest {value}{which}, at {place}")
-    if name == "dynamic_factor":
-        print(_damping(model_from_json(dataset.attrs["model"])))
+    law = f"; damping {model_from_json(dataset.attrs['model']).damping_law}" * (name == "dynamic_factor")
+    print(f"largest {value}{which}, at {place}{law}")
 
 
 def result_document(dataset: xr.Dataset) -> dict[str, Any]:
