@@ -25,7 +25,7 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     assert lines[0].startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
     assert lines[0].endswith(" % of the cells")
     assert lines[1] == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.4g} rpm, "
-                        f"torque {torque:.4g} N m; damping always")
+                        f"torque {torque:.4g} N m")
     assert document["contact"]["permanent"] == int((found.contact == 0).sum())
     assert document["largest"] == {
         "quantity": "dynamic_factor", "value": float(where.max()), "at": {"speed": speed, "torque": torque}}

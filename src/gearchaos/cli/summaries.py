@@ -17,7 +17,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
-from gearchaos.model import DAMPING_LAWS
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.proved_cells import proof_counts
 
@@ -255,8 +255,9 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    law = f"; damping {model_from_json(dataset.attrs['model']).damping_law}" * (name == "dynamic_factor")
-    print(f"largest {value}{which}, at {place}{law}")
+    law = model_from_json(dataset.attrs["model"]).damping_law
+    after = f"; damping {law}" * (name == "dynamic_factor" and law != DEFAULT_LAW)  # the line is full without it
+    print(f"largest {value}{which}, at {place}{after}")
 
 
 def result_document(dataset: xr.Dataset) -> dict[str, Any]:
