@@ -242,6 +242,17 @@ def test_studies_of_orbits_and_basins(law):
     assert basins.attractor_fraction.values.sum() == pytest.approx(1)
 
 
+def test_a_released_flank_counts_as_free():
+    model = gc.MeshModel.of(**{**SINGLE, "omega": 1.2, "eps1": 0.02}, damping_law="unilateral")
+    branch = gc.branch(model, "eps1=0.018:0.025")
+    beyond = branch.z_min.values > 1
+    assert np.any(beyond & (branch.contact.values == 1))  # contact is lost although z stays beyond the boundary
+    for sequence, lost in zip(branch.contact_sequence.values, branch.contact.values == 1, strict=True):
+        states = sequence.split()
+        assert states[0] == states[-1]
+        assert ("free" in states) == lost
+
+
 @pytest.mark.parametrize(("law", "event", "jump"), [
     ("contact", "graze", 0), ("unilateral", "border-collision", 0.0458)])
 def test_multipliers_jump_at_a_border_collision_alone(law, event, jump):

@@ -198,6 +198,8 @@ def contact_sequence(cycle: Cycle) -> str:
     """The contact states of an orbit in order of time from phase 0, e.g. "front free front"."""
     z = cycle.points[0, 0]
     states = [1 if z > 1 else -1 if z < -1 else 0]
+    for _, boundary, into in cycle.switches[:1]:  # a released flank counts as free, wherever z is
+        states = [0 if into else int(boundary)]
     states += [int(boundary) if into else 0 for _, boundary, into in cycle.switches]
     return " ".join(_CONTACT_STATES[state] for state in states)
 
