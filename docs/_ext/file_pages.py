@@ -182,7 +182,8 @@ def study_file_page() -> str:
     types = get_type_hints(Classification)
     rows = [[code(f.name), type_words(types[f.name]), default_words(f.default)] for f in fields(Classification)]
     return STUDY_FILE.format(
-        model=keys(schema.ModelTable, {"kind"}), error=keys(schema.Series), stiffness=keys(schema.StiffnessTable),
+        model=keys(schema.ModelTable, {"kind", "damping_law"}), error=keys(schema.Series),
+        stiffness=keys(schema.StiffnessTable),
         gearpair=described(GearPair), design=described(GearDesign, OPERATION),
         operation=described(GearDesign, set(GearDesign.__dataclass_fields__) - set(OPERATION)),
         studies="\n".join(study(kind) for kind in STUDIES), classification=table(["key", "type", "default"], rows))

@@ -86,8 +86,8 @@ def simulate(
     -------
     xarray.Dataset
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
-        ``mesh_force`` 2ζz' + χ f(z), whose damping part also acts while the teeth are apart, and ``contact`` (-1 back
-        flank, 0 free, 1 front flank) over ``tau``.
+        ``mesh_force`` 2ζz' + χ f(z), whose damping part acts by the damping law, and ``contact`` (-1 back flank, 0
+        free, 1 front flank) over ``tau``.
 
         The attribute ``status`` is "ok", "diverged" if |z| or |z'| exceeded 1e8 half backlashes (from there on values
         are NaN), or "chatter" if a step had more contact switches than can be followed.
@@ -636,7 +636,9 @@ def branch(
     Notes
     -----
     Pseudo-arclength continuation of all stroboscopic points (multiple shooting). Events are located by bracketing on
-    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes.
+    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes;
+    with the damping law ``unilateral`` border collisions in place of grazes. There contact may also end anew while z is
+    beyond the boundary, which is no event.
     The branch ends at an end of the axis, where it joins one of half its period, where the flow fails, or at its own
     start: then it is closed, an isola.
 

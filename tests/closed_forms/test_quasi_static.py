@@ -29,10 +29,11 @@ def test_of_two_levels_it_is_the_ratio_of_the_stiffnesses(chi1, chi2):
         assert quasi_static_ratio(model) == pytest.approx(high / low, rel=1e-12)
 
 
+@pytest.mark.parametrize("law", ["always", "contact", "unilateral"])
 @pytest.mark.parametrize("zeta", [0.01, 0.05, 0.3, 1.5])
-def test_a_fall_overshoots_as_the_damped_oscillator(zeta):
+def test_a_fall_overshoots_as_the_damped_oscillator(zeta, law):
     levels = (1.4, 0.7, 0.84, 1.0, 1.2)  # rises of 1.2 at most, and a fall to the half
-    model = gc.MeshModel.of(kind="single", q0=0.1, zeta=zeta, stiffness=gc.SteppedStiffness(
+    model = gc.MeshModel.of(kind="single", q0=0.1, zeta=zeta, damping_law=law, stiffness=gc.SteppedStiffness(
         levels=levels, starts=(0.0, 0.2, 0.4, 0.6, 0.8)))
     expected = max(1.2, overshoot(1.4, 0.7, zeta))
     assert quasi_static_ratio(model) == pytest.approx(expected, rel=1e-9)

@@ -10,6 +10,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.gears.separation import separation_torque
 from gearchaos.gears.units import RPM
+from gearchaos.model import DAMPING_LAWS
 
 PAIR = {"teeth1": 25, "base_radius1": 0.03, "stiffness": 4e8, "mass": 0.25, "damping_ratio": 0.05}
 NATURAL = math.sqrt(PAIR["stiffness"] / PAIR["mass"]) / PAIR["teeth1"] / RPM
@@ -36,7 +37,8 @@ def test_shapes_and_special_cases():
     assert separation_torque(np.array([1.0, 2.0]) / RPM, **undamped, amplitudes=(1e-6, 1e-6)).tolist()[0] == np.inf
 
 
-def test_several_harmonics_by_brute_force():
+@pytest.mark.parametrize("unilateral", [False, True])
+def test_several_harmonics_by_brute_force(unilateral):
     rng = np.random.default_rng(1)
     tau = np.linspace(0, 2 * np.pi, 200_001)
     for _ in range(5):
@@ -44,28 +46,32 @@ def test_several_harmonics_by_brute_force():
         ratio = rng.uniform(0.1, 2)
         s = ratio * np.arange(1, 5)
         response = e * s**2 / (1 - s**2 + 2j * 0.05 * s) * np.exp(-1j * theta)
+        response *= 1 + 2j * 0.05 * s if unilateral else 1  # the force that ends contact, over c0
         drop = -np.real(response[:, None] * np.exp(1j * np.arange(1, 5)[:, None] * tau)).sum(axis=0)
-        found = separation_torque(ratio * NATURAL, **PAIR, amplitudes=tuple(e), phases=tuple(theta))
+        found = separation_torque(
+            ratio * NATURAL, **PAIR, amplitudes=tuple(e), phases=tuple(theta), unilateral=unilateral)
         assert found == pytest.approx(0.03 * 4e8 * drop.max(), rel=1e-8)
         assert found >= 0.03 * 4e8 * drop.max() * (1 - 1e-12)
 
 
-def contact_fraction(ratio: float, torque: float, half_backlash: float, amplitudes, phases) -> float:
+def contact_fraction(ratio: float, torque: float, half_backlash: float, amplitudes, phases, law="always") -> float:
     """The project's own share of the time in contact, from a start in the permanent contact of the linear mesh."""
     load = torque / (0.03 * 4e8 * half_backlash)
     eps = np.array(amplitudes) / half_backlash
     s = ratio * np.arange(1, len(eps) + 1)
     response = eps * s**2 / (1 - s**2 + 2j * 0.05 * s) * np.exp(-1j * np.array(phases))
     model = gc.MeshModel.of(
-        kind="single", omega=ratio, zeta=0.05, J=2.0, q0=load, beta=0.0, chi0=0.0,
+        kind="single", damping_law=law, omega=ratio, zeta=0.05, J=2.0, q0=load, beta=0.0, chi0=0.0,
         z=1 + load + response.real.sum(), z_dot=(1j * s * response).real.sum(),
         **{f"eps{j}": float(v) for j, v in enumerate(eps, 1)}, **{f"theta{j}": v for j, v in enumerate(phases, 1)})
     return float(gc.regime(model).contact_fraction)
 
 
+@pytest.mark.parametrize("law", DAMPING_LAWS)
 @pytest.mark.parametrize("ratio", [0.3, 0.9, 1.0, 1.8])
 @pytest.mark.parametrize(("amplitudes", "phases"), [((3e-6,), (0.0,)), ((2e-6, 1e-6), (0.4, 2.0))])
-def test_the_classified_contact_ends_at_this_torque(ratio: float, amplitudes, phases):
-    line = float(separation_torque(ratio * NATURAL, **PAIR, amplitudes=amplitudes, phases=phases))
-    assert contact_fraction(ratio, 1.001 * line, 50e-6, amplitudes, phases) == 1.0
-    assert contact_fraction(ratio, 0.999 * line, 50e-6, amplitudes, phases) < 1.0
+def test_the_classified_contact_ends_at_this_torque(ratio: float, amplitudes, phases, law: str):
+    line = float(separation_torque(
+        ratio * NATURAL, **PAIR, amplitudes=amplitudes, phases=phases, unilateral=law == "unilateral"))
+    assert contact_fraction(ratio, 1.001 * line, 50e-6, amplitudes, phases, law) == 1.0
+    assert contact_fraction(ratio, 0.999 * line, 50e-6, amplitudes, phases, law) < 1.0

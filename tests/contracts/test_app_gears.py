@@ -224,7 +224,7 @@ def test_every_number_of_the_verdict_has_its_unit():
         text = verdict_text(motion, view, units)
         assert text.where == "n₁ = 3000 rpm, M₁ = 100 N m"
         for name, value in text.rows:
-            assert name == "contact" or value.split("\N{NO-BREAK SPACE}")[-1] in (
+            assert name in ("contact", "mesh damping") or value.split("\N{NO-BREAK SPACE}")[-1] in (
                 "rpm", "Hz", "N m", "N", "mm/s", "µm", "1/s", "[–]", "Δ", "Δω₀", "ω₀"), (name, value)
     rows = dict(verdict_text(motion, view, Units(view.gears, True)).rows)
     assert rows["mesh frequency"] == "2500\N{NO-BREAK SPACE}Hz"

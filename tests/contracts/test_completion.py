@@ -46,6 +46,7 @@ def ask(words: list[str], monkeypatch) -> list[str]:
     ("regime --set beta1", "beta1=0.01"),
     ("regime --set ki", "kind=single kind=torsional kind=full"), ("regime --set kind =", "single torsional full"),
     ("regime --set kind = si", "single"), ("regime --set c1", "c1=0"), ("regime --set speed", "speed=1500"),
+    ("regime --set damping_law = c", "contact"),
     ("regime --set x1_", "x1_dot=0"), ("regime --set nothing", ""), ("regime --set nothing = 1", ""),
     ("regime --set omega = 1 --set chi", "chi0= chi1= chi2="), ("regime --set omega = 2", ""),
     ("zones --axis om", "omega=0.2:3:200"), ("zones --axis omega = 0 : 1 : 3 --axis eps", "eps1=0:0.3:200"),
@@ -93,7 +94,8 @@ def test_what_is_completed_is_accepted():
         for assignment in completion.values(SimpleNamespace(params={}, args=[]), f"{name}="):
             given, _, value = assignment.partition("=")
             if given not in ("kind", "speed", "torque"):
-                MeshModel.of(kind="single" if given in ("z", "z_dot") else "full", **{given: float(value)})
+                found = value if given == "damping_law" else float(value)
+                MeshModel.of(kind="single" if given in ("z", "z_dot") else "full", **{given: found})
     for name in [row.rstrip("=") for row in completion.axes(None, "")]:
         assert parse_axis(completion.axes(None, f"{name}=")[0], "--axis").name == name
     for name in [row.rstrip("=") for row in completion.ranges(None, "")]:

@@ -15,12 +15,12 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW, MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
 _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional model",
           "full": "Model with elastic supports"}
-_SHOWN = ("kind", "omega", "zeta", "q1", "q2", "error", "stiffness", "initial", "gears")
+_SHOWN = ("kind", "omega", "zeta", "q1", "q2", "error", "stiffness", "damping_law", "initial", "gears")
 """Fields of a model that have rows of their own, or none."""
 
 _ROW_OF = {"omega": "mesh frequency ω", "zeta": "mesh damping ζ", "q0": "static load q₀",
@@ -44,7 +44,8 @@ def _model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
     if isinstance(model, OperatingModel):
         yield "operating point", f"{model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
     yield "mesh frequency ω", f"{model.omega:.6g}"
-    yield "mesh damping ζ", f"{model.zeta:.6g}"
+    law = f" {DAMPING_LAWS[model.damping_law]}" * (model.damping_law != DEFAULT_LAW)
+    yield "mesh damping ζ", f"{model.zeta:.6g}{law}"
     yield "static load q₀", f"{model.q1:.6g}" if model.q1 == model.q2 else f"{model.q1:.6g}, {model.q2:.6g}"
     amplitudes = model.error.amplitudes
     listed = ", ".join(f"{value:.4g}" for value in amplitudes)
@@ -120,7 +121,8 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}",
         "backlash, line of action, total":
             "" if d.backlash is None else f"{d.backlash_line_of_action * 1e3:.6g} mm",
-        "damping ratio of the mesh": "" if d.damping_ratio is None else f"{d.damping_ratio:g}",
+        "damping ratio of the mesh":
+            "" if d.damping_ratio is None else f"{d.damping_ratio:g}, {DAMPING_LAWS[d.damping_law]}",
         "stiffness by": stiffness,
         "transmission error by": error,
         "speed of wheel 1": "" if d.speed is None else f"{d.speed:.6g} rpm",

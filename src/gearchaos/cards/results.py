@@ -15,6 +15,7 @@ from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import OperatingModel
+from gearchaos.model import DAMPING_LAWS
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot.classes import NO_CLASS
 from gearchaos.plot.diagrams import density
@@ -44,6 +45,8 @@ def _verdict(verdict: Verdict) -> Card:
         rows.append(("largest exponent", f"{verdict.lyapunov[0]:.4g}{interval}"))
     rows += [(name, f"{value:.4g}") for name, value in (
         ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
+    if verdict.dynamic_factor is not None:
+        rows.append(("mesh damping", DAMPING_LAWS[verdict.model.damping_law]))
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
     model = verdict.model

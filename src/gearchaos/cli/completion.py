@@ -86,13 +86,16 @@ def _argument(context: typer.Context) -> str:
 
 
 def values(context: typer.Context, incomplete: str) -> list[str]:
-    """NAME=VALUE for ``--set``: kinds of models, parameters, initial values, the operating point of gears, and the
-    values of the gears of the study file on the command line."""
+    """NAME=VALUE for ``--set``: kinds of models, damping laws, parameters, initial values, the operating point of
+    gears, and the values of the gears of the study file on the command line."""
+    from gearchaos.model import DAMPING_LAWS
+
     try:
         tables = tomllib.loads(Path(_argument(context)).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         tables = {}
-    given = {"kind": _KINDS, **dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))}
+    given = {"kind": _KINDS, "damping_law": tuple(DAMPING_LAWS),
+             **dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))}
     return _assignments(incomplete, [*given, *map(_first, (*_values(), *COORDINATES, *OPERATION))], _default, given)
 
 

@@ -11,6 +11,7 @@ from gearchaos.cli.errors import say
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import edges, factor_and_share
 from gearchaos.gears.units import measured
+from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -115,6 +116,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
         if answer.speeds is None:
             continue
         print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
+        print(f"(computed: mesh damping {DAMPING_LAWS[answer.design.damping_law]})")
         ds = answer.speeds.dataset
         largest = ds["dynamic_factor"].max("motion")
         columns = {"computed": largest, "over quasi-static": largest / answer.speeds.quasi_static_ratio,

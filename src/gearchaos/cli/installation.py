@@ -13,7 +13,7 @@ import typer
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, app
 from gearchaos.cli.output import print_json
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import check_target, read_bytes, write_bytes
 
 FAILED = 1
@@ -44,13 +44,20 @@ def examples(
 
 
 @app.command(rich_help_panel="Install")
-def warmup() -> None:
+def warmup(
+    damping_law: Annotated[
+        str | None, typer.Option(metavar="LAW", help="Of models with this damping law, instead of always.")] = None,
+) -> None:
     """Compile all kernels now, so that no later command has to."""
+    from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
     from gearchaos.studies.warmup import MODELS
     from gearchaos.studies.warmup import warmup as run
 
+    law = damping_law or DEFAULT_LAW
+    if law not in DAMPING_LAWS:
+        raise unknown_name("--damping-law", law, DAMPING_LAWS)
     say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
-    for dimension, seconds in run():
+    for dimension, seconds in run(damping_law=law):
         say(f"{dimension} coordinates: ready after {seconds:.0f} s")
 
 

@@ -109,9 +109,9 @@ def regime(
     if certificate is not None and not prove:
         raise InputError("--certificate", "needs --prove", str(certificate))
     check_output("--certificate", certificate, (".json",))
-    if prove:
-        proofs.check_installed()
     loaded = options.load(study, sets, physical)
+    if prove:
+        proofs.check_can_prove(loaded.model)
     from gearchaos.studies.regime import Regime
 
     chosen = loaded.study(Regime)

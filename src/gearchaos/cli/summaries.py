@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli import branches
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import draw, plain_table, print_json, print_table, say_proofs, shown, unit_after
-from gearchaos.datasets import motions
+from gearchaos.datasets import model_from_json, motions
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.proved_cells import proof_counts
 
@@ -113,10 +114,17 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
     for q in (*RESPONSES, *VERDICTS):
         if q.title:
             table.add_row(q.title, _measured(q.name, values[q.name], scales))
-        if q.name == "dynamic_factor" and (ratio := _quasi_static(loaded.model, values[q.name])):
-            table.add_row("", ratio)
+        if q.name == "dynamic_factor" and values[q.name] is not None:
+            table.add_row("", _damping(loaded.model))
+            if ratio := _quasi_static(loaded.model, values[q.name]):
+                table.add_row("", ratio)
     print_table(table)
     print("From the initial values given; `gearchaos attractors` finds other motions.")
+
+
+def _damping(model: MeshModel) -> str:
+    """Where the mesh damping acts, to be read beside dynamic factors."""
+    return f"mesh damping {DAMPING_LAWS[model.damping_law]}"
 
 
 def _quasi_static(model: MeshModel, *factors: float | None) -> str:
@@ -187,8 +195,9 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
             label = "none" if end is None else f"{found['attractors'][end]['label']}, row {end + 1}"
             table.add_row(f"swept {way}", label)
     print_table(table)
-    if ratio := _quasi_static(model, *(a["dynamic_factor"] for a in found["attractors"])):
-        print(f"dynamic factor: {ratio}")
+    if any(a["dynamic_factor"] is not None for a in found["attractors"]):
+        ratio = _quasi_static(model, *(a["dynamic_factor"] for a in found["attractors"]))
+        print(f"dynamic factor: {', '.join(filter(None, (_damping(model), ratio)))}")
 
 
 _WIDTH = 80
@@ -246,7 +255,9 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    print(f"largest {value}{which}, at {place}")
+    law = model_from_json(dataset.attrs["model"]).damping_law
+    after = f"; damping {law}" * (name == "dynamic_factor" and law != DEFAULT_LAW)  # the line is full without it
+    print(f"largest {value}{which}, at {place}{after}")
 
 
 def result_document(dataset: xr.Dataset) -> dict[str, Any]:

@@ -13,8 +13,10 @@ from scipy.optimize import brentq
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, length, point_of
 from gearchaos.continuation.events import (
+    BORDER_COLLISION,
     FLIP,
     FOLD,
+    GRAZE,
     NEIMARK_SACKER,
     PITCHFORK,
     Event,
@@ -50,7 +52,8 @@ _SEPARATE = 1e-2
 """An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
 
 _MOVED = 1e-6  # largest change of a coordinate between the orbits near an end of the axis and at it
-CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK)  # the kinds of events at which stability may change
+CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, BORDER_COLLISION)
+"""The kinds of events at which stability may change."""
 
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""
@@ -202,6 +205,8 @@ def _append(branch: Branch, equations: CycleEquations, point: Point, user: Tests
         full = np.abs(branch.points[-1].data.half_period_difference).max()
         found = [e for e in found if e.kind not in (FOLD, PITCHFORK)
                  or np.abs(e.cycle.half_period_difference).max() > _SEPARATE * full]
+    if branch.family.model.damping_law == "unilateral":
+        found = [replace(e, kind=BORDER_COLLISION) if e.kind == GRAZE else e for e in found]
     branch.event_positions += [len(branch.points) - 1] * len(found)
     branch.events += found
     branch.points.append(point)

@@ -4,8 +4,10 @@ user's functions.
 Each kind has a test function that changes its sign there. Its root is found by bracketing (Brent's method or bisection)
 on corrected orbits, never by extrapolation: next to a graze multipliers change with infinite slope.
 
-At a graze an extremum of z touches a boundary of contact. Extrema appear and vanish in pairs, a maximum and a minimum,
-and pass from the end of the cycle to its beginning; `match` says which is which on neighbouring cycles.
+At a graze an extremum of z touches a boundary of contact. Where contact ends with its force, tangent vectors jump as it
+begins but not as it ends, so that multipliers differ on both sides: it is a border collision. Extrema appear and vanish
+in pairs, a maximum and a minimum, and pass from the end of the cycle to its beginning; `match` says which is which on
+neighbouring cycles.
 """
 
 from __future__ import annotations
@@ -21,8 +23,8 @@ from scipy.optimize import brentq
 from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between
 from gearchaos.continuation.shooting import Cycle, count_unstable
 
-FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE = KINDS = (
-    "fold", "flip", "neimark-sacker", "pitchfork", "neutral-saddle", "graze")
+FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE, BORDER_COLLISION = KINDS = (
+    "fold", "flip", "neimark-sacker", "pitchfork", "neutral-saddle", "graze", "border-collision")
 """The kinds of events."""
 
 _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0}

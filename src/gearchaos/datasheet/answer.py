@@ -15,6 +15,7 @@ from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile
 from gearchaos.gears.units import RPM, measured
+from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
     from gearchaos.studies.speeds_to_avoid import Reached, SpeedsToAvoid, Window
@@ -78,7 +79,8 @@ class Answer:
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}"
+        law = f" {DAMPING_LAWS[d.damping_law]}" * (not self._across_the_gap)
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}{law}"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property
@@ -120,7 +122,13 @@ class Answer:
                    f"{measured(outside.speed_of_largest, 3)} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
-        yield "Left out: load sharing, damping that ends with contact, other meshes, friction."
+        ending = "damping that ends with contact, " * self._across_the_gap
+        yield f"Left out: load sharing, {ending}other meshes, friction."
+
+    @property
+    def _across_the_gap(self) -> bool:
+        """Whether the mesh damping acts while the teeth are apart, too, which is then said as left out."""
+        return self.design.damping_law == "always"
 
     @property
     def notes(self) -> tuple[str, ...]:

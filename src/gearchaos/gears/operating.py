@@ -99,10 +99,12 @@ class OperatingModel(MeshModel):
     def with_values(self, values: Mapping[str, Any]) -> Self:
         operation, rest = _separated(values)
         model = self
+        if "damping_law" in rest:  # of the gears, too
+            model = replace(self, gears=replace(self.gears, damping_law=rest["damping_law"]))
         if operation:  # before the kind is set: supports depend on the torque
             point = {n: operating_value(n, v) for n, v in operation.items()}
             changed = {n: v.item() for n, v in self._operating_values(**point).items()}
-            model = replace(super().with_values(changed), gears=self.gears.at(**point))
+            model = replace(super(OperatingModel, model).with_values(changed), gears=model.gears.at(**point))
         given = {single for name in rest for single in PARAMETER_PAIRS.get(name, (name,))}
         supports = {f"{family}{n}" for family in SUPPORTS for n in (1, 2)}
         if rest.get("kind") == "full" and self.kind != "full" and not given >= supports:

@@ -13,8 +13,17 @@ from typing import Any, Generic, TypeVar
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.fields import convert_fields, each, one, read_by
-from gearchaos.model import KINDS, STIFFNESS_KINDS, MeshModel, Stiffness, TransmissionError, TwoLevelStiffness
+from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by
+from gearchaos.model import (
+    DAMPING_LAWS,
+    DEFAULT_LAW,
+    KINDS,
+    STIFFNESS_KINDS,
+    MeshModel,
+    Stiffness,
+    TransmissionError,
+    TwoLevelStiffness,
+)
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
@@ -89,6 +98,8 @@ class GearPair(HasCard):
         Mesh stiffness c(t) = c0 + Σ c_j cos(jω_z t − α_j) instead, (2.7).
     stiffness_levels, stiffness_starts : list of force/length, list of float
         Or a mesh stiffness in steps, and where each begins as a fraction of the mesh period; see `SteppedStiffness`.
+    damping_law : {"always", "contact", "unilateral"}
+        Where the mesh damping acts; see `MeshModel`.
 
     Raises
     ------
@@ -132,6 +143,7 @@ class GearPair(HasCard):
     stiffness_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
     stiffness_levels: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
     stiffness_starts: tuple[float, ...] = field(default=(), metadata=read_by(to_floats))
+    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
 
     def __post_init__(self) -> None:
         convert_fields(self)
@@ -258,7 +270,7 @@ class GearPair(HasCard):
         return MeshModel(
             kind=kind,  # type: ignore[arg-type]
             omega=self.mesh_frequency / self.omega0, zeta=self.k / (2 * self.mass * self.omega0),
-            stiffness=self._stiffness(), error=TransmissionError(
+            stiffness=self._stiffness(), damping_law=self.damping_law, error=TransmissionError(
                 tuple(e / self.half_backlash for e in self.error_amplitudes) or (0.0,), self.error_phases),
         ).with_values({**self._wheel(1), **self._wheel(2), **(self.lateral_parameters() if kind == "full" else {})})
 

@@ -17,7 +17,7 @@ _NEWTON_STEPS = 6
 
 def separation_torque(
     speed: Any, *, teeth1: int, base_radius1: float, stiffness: float, mass: float, damping_ratio: float,
-    amplitudes: tuple[float, ...], phases: tuple[float, ...] = (),
+    amplitudes: tuple[float, ...], phases: tuple[float, ...] = (), unilateral: bool = False,
 ) -> np.ndarray:
     """Torque of wheel 1, N m, above which the flanks stay in contact at constant mesh stiffness, at speeds of any
     shape, rpm.
@@ -28,7 +28,9 @@ def separation_torque(
 
         T1 > r_b1 c0 e1 ω²/√((1 − ω²)² + 4 ζ² ω²),  ω = ω_z/ω0;
 
-    for several, T1 > r_b1 c0 max over a period of −Σ e_j ρ_j cos(…). Phases left out are 0. The torque is that of the
+    for several, T1 > r_b1 c0 max over a period of −Σ e_j ρ_j cos(…). Where contact ends with its force, ``unilateral``,
+    the force has to be positive throughout instead: ρ_j is larger by √(1 + 4 ζ² s²), ψ_j smaller by arctan 2 ζ s.
+    Phases left out are 0. The torque is that of the
     mesh, without bearing friction, and infinite at resonance without damping.
 
     Above the line a motion in permanent contact exists and is stable; a motion with impacts may exist beside it. Below
@@ -42,6 +44,8 @@ def separation_torque(
         height = e * s**2 / np.hypot(1 - s**2, 2 * damping_ratio * s)
     height = np.where(e == 0, 0.0, height)
     lag = theta + np.arctan2(2 * damping_ratio * s, 1 - s**2)
+    if unilateral:
+        height, lag = height * np.hypot(1, 2 * damping_ratio * s), lag - np.arctan(2 * damping_ratio * s)
     unbounded = np.isinf(height)
     height, orders = np.where(unbounded, 0.0, height), np.arange(1, len(e) + 1)
     drop = np.abs(height).sum(axis=-1)
@@ -72,5 +76,5 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
         torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
-            phases=error.phases)
+            phases=error.phases, unilateral=there.damping_law == "unilateral")
         for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]])

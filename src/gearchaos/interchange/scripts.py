@@ -9,12 +9,15 @@ from typing import Any
 
 import jinja2
 
-from gearchaos.errors import unknown_name
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
 from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_values, transmission_error_at_start
 from gearchaos.quantities import quantity
 
+# The mesh force in Python, by damping law: from z', the spring force, and the side of the contact, 0 for none
+_FORCES = {"always": "2 * zeta * z_dot + spring", "contact": "2 * zeta * z_dot * abs(side) + spring",
+           "unilateral": "side * max(0.0, side * (2 * zeta * z_dot + spring))"}
 # The template of each tool for which scripts are written:
 TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
 PERIODS = 20  # mesh periods that a script integrates unless its user gives another number
@@ -44,7 +47,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     Raises
     ------
     InputError
-        For another tool, or what is no model.
+        For another tool, what is no model, or for Julia a damping that does not act always.
 
     Examples
     --------
@@ -55,6 +58,9 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
+    if found.damping_law != "always" and tool != "scipy":
+        raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
+                         "The script for SciPy, tool='scipy', has all damping laws.")
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
     orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
     scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None
@@ -64,7 +70,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )
     return environment.get_template(TEMPLATES[tool]).render(
-        version=version("gearchaos"), kind=found.kind,
+        version=version("gearchaos"), kind=found.kind, law=found.damping_law, force=_FORCES[found.damping_law],
         equation=f", {wave.equation}" * bool(wave.equation), series=bool(wave.families),
         constants=[(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
         **_steps(wave),

@@ -13,7 +13,16 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import SCALARS, STIFFNESS_KINDS, SUPPORTS, HarmonicStiffness, MeshModel, Stiffness, has_effect
+from gearchaos.model import (
+    DAMPING_LAWS,
+    SCALARS,
+    STIFFNESS_KINDS,
+    SUPPORTS,
+    HarmonicStiffness,
+    MeshModel,
+    Stiffness,
+    has_effect,
+)
 from gearchaos.model.waveforms import TransmissionError, harmonics
 from gearchaos.quantities import HARMONICS
 from gearchaos.validation import MAX_HARMONICS
@@ -222,9 +231,17 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
         parts = {"stiffness": HarmonicStiffness(()), **parts}
     if symbolic.definitions.get(function("epsilon")) == 0:
         parts = {"error": TransmissionError(()), **parts}
-    model = MeshModel.of(kind, **scalars, **parts, initial=symbolic.initial)
-    _check_equal(symbolic, to_sympy(model))
-    return model
+    model, errors = MeshModel.of(kind, **scalars, **parts, initial=symbolic.initial), []
+    force = symbolic.definitions.get(function("S"))
+    for law in sorted(DAMPING_LAWS, key=lambda law: force != _mesh_force(law)):
+        found = model.with_values({"damping_law": law})
+        try:
+            _check_equal(symbolic, to_sympy(found))
+        except InputError as error:
+            errors.append(error)
+        else:
+            return found
+    raise errors[0]
 
 
 def _rows(kind: str) -> tuple[Eq, ...]:
@@ -246,16 +263,27 @@ def _rows(kind: str) -> tuple[Eq, ...]:
 
 def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
     """The functions in the equations that are no coordinates: (2.5), (2.14), (2.13), (2.16) or (2.7), (2.15)."""
-    sp, tau, z = sympy(), symbol("tau"), function("z")
+    sp, z = sympy(), function("z")
     lateral = function("y1") - function("y2") if model.kind == "full" else 0
     relative = {} if model.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
     return {
-        function("S"): 2 * symbol("zeta") * z.diff(tau) + function("chi") * function("f"),
+        function("S"): _mesh_force(model.damping_law),
         **relative,
         function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),
         function("chi"): _stiffness(model.stiffness),
         function("epsilon"): _series(len(model.error.amplitudes), "eps", "theta"),
     }
+
+
+def _mesh_force(law: str) -> Any:
+    """The mesh force S of (2.5), whose damping may act in contact alone, or in a contact that never pulls."""
+    sp, z = sympy(), function("z")
+    force = 2 * symbol("zeta") * z.diff(symbol("tau")) + function("chi") * function("f")
+    if law == "always":
+        return force
+    pushing = sp.Max(0, force), sp.Min(0, force)
+    front, back = pushing if law == "unilateral" else (force, force)
+    return sp.Piecewise((front, z > 1), (back, z < -1), (0, True))
 
 
 def _stiffness(stiffness: Stiffness) -> Any:

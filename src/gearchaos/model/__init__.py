@@ -2,6 +2,8 @@
 
 from gearchaos.model.parameters import (
     COORDINATES,
+    DAMPING_LAWS,
+    DEFAULT_LAW,
     KINDS,
     SCALARS,
     SUPPORTS,
@@ -30,8 +32,8 @@ from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
-    "COORDINATES", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS",
-    "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness", "Stiffness", "TransmissionError",
-    "TwoLevelStiffness", "backlash", "check", "check_state_name", "default_stiffness", "has_effect", "known_names",
-    "mesh_stiffness", "state_names", "transmission_error", "vary",
+    "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS",
+    "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness",
+    "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_state_name", "default_stiffness",
+    "has_effect", "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

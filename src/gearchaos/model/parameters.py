@@ -24,7 +24,11 @@ from gearchaos.validation import MAX_HARMONICS, to_float
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
-DAMPING_LAWS: tuple[str, ...] = ("always", "contact", "unilateral")
+DAMPING_LAWS: dict[str, str] = {
+    "always": "also across the gap", "contact": "in contact alone",
+    "unilateral": "in contact alone, never pulling"}
+"""Where the mesh damping acts, in words; the first is the default."""
+DEFAULT_LAW = next(iter(DAMPING_LAWS))
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
@@ -145,7 +149,7 @@ class MeshModel(HasCard):
     zeta_support2: float = 0.01
     error: TransmissionError = field(default_factory=TransmissionError)
     stiffness: Stiffness = field(default_factory=TwoLevelStiffness)
-    damping_law: str = "always"
+    damping_law: str = DEFAULT_LAW
     initial: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -200,8 +204,9 @@ class MeshModel(HasCard):
         ----------
         values : mapping
             Parameters (``omega``), pairs (``q0`` sets q1 and q2), harmonics (``eps3``), initial values (``x1_dot``),
-            ``kind``, ``error`` (a `TransmissionError`), ``stiffness`` (an object of one of the three classes), or
-            ``initial`` (a mapping). The levels of a `SteppedStiffness` have no names: it is replaced as a whole.
+            ``kind``, ``damping_law``, ``error`` (a `TransmissionError`), ``stiffness`` (an object of one of the three
+            classes), or ``initial`` (a mapping). The levels of a `SteppedStiffness` have no names: it is replaced as a
+            whole.
 
         Raises
         ------
@@ -289,7 +294,7 @@ class MeshModel(HasCard):
 
 _PARTS: dict[str, tuple[type, str, str]] = {
     "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
-    "damping_law": (str, "must be always, contact or unilateral", "E.g. damping_law='contact'."),
+    "damping_law": (str, f"must be one of {', '.join(DAMPING_LAWS)}", "E.g. damping_law='contact'."),
     "stiffness": (
         Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
         f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name."),

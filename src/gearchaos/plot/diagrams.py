@@ -314,6 +314,7 @@ _EVENTS: dict[str, dict[str, Any]] = {
     (("fold", "o"), ("flip", "s"), ("neimark-sacker", "^"), ("pitchfork", "D"), ("neutral-saddle", "x"), ("graze", "|"))
 }
 _EVENTS["graze"] |= {"markersize": 8, "markeredgewidth": 1.4}  # no bifurcation in general, and so marked by a stroke
+_EVENTS["border-collision"] = _EVENTS["graze"]  # no model has both
 _OTHER: dict[str, Any] = {"marker": "*", "color": "0.2"}  # how the events of a user's function are marked
 _JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1, "shrinkA": 2, "shrinkB": 1,
                          "mutation_scale": 10}

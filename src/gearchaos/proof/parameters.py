@@ -26,13 +26,22 @@ from gearchaos.proof.verifier import STIFFNESS
 from gearchaos.quantities import parse
 
 
+def check_provable(model: MeshModel) -> None:
+    """Raise `InputError` unless the mesh damping acts always, as in the equations for which there are proofs."""
+    if model.damping_law != "always":
+        raise InputError("damping_law", "must be always for a proof", model.damping_law,
+                         "Proofs need a right side that is continuous at a contact switch. Set damping_law=always, and "
+                         "classify the motion of this model without a proof.")
+
+
 def exact_parameters(model: MeshModel) -> dict[str, Any]:
     """The parameters of a model as they stand in a certificate: every number a string, exactly the float it had.
 
     They are ``kind``; the parameters of `docs/model.md` by name, those of the supports for ``full`` alone; ``eps`` and
     ``theta``, lists from harmonic 1 on; ``stiffness``, a dict with its ``form`` and values. Raises `InputError` for a
-    kind of stiffness that the program which checks certificates does not know.
+    kind of stiffness that the program which checks certificates does not know, and for damping that ends with contact.
     """
+    check_provable(model)
     if model.stiffness.form not in STIFFNESS:
         raise InputError("stiffness", f"must be of a form that can be verified: {', '.join(STIFFNESS)}",
                          model.stiffness.form, "Add it to proof/verifier.py, which reads certificates in its own way.")

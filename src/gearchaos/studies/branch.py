@@ -69,7 +69,9 @@ class Branch(FollowingStudy):
     Notes
     -----
     Pseudo-arclength continuation of all stroboscopic points (multiple shooting). Events are located by bracketing on
-    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes.
+    corrected orbits: folds, flips, Neimark-Sacker points, branch points (``pitchfork``), neutral saddles and grazes;
+    with the damping law ``unilateral`` border collisions in place of grazes. There contact may also end anew while z is
+    beyond the boundary, which is no event.
     The branch ends at an end of the axis, where it joins one of half its period, where the flow fails, or at its own
     start: then it is closed, an isola.
 
@@ -196,6 +198,8 @@ def contact_sequence(cycle: Cycle) -> str:
     """The contact states of an orbit in order of time from phase 0, e.g. "front free front"."""
     z = cycle.points[0, 0]
     states = [1 if z > 1 else -1 if z < -1 else 0]
+    for _, boundary, into in cycle.switches[:1]:  # a released flank counts as free, wherever z is
+        states = [0 if into else int(boundary)]
     states += [int(boundary) if into else 0 for _, boundary, into in cycle.switches]
     return " ".join(_CONTACT_STATES[state] for state in states)
 

@@ -94,7 +94,7 @@ def prove_chaos(
     >>> result.proved, result.reason
     (False, 'no saddle')
     """
-    check_can_prove(bits)
+    check_can_prove(model, bits)
     from gearchaos.proof.certificate import Unproved
     from gearchaos.proof.families.chaos import prove_chaotic_set
 

@@ -13,6 +13,7 @@ import numpy as np
 from gearchaos.continuation.arclength import Settings, Stopped
 from gearchaos.continuation.curve import SETTINGS, CurveData, event_at, find_event, follow_curve
 from gearchaos.continuation.defining import seed_of
+from gearchaos.continuation.events import GRAZE
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.datasets import new_dataset, provenance, variables
@@ -95,6 +96,10 @@ class Curve(FollowingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.event == GRAZE and self.model.damping_law == "unilateral":
+            raise InputError("event", "must not be a graze where contact ends with its force", self.event,
+                             "With the damping law unilateral it is a border collision, which has no curve here. The "
+                             "law contact has curves of grazes.")
         check_inside(self._family.model, self.x, self.y)
 
     @cached_property

@@ -57,7 +57,8 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     Raises
     ------
     InputError
-        If python-flint is not installed, the precision is out of range, or the verdict is not periodic.
+        If python-flint is not installed, the precision is out of range, the verdict is not periodic, or the mesh
+        damping of the model does not act always.
 
     Examples
     --------
@@ -67,7 +68,7 @@ def prove(subject: AnyModel | Verdict | Orbit, bits: int = 128) -> Certificate |
     >>> certificate.proved, certificate.period
     (True, 8)
     """
-    check_can_prove(bits)
+    check_can_prove(subject, bits)
     from gearchaos.proof.prove import prove_at_some_phase
 
     return prove_at_some_phase(*orbit_points(subject), bits)
@@ -107,7 +108,7 @@ def prove_box(
     >>> gc.prove_box(model, {"eps1": 1e-8}).proved
     True
     """
-    check_can_prove(bits)
+    check_can_prove(subject, bits)
     from gearchaos.proof.families.boxes import prove_parameter_box
 
     model, points = orbit_points(subject)
@@ -200,6 +201,7 @@ def prove_event(
         raise InputError("kind", f"must be one of {', '.join(KINDS)}", kind)
     if axis is None or value is None:
         raise InputError("axis and value", "must be given", None, 'E.g. prove_event(model, "flip", "eps1", 0.2).')
+    check_can_prove(subject, bits)
     model, value = as_model(subject), to_float("value", value)
     width = to_float("width", width)
     if not 0 < width <= _LARGEST_WIDTH:
@@ -241,10 +243,13 @@ def check_installed() -> None:
         raise missing_package("prove", "python-flint", "proof")
 
 
-def check_can_prove(bits: int) -> None:
-    """Raise `InputError` unless python-flint is installed and proofs have this precision."""
+def check_can_prove(subject: AnyModel | Verdict | Orbit, bits: int = _LEAST_BITS) -> None:
+    """Raise `InputError` unless python-flint is installed, and proofs exist for the model and have this precision."""
     check_installed()
+    from gearchaos.proof.parameters import check_provable
+
     whole_number("bits", bits, _LEAST_BITS, _MOST_BITS)
+    check_provable(subject.model if isinstance(subject, (Verdict, Orbit)) else as_model(subject))
 
 
 def write_verifier(path: Path) -> None:

@@ -46,8 +46,8 @@ class Simulate(Study):
     -------
     xarray.Dataset
         ``section_<coordinate>(period)`` at τ = T, 2T, ... after the transient; with ``samples`` also the coordinates,
-        ``mesh_force`` 2ζz' + χ f(z), whose damping part also acts while the teeth are apart, and ``contact`` (-1 back
-        flank, 0 free, 1 front flank) over ``tau``.
+        ``mesh_force`` 2ζz' + χ f(z), whose damping part acts by the damping law, and ``contact`` (-1 back flank, 0
+        free, 1 front flank) over ``tau``.
 
         The attribute ``status`` is "ok", "diverged" if |z| or |z'| exceeded 1e8 half backlashes (from there on values
         are NaN), or "chatter" if a step had more contact switches than can be followed.
@@ -145,9 +145,13 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     return np.where(kept[..., None], w, np.nan)
 
 
-_FORCE_COMMENT = ("2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
-                  "teeth are apart. Contact is the variable contact.")
-"""Attribute ``comment`` of ``mesh_force``."""
+_FORCE_COMMENTS = {
+    "always": "2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
+              "teeth are apart. Contact is the variable contact.",
+    "contact": "2 zeta z' + chi f(z) in contact, 0 while the teeth are apart; it may pull before contact ends.",
+    "unilateral": "2 zeta z' + chi f(z) in contact, which ends where this is 0.",
+}
+"""Attribute ``comment`` of ``mesh_force``, by damping law."""
 
 
 def _trajectory(
@@ -169,9 +173,12 @@ def _trajectory(
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
     force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
+    contact = np.nan_to_num(flat[:, -1]).astype(np.int8)
+    if model.damping_law != "always":
+        force = force * (contact != 0)
     data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
-    data["mesh_force"].attrs["comment"] = _FORCE_COMMENT
-    data["contact"] = variable("contact", ("tau",), np.nan_to_num(flat[:, -1]).astype(np.int8), coded=False)
+    data["mesh_force"].attrs["comment"] = _FORCE_COMMENTS[model.damping_law]
+    data["contact"] = variable("contact", ("tau",), contact, coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data
 

@@ -264,10 +264,11 @@ def quasi_static_ratio(model: AnyModel) -> float:
 
 def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:
     """The largest mesh force after a jump of the stiffness, from rest at the stiffness ``before``."""
-    A, b, f0, e0 = system.A[0], system.b[0], system.f0[0], np.eye(system.dimension)[0]
+    (e0, e1), b, f0 = np.eye(system.dimension)[:2], system.b[0], system.f0[0]
+    A = system.A[0] - (system.damping_law != "always") * system.damping[0] * np.outer(b, e1)  # in contact
     start, rest = (np.linalg.solve(A - c * np.outer(b, e0), -f0 - c * b) for c in (before, after))
     rates, modes = np.linalg.eig(A - after * np.outer(b, e0))
-    force = after * e0 + system.damping[0] * np.eye(system.dimension)[1]  # the row that gives the mesh force
+    force = after * e0 + system.damping[0] * e1  # the row that gives the mesh force
     shares = (force @ modes) * np.linalg.solve(modes, start - rest)
 
     def derivative(order: int, t: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow, SensitivityFlow
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import DEFAULT_LAW, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 
@@ -26,20 +26,22 @@ MODELS: dict[int, dict[str, Any]] = {
 """Parameters of a model for each dimension d: unequal bearings add one coordinate, unequal supports two."""
 
 
-def warmup(dimensions: Sequence[int] = tuple(MODELS)) -> Iterator[tuple[int, float]]:
-    """Compile the kernels of these dimensions in parallel, unless they are in the disk cache.
+def warmup(
+    dimensions: Sequence[int] = tuple(MODELS), damping_law: str = DEFAULT_LAW
+) -> Iterator[tuple[int, float]]:
+    """Compile the kernels of these dimensions and a damping law in parallel, unless they are in the disk cache.
 
     Yields each dimension with its compilation time in seconds, in the order of completion.
     """
     with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(_run, d) for d in dimensions]):
+        for done in as_completed([pool.submit(_run, d, damping_law) for d in dimensions]):
             yield done.result()
 
 
-def _run(dimension: int) -> tuple[int, float]:
+def _run(dimension: int, damping_law: str = DEFAULT_LAW) -> tuple[int, float]:
     """Classify one motion of this dimension and differentiate it, which compiles all kernels; it and the seconds."""
     begin = time.perf_counter()
-    batch = vary(MeshModel.of(**MODELS[dimension]), {})
+    batch = vary(MeshModel.of(**MODELS[dimension], damping_law=damping_law), {})
     system = switched_system(batch)
     assert system.dimension == dimension
     w = initial_state(batch, system)

@@ -32,7 +32,7 @@ from gearchaos.studies.initial_value_problems import (
     swept_initial_values,
 )
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.proofs import check_installed
+from gearchaos.studies.proofs import check_can_prove
 from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, Results
@@ -113,7 +113,7 @@ class Zones(ClassifyingStudy):
         if self.refine > 1 and self.starts > 1:
             raise InputError("refine", "must be 1 where there is more than one start", self.refine)
         if self.prove:
-            check_installed()
+            check_can_prove(self.model)
         check_folder(self.certificates, self.prove)
         _ = self.cost
 

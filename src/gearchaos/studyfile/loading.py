@@ -88,9 +88,10 @@ def load_study(
 ) -> LoadedStudy:
     """Read a study file, without one the default values of the model, and replace values by name.
 
-    Names of ``values`` are as in `MeshModel.with_values`, ``kind`` included, or ``gearpair.<field>``, ``design.<key>``
-    and ``operation.<key>``. A ``[design]`` without speed or torque gets the first value of the axis ``speed`` or
-    ``torque`` among ``axes``, given beside the file, or else among those of the file. Raises `InputError`.
+    Names of ``values`` are as in `MeshModel.with_values`, ``kind`` and ``damping_law`` included, or
+    ``gearpair.<field>``, ``design.<key>`` and ``operation.<key>``. A ``[design]`` without speed or torque gets the
+    first value of the axis ``speed`` or ``torque`` among ``axes``, given beside the file, or else among those of the
+    file. Raises `InputError`.
     """
     tables = _read(Path(path)) if path is not None else StudyFile()
     of_gears, model_values = _separated(values or {})
@@ -110,7 +111,7 @@ def load_study(
     if gears is not None:
         gears = at_axis_starts(gears, axes)
         model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
-        _refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES})
+        _refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES, "damping_law"})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
@@ -125,10 +126,12 @@ def load_study(
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
     """The design that a file describes, which may be without speed and torque; raises `InputError` if it has none.
 
-    Values as in `load_study`; ``speed`` and ``torque`` may also be given without the name of their table.
+    Values as in `load_study`; ``speed``, ``torque`` and ``damping_law`` may also be given without the name of their
+    table.
     """
     tables = _read(Path(path))
-    given = {f"operation.{n}" if n in OPERATING_NAMES else n: v for n, v in (values or {}).items()}
+    tables_of = {**dict.fromkeys(OPERATING_NAMES, "operation."), "damping_law": "design."}
+    given = {tables_of.get(n, "") + n: v for n, v in (values or {}).items()}
     of_gears, others = _separated(given)
     gears = _gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):
@@ -253,7 +256,7 @@ def _model(table: Any, stiffness: Stiffness) -> MeshModel:
         _check_pairs("model.stiffness", given)
         stiffness = chosen.from_record(
             {single: v for name, v in given.items() for single in PARAMETER_PAIRS.get(name, (name,))})
-    model = MeshModel(kind=table.kind, error=series, stiffness=stiffness)
+    model = MeshModel(kind=table.kind, error=series, stiffness=stiffness, damping_law=table.damping_law)
     return model.with_values(values)
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from gearchaos.catalogue import STUDIES
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.pair import GearPair
-from gearchaos.model import SCALARS, STIFFNESS_KINDS
+from gearchaos.model import DEFAULT_LAW, SCALARS, STIFFNESS_KINDS
 from gearchaos.quantities import PARAMETERS, find
 
 
@@ -87,6 +87,7 @@ ModelTable = create_model(
     "ModelTable",
     __base__=_Table,
     kind=(str, "torsional"),
+    damping_law=(str, DEFAULT_LAW),
     error=(Series, Series()),
     stiffness=(StiffnessTable, StiffnessTable()),
     **{name: (float | None, None) for name in MODEL_NAMES},  # type: ignore[call-overload]

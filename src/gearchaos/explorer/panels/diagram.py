@@ -24,6 +24,7 @@ _MARKERS = {
     "pitchfork": ("diamond", "◆"), "neutral-saddle": ("x", "×"), "graze": ("inverted_triangle", "▼"),
 }
 _EVENTS = {kind: (marker, EVENT_COLOURS[kind], sign) for kind, (marker, sign) in _MARKERS.items()}
+_EVENTS["border-collision"] = _EVENTS["graze"]  # no model has both
 """Marker, colour and character in the legend of every kind of event, in the order of the legend."""
 
 _NO_LINES: dict[str, list[Any]] = {"xs": [], "ys": []}

@@ -17,6 +17,7 @@ from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import Gears, OperatingModel, pair_of
 from gearchaos.gears.units import RPM
+from gearchaos.model import DAMPING_LAWS
 from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
@@ -240,6 +241,8 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     known = {n: x for n in titles if (x := getattr(v, n)) is not None}
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
     rows += [(titles[n], number(f"{float(value):.5g}", style.unit(value))) for n, value in measures.items()]
+    if "dynamic_factor" in known:
+        rows.append(("mesh damping", DAMPING_LAWS[model.damping_law]))
     if v.multipliers:
         rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
         rows.append((quantity("residual").title, number(f"{v.residual:.2g}", "")))

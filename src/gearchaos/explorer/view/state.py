@@ -12,7 +12,7 @@ from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import LEVELS, MAP_CELLS, bounded, finite_number, in_range, rounded, value_range
 from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, first_plane, value_on
 from gearchaos.gears.operating import Gears, OperatingModel, gears_of
-from gearchaos.model import KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel
+from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis, check_plane
 
@@ -196,6 +196,13 @@ class View:
         if name == self.model.stiffness.kind:
             return self
         return self._with_model(replace(self.operating_point, stiffness=STIFFNESS_KINDS[name].example()))
+
+    def with_damping_law(self, name: str) -> View:
+        """The view with this damping law of the mesh, also of its gears."""
+        check_known("damping_law", name, DAMPING_LAWS)
+        if name == self.model.damping_law:
+            return self
+        return self._with_model(self.operating_point.with_values({"damping_law": name}))
 
     def _with_model(self, model: MeshModel) -> View:
         """The view of another model; an axis whose parameter it does not have is replaced by that of figure 2."""

@@ -26,6 +26,8 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
 from gearchaos.model import (
     COORDINATES,
+    DAMPING_LAWS,
+    DEFAULT_LAW,
     KINDS,
     PARAMETER_PAIRS,
     SCALARS,
@@ -36,8 +38,9 @@ from gearchaos.model import (
 )
 from gearchaos.studies.axis import Axis
 
-_OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "x", "y", "at", "colour", "line", "start", "units")
-"""Names in a query that set no parameter or initial value: the kinds of model and stiffness, and fields of `View`.
+_OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "damping_law", "x", "y", "at", "colour", "line", "start", "units")
+"""Names in a query that set no parameter or initial value: the kinds of model and stiffness, the damping law, and
+fields of `View`.
 
 ``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
 the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
@@ -69,7 +72,8 @@ def to_query(view: View) -> str:
         usual = replace(model, stiffness=stiffness) if of_gears else MeshModel(kind=model.kind, stiffness=stiffness)
         default = usual.parameters()
         changed |= {n: v for n, v in model.parameters().items() if v != default.get(n, 0.0)}
-    out = {"kind": model.kind, **(named or {})} | {n: repr(v) for n, v in {**own, **changed}.items()}
+    law = {"damping_law": model.damping_law} if of_gears or model.damping_law != DEFAULT_LAW else {}
+    out = {"kind": model.kind, **law, **(named or {})} | {n: repr(v) for n, v in {**own, **changed}.items()}
     out |= {n: repr(v) for n, v in view.model.initial.items()}
     out |= {n: f"{a.name}={a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
@@ -131,6 +135,9 @@ def _model(given: Mapping[str, str], default: View) -> MeshModel:
     if not of_gears or "stiffness" in given:
         model = replace(model, stiffness=_stiffness(given.get("stiffness", _USUAL_STIFFNESS), given))
         others += tuple(model.stiffness.unnamed())
+    if "damping_law" in given:
+        check_known("damping_law", given["damping_law"], DAMPING_LAWS)
+        model = model.with_values({"damping_law": given["damping_law"]})
     values = {n: v for n, v in given.items() if n not in others}
     model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
     return model.with_values({n: bounded(n, v) for n, v in values.items()})
@@ -231,7 +238,7 @@ def as_toml(view: View) -> str:
 def _tables(model: MeshModel) -> tuple[str, dict[str, Any]]:
     """A comment, and the tables of a study file that describe a model."""
     comment, dimensionless = "", {"model": {
-        "kind": model.kind, **{n: getattr(model, n) for n in SCALARS},
+        "kind": model.kind, **{n: getattr(model, n) for n in SCALARS}, "damping_law": model.damping_law,
         "error": {"amplitudes": list(model.error.amplitudes), "phases": list(model.error.phases)},
         "stiffness": {"kind": model.stiffness.kind, **model.stiffness.record()},
     }}

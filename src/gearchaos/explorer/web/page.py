@@ -20,7 +20,7 @@ from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.explorer.view.text import as_python, as_toml, to_query
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import COORDINATES, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
+from gearchaos.model import COORDINATES, DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -116,6 +116,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
         Menu("preset", "Preset", (("", "choose a figure of the paper …"), *first, *figures)),
         Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),
         Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
+        Menu("damping_law", "Mesh damping", tuple(DAMPING_LAWS.items())),
     )
     buttons = (Button("units", "physical units", toggle=True),) if gears is not None else ()
     values = field_values(view)
@@ -245,8 +246,8 @@ class Page:
         self.messages.set_values({
             **{name: f"{value:{_NUMBER}}" for name, value in values.items()},
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
-            "stiffness": view.model.stiffness.kind, "x": view.x.name, "y": view.y.name, "colour": view.colour,
-            "line": view.line, "alike": alike, "units": view.physical,
+            "stiffness": view.model.stiffness.kind, "damping_law": view.model.damping_law, "x": view.x.name,
+            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
         })
 
     def show_map(self, found: Map) -> None:

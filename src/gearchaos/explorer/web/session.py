@@ -40,6 +40,7 @@ _STEPS = (-10, -1, 0, 1, 10)  # cells that an arrow key moves the point by
 
 _MENUS: dict[str, Callable[[View, str], View]] = {
     "kind": View.with_kind, "stiffness": View.with_stiffness,
+    "damping_law": View.with_damping_law,
     "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
     "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
 }

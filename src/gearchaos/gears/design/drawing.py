@@ -15,7 +15,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears import mechanics
 from gearchaos.gears.design import values
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
-from gearchaos.gears.fields import number, one, read_by, record, two
+from gearchaos.gears.fields import name_of, number, one, read_by, record, two
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
@@ -27,6 +27,7 @@ from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
@@ -67,6 +68,7 @@ class Drawing:
         number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
         "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
+    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))

@@ -86,6 +86,8 @@ class GearDesign(Drawing, HasCard):
     damping_ratio : float, optional
         ζ of the mesh. A model needs it; there is no default. Usual are 0.03 to 0.1 (Kasuba and Evans, J. Mech. Des.
         103, 1981; Wang and Cheng, J. Mech. Des. 103, 1981).
+    damping_law : {"always", "contact", "unilateral"}, optional
+        Where this damping acts; see `MeshModel`.
     stiffness : str or table, optional
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
@@ -215,8 +217,8 @@ class GearDesign(Drawing, HasCard):
             R2=radii[1] / 2, c0=reference, k=2 * self.given("damping_ratio") * math.sqrt(
                 reference * self.equivalent_mass),
             backlash=self.backlash_line_of_action, M10=self.torque, speed=self.speed,
-            error_amplitudes=error.amplitudes, error_phases=error.phases, **stiffness.waveform.to_pair(reference),
-            **supports)
+            error_amplitudes=error.amplitudes, error_phases=error.phases, damping_law=self.damping_law,
+            **stiffness.waveform.to_pair(reference), **supports)
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model at this speed and torque; see `GearPair.to_model`."""
