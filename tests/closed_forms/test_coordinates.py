@@ -9,7 +9,12 @@ import gearchaos as gc
 from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
-from gearchaos.model.coordinates import initial_state, reset_mean_rotation, transmission_error_at_start
+from gearchaos.model.coordinates import (
+    initial_state,
+    reset_mean_rotation,
+    to_physical,
+    transmission_error_at_start,
+)
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.initial_value_problems import swept_initial_values
 
@@ -42,6 +47,17 @@ def test_the_rotation_is_right_between_the_sections(friction):
     wanted = oracle.trajectory(model, found.tau.values)
     for name in COORDINATES["torsional"]:
         np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-12, err_msg=name)
+
+
+def test_the_first_integral_gives_the_rotation_that_is_integrated():
+    """With friction in both bearings, and no two values of the wheels the same."""
+    model = gc.MeshModel.of(q0=0.2, eps1=0.05, omega=1.3, zeta=0.05, J1=1.2, J2=0.9, beta1=0.03, beta2=0.01, q1=0.21,
+                            q2=0.2, x2=0.3, x1_dot=0.2, x2_dot=0.1)
+    found, batch = gc.simulate(model, 12), vary(model, {})
+    names = switched_system(batch).names
+    w = np.stack([found[f"section_{n}"].values for n in names], axis=1)
+    given = to_physical(batch, names, w[None], found["tau_section"].values[None], *transmission_error_at_start(batch))
+    np.testing.assert_allclose(given["x2"][0], found["section_x2"], rtol=0, atol=1e-10)
 
 
 def test_a_verdict_does_not_feel_how_friction_vanishes():

@@ -244,6 +244,8 @@ def test_only_the_motions_that_separate_are_named():
     assert [m.contact for m in falling.named()["falling"]] == [0, 1, 1]
     assert [m.contact for m in falling.named()["rising"]] == [0, 0, 1]
     assert falling.named()["other"] == [None, None, None]
+    (worst,) = made_up([motion(0, 1.0), motion(0, 9.0), motion(1, 2.0), motion(1, 3.0)]).named()["other"]
+    assert (worst.contact, worst.dynamic_factor) == (1, 3.0)
 
 
 def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed():

@@ -109,3 +109,12 @@ def test_rows_of_a_sweep_do_not_mix():
         alone = swept_initial_values(BENT.with_values({"eps1": value}), gc.Axis("omega", 0.6, 0.8, 3), True)
         for name in together:
             np.testing.assert_array_equal(together[name][row], alone[name][0])
+
+
+def test_a_row_of_a_sweep_with_equal_bearings_turns_on_beside_one_whose_bearings_differ():
+    """Its mean rotation follows from the state of the wheels, so that it is not set back."""
+    model, axis = BENT.with_values({"beta1": 1e-4, "beta2": 1e-4, "x1_dot": 0.3}), gc.Axis("omega", 0.6, 0.7, 2)
+    together = swept_initial_values(model, axis, True, {"beta2": np.array([1e-4, 2e-4])})
+    alone = swept_initial_values(model, axis, True)
+    assert alone["x2"][0, 1] > 100
+    np.testing.assert_allclose(together["x2"][0], alone["x2"][0], rtol=1e-9)

@@ -62,6 +62,13 @@ def test_a_motion_that_leaves_an_orbit_is_never_classified_as_on_it(monkeypatch)
     assert state.verdicts.label[0] == 0
 
 
+def test_an_orbit_of_just_the_longest_period_is_recognised():
+    flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
+    state, motion = state_at(flow, classify(flow, w).w)[0], np.zeros(1, dtype=int)
+    state.classify_long_orbits(motion, 2)
+    assert (state.verdicts.label[0], state.verdicts.period[0]) == (Label.PERIODIC, 2)
+
+
 def test_newton_gives_up_0_15_away_and_at_a_multiplier_of_ten(monkeypatch):
     limits, true = [], orbits.polish
 

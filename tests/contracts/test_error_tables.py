@@ -172,6 +172,11 @@ def test_the_number_of_harmonics_in_the_refusal_is_accepted():
         assert fit_harmonics(tau, np.cos(2 * np.pi * tau), most).amplitudes[0] == pytest.approx(1, rel=1e-12)
 
 
+def test_samples_of_several_mesh_periods_fill_the_gaps_of_one():
+    tau = 0.4 * np.arange(10)
+    assert fit_harmonics(tau, np.cos(4 * np.pi * tau), 2).amplitudes == pytest.approx((0, 1), abs=1e-12)
+
+
 def test_unequal_steps(tmp_path: Path):
     tau = np.sort(np.random.default_rng(3).uniform(0, 1, 60))
     error = 2e-6 * np.cos(2 * np.pi * tau - 1.0)

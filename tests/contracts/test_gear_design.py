@@ -108,6 +108,9 @@ def test_pint_quantities_are_taken():
     quantities = {"module": registry.Quantity(3, "mm"), "face_width": registry.Quantity([30, 30], "mm"),
                   "inertia": [registry.Quantity(1, "g*m^2"), "1e-3 kg*m^2"]}
     assert design(**quantities) == design(module="3 mm", face_width="30 mm", inertia=1e-3)
+    with pytest.raises(InputError, match=r"module must be a length; got '3 kilogram'\.") as refusal:
+        design(module=registry.Quantity(3, "kg"))
+    assert refusal.value.value == "3 kilogram"
 
 
 ALLOWANCES = {"tooth_thickness_allowances": [["-70 um", "-110 um"], ["-100 um", "-150 um"]], "plane": "transverse",

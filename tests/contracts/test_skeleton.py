@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import BrokenExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -263,6 +264,16 @@ def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
     monkeypatch.setattr(skeletons, "find_curves", broken)
     with pytest.raises(OSError, match=r"a worker process died.*the same command goes on"):
         gc.skeleton(SMALL, **WINDOW, **QUICK, journal=tmp_path / "s.part")
+
+
+def test_several_workers_are_processes_unless_threads_are_given(monkeypatch):
+    asked = []
+    for kind in ("process_pool", "thread_pool"):
+        monkeypatch.setattr(skeletons, kind, lambda count, kind=kind: asked.append((kind, count)) or nullcontext)
+    monkeypatch.setattr(skeletons, "find_curves", lambda *_, **__: ([], []))
+    for options in ({"workers": 2}, {"workers": 1}, {"workers": 2, "threads": 3}):
+        gc.Skeleton(SMALL, **WINDOW).dataset(**options)
+    assert asked == [("process_pool", 2), ("thread_pool", 1), ("thread_pool", 3)]
 
 
 @pytest.mark.parametrize(("changes", "words"), [
