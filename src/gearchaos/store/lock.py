@@ -69,7 +69,7 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
     objects.check_creatable()
     folder = objects.folder / LOCKS
     with ExitStack() as stack:
-        stack.callback(_remove_empty, folder, folder.parent, objects.folder)
+        stack.callback(_remove_empty, objects)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             stack.enter_context(_locked(folder / shard.lock, _WAIT))
@@ -104,11 +104,12 @@ def _locked(path: Path, timeout: float) -> Iterator[None]:
         lock.release()
 
 
-def _remove_empty(*folders: Path) -> None:
-    """Remove folders in which nothing is: those of a store that could not be made."""
-    with suppress(OSError):
-        for folder in folders:
-            folder.rmdir()
+def _remove_empty(objects: Objects) -> None:
+    """Remove the folders of a store that could not be made; those of another one may be in use."""
+    if objects.folder is not None and not objects.names():
+        with suppress(OSError):
+            for folder in (objects.folder / LOCKS, (objects.folder / LOCKS).parent, objects.folder):
+                folder.rmdir()
 
 
 def running(objects: Objects) -> list[str]:
@@ -137,7 +138,7 @@ def _holder(objects: Objects, name: str) -> str:
 def _refusal(objects: Objects, name: str) -> InputError:
     """The error where another writer holds a lock."""
     count = name.removesuffix(".lock").partition("-of-")[2]
-    others = f"run other shards of {count}" if count else "divide the next run: --shard 1/2 and --shard 2/2"
+    others = f"run other shards of {count}" if count else "stop it and divide the work: --shard 1/2 and --shard 2/2"
     return InputError(
         "store", "must not have another writer", str(objects),
         f"{_holder(objects, name)}, is writing to it. Wait for it, or {others}. "
