@@ -32,6 +32,9 @@ class StoredArray(BackendArray):
         self.shape, self.dtype = (*store.grid.shape, *spec.shape), np.dtype(spec.dtype)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        nothing = slice(0, 0)  # xarray cannot divide an empty slice with a negative step
+        key = type(key)(tuple(nothing if isinstance(k, slice) and not range(n)[k] else k
+                              for k, n in zip(key.tuple, self.shape, strict=True)))
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self.select)
 
     def select(self, key: tuple[int | slice, ...]) -> np.ndarray:
