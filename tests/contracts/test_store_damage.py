@@ -14,7 +14,7 @@ import xarray as xr
 import zarr
 
 import gearchaos as gc
-from gearchaos.store.blocks import damaged_shards, work
+from gearchaos.store.blocks import State, damaged_shards, tiles_there, work
 from gearchaos.store.check import check, summary
 from gearchaos.store.objects import Objects
 from gearchaos.store.run import finish_store, run
@@ -286,3 +286,32 @@ def test_blocks_that_are_written_during_a_check_are_not_damaged(tmp_path, monkey
     monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
     monkeypatch.setattr("gearchaos.store.check.read_tile", read_tile)
     assert check(open_store(path))[0] == []
+
+
+def test_blocks_that_are_written_while_values_are_read_are_read(tmp_path, made, monkeypatch):
+    path = half_done(tmp_path / "map.zarr", monkeypatch)
+    with pytest.warns(UserWarning, match="1 of 12 tiles"):
+        found = gc.load(path)
+
+    def listed(*arguments):
+        monkeypatch.setattr("gearchaos.store.read.tiles_there", tiles_there)
+        assert run(MAP, path).finished
+        return tiles_there(*arguments)
+
+    monkeypatch.setattr("gearchaos.store.read.tiles_there", listed)
+    assert found.load().equals(gc.load(made))
+
+
+def test_a_run_that_ends_while_its_store_is_opened_has_lost_nothing(tmp_path, made, monkeypatch):
+    path, state_of = half_done(tmp_path / "map.zarr", monkeypatch), State.of
+
+    def ended(store):
+        state = state_of(store)
+        monkeypatch.setattr("gearchaos.store.check.State.of", state_of)
+        assert run(MAP, path).finished
+        return state
+
+    monkeypatch.setattr("gearchaos.store.check.State.of", ended)
+    with pytest.warns(UserWarning, match="1 of 12 tiles are not computed"):
+        found = gc.load(path)
+    assert found.load().equals(gc.load(made))

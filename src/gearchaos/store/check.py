@@ -69,13 +69,14 @@ class Missing:
 
 def missing(store: Store) -> Missing:
     """What is missing of a store, by the names and sizes of its objects."""
+    finished = store.finished  # before the blocks: a run that ends meanwhile has lost nothing
     state, records = State.of(store), dict[int, BlockRecord]()
     with ThreadPoolExecutor(cores()) as threads:
         for block, record in zip(state.blocks, threads.map(partial(block_record, store), state.blocks), strict=True):
             if record is not None:
                 records[block] = record
     sizes = store.objects.sizes(store.shard(name, block) for block in records for name in store.arrays)
-    written = set(range(store.grid.block_count)) if store.finished else state.blocks
+    written = set(range(store.grid.block_count)) if finished else state.blocks
     lost = {block: list(store.arrays) for block in sorted(written - records.keys())}
     for block, record in records.items():
         if wrong := [n for n in store.arrays if sizes.get(store.shard(n, block)) != record.shards.get(n, (None,))[0]]:

@@ -62,10 +62,11 @@ class StoredArray(BackendArray):
             if is_written(store, block):
                 return np.asarray(self._array[region])
             out = np.full(shape, fill, self.dtype)
-            if self._read_tiles(block, region, out):
-                return out
-            if is_written(store, block):  # it was written meanwhile
+            whole = self._read_tiles(block, region, out)
+            if is_written(store, block):  # meanwhile, and its tiles may have been deleted before they were listed
                 return np.asarray(self._array[region])
+            if whole:
+                return out
             what = "a tile that is in no block yet"
         except InputError:  # it is a ValueError
             raise
