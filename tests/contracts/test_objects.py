@@ -114,3 +114,13 @@ def test_a_missing_package_is_named_with_what_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "obstore", None)
     with pytest.raises(InputError, match=r'pip install "gearchaos\[object\]"'):
         Objects(f"s3://bucket/{uuid4().hex}").get("a")
+
+
+def test_objects_that_are_deleted_meanwhile_have_no_size(tmp_path, monkeypatch):
+    objects = Objects(tmp_path)
+    objects.put("a", b"12")
+    objects.put("b", b"1")
+    names = objects.names()
+    objects.delete(["b"])
+    monkeypatch.setattr(objects, "names", lambda: names)
+    assert objects.total_bytes() == 2
