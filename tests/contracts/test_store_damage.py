@@ -7,6 +7,7 @@ import re
 import shutil
 import warnings
 from contextlib import suppress
+from uuid import uuid4
 
 import numpy as np
 import pytest
@@ -265,13 +266,13 @@ def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
 
 
 def test_what_killed_processes_left_is_cleared_and_own_files_of_the_user_survive(path, made):
-    for name in (f"{SHARD}.4711.partial", "run/tiles/0/6", "notes/mine.txt", "mine.txt"):
+    for name in (f"{SHARD}.{uuid4().hex}.partial", "run/tiles/0/6", "notes/mine.txt", "my.partial"):
         Objects(path).put(name, b"left")
     shutil.copytree(made, path / "inner.zarr")
     damage(path / "zarr.json", "changed")
     damage(path / SHARD, "changed")
     assert check(open_store(path))[0] == [SHARD, "zarr.json"] and run(MAP, path).finished
-    own = {"notes/mine.txt": b"left", "mine.txt": b"left"} | {f"inner.zarr/{n}": c for n, c in files(made).items()}
+    own = {"notes/mine.txt": b"left", "my.partial": b"left"} | {f"inner.zarr/{n}": c for n, c in files(made).items()}
     assert {n: c for n, c in files(path).items() if not n.startswith("inner.zarr/run/blocks")} == files(made) | {
         n: c for n, c in own.items() if not n.startswith("inner.zarr/run/blocks")}
 
