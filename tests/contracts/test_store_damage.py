@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import re
+import shlex
 import shutil
 import warnings
 from contextlib import suppress
@@ -316,3 +317,12 @@ def test_a_run_that_ends_while_its_store_is_opened_has_lost_nothing(tmp_path, ma
     with pytest.warns(UserWarning, match="1 of 12 tiles are not computed"):
         found = gc.load(path)
     assert found.load().equals(gc.load(made))
+
+
+def test_commands_that_mend_are_for_a_shell(made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(made, "my map's.zarr")
+    damage(tmp_path / "my map's.zarr" / SHARD, "lost")
+    command = shlex.split(summary(open_store("my map's.zarr"))["command"])
+    assert command == ["gearchaos", "finish", "my map's.zarr"]
+    assert ask(*command[1:]).exit_code == 0 and ask("check", "my map's.zarr").exit_code == 0

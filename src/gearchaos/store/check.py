@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, groupby, pairwise
 from math import prod
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ class Missing:
         """The command that goes on; without the study file if all tiles were computed."""
         known = all(b in self.lost or self.state.done(self.store, b) == self.store.grid.tile_count(b)
                     for b in range(self.store.grid.block_count))
-        return f"gearchaos {'finish' if known else 'run STUDY.toml --out'} {self.store.objects}"
+        return f"gearchaos {'finish' if known else 'run STUDY.toml --out'} {quote(str(self.store.objects))}"
 
 
 def missing(store: Store) -> Missing:

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class StoredArray(BackendArray):
         except (LookupError, RuntimeError, ValueError):
             what = store.shard(self._name, block)
         raise InputError("store", "must be undamaged", str(store.objects),
-                         f"{what} does not have its checksum. gearchaos check {store.objects} finds all damage.")
+                         f"{what} does not have its checksum. gearchaos check {quote(str(store.objects))} finds all damage.")
 
     def _read_tiles(self, block: int, region: Region, out: np.ndarray) -> bool:
         """Read what is computed of a block that is not written; whether all tiles that are there are undamaged."""
