@@ -42,7 +42,9 @@ def test_a_store_holds_what_the_study_finds(kind, tmp_path):
     assert from_record(to_record(study)) == study
     assert gc.run(study, tmp_path / "s.zarr", threads=1).finished
     found = gc.load(tmp_path / "s.zarr")
-    assert found.identical(gc.run(study, threads=1)) and found.attrs["study"] == kind
+    made = gc.run(study, threads=1)
+    assert found.identical(made) and found.attrs["study"] == kind
+    assert list(found.data_vars) == list(made.data_vars) and list(found.coords) == list(made.coords)
     assert gc.run(study, tmp_path / "s.zarr", threads=1).finished  # nothing is left to do
 
 

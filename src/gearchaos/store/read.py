@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from gearchaos.errors import InputError
 from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects
-from gearchaos.store.store import STUDY, Store, open_store
+from gearchaos.store.store import FINISHED, STUDY, Store, checked, open_store
 from gearchaos.store.tiles import Region, span, within
 
 
@@ -130,7 +131,9 @@ def dataset(store: Store) -> xr.Dataset:
                          f"To repair {', '.join(damaged)}: {missing(store).repair}")
     opened = xr.open_zarr(store.objects.zarr, chunks=None)
     if not store.study.gridded:
-        return opened.load()
+        written = json.loads(checked(store.objects.get(FINISHED)))  # in the order of the study; zarr lists by alphabet
+        variables = opened.load()[[n for f in written if (n := f.removesuffix("/zarr.json")) in opened.variables]]
+        return variables.reset_coords()[list(variables.variables)].set_coords(opened.coords)
     lost = missing(store).lost
     arrays = {n: StoredArray(store, n, {b for b, names in lost.items() if n in names}) for n in store.arrays}
     cached: dict[str, Any] = {n: indexing.MemoryCachedArray(indexing.LazilyIndexedArray(a)) for n, a in arrays.items()}
