@@ -18,6 +18,7 @@ import zarr
 import gearchaos as gc
 from gearchaos.store.blocks import State, damaged_shards, tiles_there, work
 from gearchaos.store.check import check, summary
+from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.run import finish_store, run
 from gearchaos.store.store import STUDY, from_description, open_store
@@ -263,6 +264,8 @@ def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
             patch.setattr(Objects, "put", put)
             run(MAP, path, tile=8)
         assert not (path / STUDY).exists()
+        with write_lock(Objects(path), Shard()), pytest.raises(gc.InputError, match="the same command makes the store"):
+            open_store(path)
     assert run(MAP, path, tile=8).finished and files(path) == files(made)
 
 

@@ -246,8 +246,13 @@ def open_store(location: str | os.PathLike[str] | Objects) -> Store:
     if objects.exists():
         if (content := objects.get(STUDY)) is not None:
             return from_description(objects, content)
-        if (objects.folder is None or objects.folder.is_dir()) and objects.names("run"):
-            raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+        if objects.folder is None or objects.folder.is_dir():
+            names = objects.names("run")
+            if any(name.startswith((f"{TILES}/", f"{BLOCKS}/", FINISHED)) for name in names):
+                raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+            if names:
+                raise InputError("store", "must have been made", str(objects), "gearchaos run compiles its kernels "
+                                 "first. If it was stopped meanwhile, the same command makes the store.")
     raise InputError("store", "must be a folder that gearchaos run made", str(objects), f"There is no {STUDY} in it.")
 
 
