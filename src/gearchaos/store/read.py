@@ -125,6 +125,8 @@ def dataset(store: Store) -> xr.Dataset:
     another study that is not finished nothing but the results of work items is read.
     """
     if not store.study.gridded and not store.finished:
+        if store.grid.count == 1 and ((found := missing(store)).never or found.lost):
+            raise InputError("store", "must hold its only tile", str(store.objects), f"To compute it: {found.repair}")
         return store.study.finish(results(store))
     if damaged := store.damaged_files():
         raise InputError("store", "must be undamaged", str(store.objects),
