@@ -139,6 +139,7 @@ def stored(dataset, block, read=None):
 KEYS = [
     (slice(None), slice(None)), (slice(None, None, 3), slice(2, None, 5)), (slice(None, None, -2), 3),
     (-1, slice(14, 2, -3)), ([3, 1, 1], slice(None)), (slice(4, 4), slice(None)), (slice(4, 4), slice(None, None, 3)),
+    (slice(0, 5, -1), slice(None, 0, -2)), ([3, 1], slice(0, 5, -1)), (slice(5, 0, -2), slice(-1, -1, -1)),
     (7, 0),
 ]
 

@@ -21,6 +21,7 @@ from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import RESUME_ADVICE, PoolLostError, connection_lost
 from gearchaos.execute.progress import bar
 from gearchaos.store.blocks import State, damaged_shards, tiles_there, work, write_tile
+from gearchaos.store.check import missing as missing_results
 from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.read import results
@@ -360,6 +361,8 @@ def _outcome(
     """What a run has done, after it has finished the store if all blocks are written and whole."""
     grid, state = store.grid, State.of(store)
     whole = not damaged and len(state.blocks) == grid.block_count
+    if whole and not store.finished and (lost := missing_results(store).lost):  # perhaps of another shard
+        damaged, whole = set(lost), False
     if whole and not store.finished:
         made = None if store.study.gridded else store.study.finish(results(store), progress=progress)
         write_finished(store, made)
