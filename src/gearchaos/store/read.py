@@ -74,8 +74,8 @@ class StoredArray(BackendArray):
             raise
         except (LookupError, RuntimeError, ValueError):
             what = store.shard(self._name, block)
-        raise InputError("store", "must be undamaged", str(store.objects),
-                         f"{what} does not have its checksum. gearchaos check {quote(str(store.objects))} finds all damage.")
+        raise InputError("store", "must be undamaged", str(store.objects), f"{what} does not have its checksum. "
+                         f"gearchaos check {quote(str(store.objects))} finds all damage.")
 
     def _read_tiles(self, block: int, region: Region, out: np.ndarray) -> bool:
         """Read what is computed of a block that is not written; whether all tiles that are there are undamaged."""
