@@ -19,8 +19,8 @@ def objects(request, tmp_path):
 
 def test_objects_are_written_read_listed_and_deleted(objects):
     assert not objects.exists() and objects.get("a") is None and objects.names() == []
-    for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"),
-                          (f"b.{uuid4().hex}.partial", b"half")):
+    killed = f"b.{uuid4().hex}.partial"
+    for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"), (killed, b"half")):
         objects.put(name, content)
     objects.put("run/tiles/1", b"", durable=True)
     assert objects.exists() and (objects.get("a"), objects.get("a", 3), objects.get("a", 99)) == (

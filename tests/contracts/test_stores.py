@@ -139,8 +139,8 @@ def test_info_tells_a_finished_run_from_one_that_is_running(made, path, monkeypa
     half_done(path, monkeypatch)
     assert "not finished; to continue: gearchaos run" in " ".join(ask("info", path).stdout.split())
     with write_lock(Objects(path), Shard(2, 4)):
-        assert running(Objects(path)) == [f"shard 2/4: process {os.getpid()} on host {socket.gethostname()}"]
-        assert "running: shard 2/4: process" in " ".join(ask("info", path).stdout.split())
+        assert running(Objects(path)) == [f"shard 2/4, process {os.getpid()} on host {socket.gethostname()}"]
+        assert "running: shard 2/4, process" in " ".join(ask("info", path).stdout.split())
     assert running(Objects(path)) == []
 
 
@@ -171,9 +171,8 @@ def test_the_lock_of_a_dead_process_is_taken_over_but_not_that_of_another_host(p
     (locks / "2-of-3.lock").write_text("1\nnowhere\n")
     with pytest.raises(gc.InputError, match="shard 2/3, process 1 on host nowhere, is writing to it"):
         run(MAP, path)
-    (locks / "2-of-3.lock").write_text("")
-    with pytest.raises(gc.InputError, match="a process that does not give its name"):
-        run(MAP, path)
+    (locks / "2-of-3.lock").write_text("")  # as a power failure may leave it
+    assert run(MAP, path).finished
 
 
 def test_a_run_that_is_refused_leaves_nothing(path):

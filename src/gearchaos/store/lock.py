@@ -12,6 +12,7 @@ from filelock import SoftFileLock, Timeout
 
 from gearchaos.errors import InputError
 from gearchaos.store.objects import Objects
+from gearchaos.store.store import STUDY
 from gearchaos.store.tiles import Grid
 
 LOCKS = "run/locks"
@@ -108,8 +109,8 @@ def _locked(path: Path, timeout: float) -> Iterator[None]:
 
 
 def _remove_empty(objects: Objects) -> None:
-    """Remove the folders of a store that could not be made; those of another one may be in use."""
-    if objects.folder is not None and not objects.names():
+    """Remove the folders of a store that could not be made; those of one that is there may be in use."""
+    if objects.folder is not None and objects.get(STUDY) is None:
         with suppress(OSError):
             for folder in (objects.folder / LOCKS, (objects.folder / LOCKS).parent, objects.folder):
                 folder.rmdir()

@@ -138,9 +138,14 @@ def dataset(store: Store) -> xr.Dataset:
         return variables.reset_coords()[list(variables.variables)].set_coords(opened.coords)
     lost = missing(store).lost
     arrays = {n: StoredArray(store, n, {b for b, names in lost.items() if n in names}) for n in store.arrays}
-    cached: dict[str, Any] = {n: indexing.MemoryCachedArray(indexing.LazilyIndexedArray(a)) for n, a in arrays.items()}
-    return opened[list(arrays)].assign({  # zarr lists variables by the alphabet
-        n: xr.Variable(opened[n].dims, indexing.CopyOnWriteArray(a), opened[n].attrs) for n, a in cached.items()})
+    ordered = opened[list(arrays)]  # zarr lists variables by the alphabet
+    return ordered.assign({name: lazy(ordered[name].variable, array) for name, array in arrays.items()})
+
+
+def lazy(variable: xr.Variable, array: StoredArray) -> xr.Variable:
+    """A variable with other values, which are read when they are used and then kept in memory."""
+    cached: Any = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(array))
+    return xr.Variable(variable.dims, indexing.CopyOnWriteArray(cached), variable.attrs)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
