@@ -19,7 +19,8 @@ def objects(request, tmp_path):
 
 def test_objects_are_written_read_listed_and_deleted(objects):
     assert not objects.exists() and objects.get("a") is None and objects.names() == []
-    for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"), ("b.4711.partial", b"half")):
+    killed = f"b.{uuid4().hex}.partial"
+    for name, content in (("a", b"first"), ("a", b"second"), ("run/tilesets", b"1"), (killed, b"half")):
         objects.put(name, content)
     objects.put("run/tiles/1", b"", durable=True)
     assert objects.exists() and (objects.get("a"), objects.get("a", 3), objects.get("a", 99)) == (
@@ -114,3 +115,13 @@ def test_a_missing_package_is_named_with_what_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "obstore", None)
     with pytest.raises(InputError, match=r'pip install "gearchaos\[object\]"'):
         Objects(f"s3://bucket/{uuid4().hex}").get("a")
+
+
+def test_objects_that_are_deleted_meanwhile_have_no_size(tmp_path, monkeypatch):
+    objects = Objects(tmp_path)
+    objects.put("a", b"12")
+    objects.put("b", b"1")
+    names = objects.names()
+    objects.delete(["b"])
+    monkeypatch.setattr(objects, "names", lambda: names)
+    assert objects.total_bytes() == 2

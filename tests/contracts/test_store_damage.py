@@ -4,9 +4,11 @@ import errno
 import json
 import os
 import re
+import shlex
 import shutil
 import warnings
 from contextlib import suppress
+from uuid import uuid4
 
 import numpy as np
 import pytest
@@ -14,8 +16,9 @@ import xarray as xr
 import zarr
 
 import gearchaos as gc
-from gearchaos.store.blocks import damaged_shards, work
+from gearchaos.store.blocks import State, damaged_shards, tiles_there, work
 from gearchaos.store.check import check, summary
+from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.run import finish_store, run
 from gearchaos.store.store import STUDY, from_description, open_store
@@ -261,17 +264,19 @@ def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
             patch.setattr(Objects, "put", put)
             run(MAP, path, tile=8)
         assert not (path / STUDY).exists()
+        with write_lock(Objects(path), Shard()), pytest.raises(gc.InputError, match="the same command makes the store"):
+            open_store(path)
     assert run(MAP, path, tile=8).finished and files(path) == files(made)
 
 
 def test_what_killed_processes_left_is_cleared_and_own_files_of_the_user_survive(path, made):
-    for name in (f"{SHARD}.4711.partial", "run/tiles/0/6", "notes/mine.txt", "mine.txt"):
+    for name in (f"{SHARD}.{uuid4().hex}.partial", "run/tiles/0/6", "notes/mine.txt", "my.partial"):
         Objects(path).put(name, b"left")
     shutil.copytree(made, path / "inner.zarr")
     damage(path / "zarr.json", "changed")
     damage(path / SHARD, "changed")
     assert check(open_store(path))[0] == [SHARD, "zarr.json"] and run(MAP, path).finished
-    own = {"notes/mine.txt": b"left", "mine.txt": b"left"} | {f"inner.zarr/{n}": c for n, c in files(made).items()}
+    own = {"notes/mine.txt": b"left", "my.partial": b"left"} | {f"inner.zarr/{n}": c for n, c in files(made).items()}
     assert {n: c for n, c in files(path).items() if not n.startswith("inner.zarr/run/blocks")} == files(made) | {
         n: c for n, c in own.items() if not n.startswith("inner.zarr/run/blocks")}
 
@@ -286,3 +291,41 @@ def test_blocks_that_are_written_during_a_check_are_not_damaged(tmp_path, monkey
     monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
     monkeypatch.setattr("gearchaos.store.check.read_tile", read_tile)
     assert check(open_store(path))[0] == []
+
+
+def test_blocks_that_are_written_while_values_are_read_are_read(tmp_path, made, monkeypatch):
+    path = half_done(tmp_path / "map.zarr", monkeypatch)
+    with pytest.warns(UserWarning, match="1 of 12 tiles"):
+        found = gc.load(path)
+
+    def listed(*arguments):
+        monkeypatch.setattr("gearchaos.store.read.tiles_there", tiles_there)
+        assert run(MAP, path).finished
+        return tiles_there(*arguments)
+
+    monkeypatch.setattr("gearchaos.store.read.tiles_there", listed)
+    assert found.load().equals(gc.load(made))
+
+
+def test_a_run_that_ends_while_its_store_is_opened_has_lost_nothing(tmp_path, made, monkeypatch):
+    path, state_of = half_done(tmp_path / "map.zarr", monkeypatch), State.of
+
+    def ended(store):
+        state = state_of(store)
+        monkeypatch.setattr("gearchaos.store.check.State.of", state_of)
+        assert run(MAP, path).finished
+        return state
+
+    monkeypatch.setattr("gearchaos.store.check.State.of", ended)
+    with pytest.warns(UserWarning, match="1 of 12 tiles are not computed"):
+        found = gc.load(path)
+    assert found.load().equals(gc.load(made))
+
+
+def test_commands_that_mend_are_for_a_shell(made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(made, "my map's.zarr")
+    damage(tmp_path / "my map's.zarr" / SHARD, "lost")
+    command = shlex.split(summary(open_store("my map's.zarr"))["command"])
+    assert command == ["gearchaos", "finish", "my map's.zarr"]
+    assert ask(*command[1:]).exit_code == 0 and ask("check", "my map's.zarr").exit_code == 0

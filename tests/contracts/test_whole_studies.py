@@ -9,7 +9,9 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
+from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
@@ -42,8 +44,20 @@ def test_a_store_holds_what_the_study_finds(kind, tmp_path):
     assert from_record(to_record(study)) == study
     assert gc.run(study, tmp_path / "s.zarr", threads=1).finished
     found = gc.load(tmp_path / "s.zarr")
-    assert found.identical(gc.run(study, threads=1)) and found.attrs["study"] == kind
+    made = gc.run(study, threads=1)
+    assert found.identical(made) and found.attrs["study"] == kind
+    assert list(found.data_vars) == list(made.data_vars) and list(found.coords) == list(made.coords)
     assert gc.run(study, tmp_path / "s.zarr", threads=1).finished  # nothing is left to do
+
+
+def test_a_study_whose_only_tile_is_not_computed_has_no_result(tmp_path):
+    study = gc.Regime(MODEL, settings=Classification(longest_transient=200, doublings=1))
+    assert gc.run(study, tmp_path / "s.zarr", threads=1).finished
+    for folder in ("blocks", "finished"):  # as if it was lost, and the run killed that computed it again
+        Objects(tmp_path / "s.zarr").delete([f"run/{folder}"])
+    with pytest.warns(UserWarning, match="1 of 1 tiles"), pytest.raises(InputError, match="must hold its only tile"):
+        gc.load(tmp_path / "s.zarr")
+    assert gc.run(study, tmp_path / "s.zarr", threads=1).finished
 
 
 def test_functions_cannot_be_kept_in_a_store(tmp_path):

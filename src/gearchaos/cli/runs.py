@@ -8,6 +8,7 @@ import signal
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -125,10 +126,10 @@ def _say_missing(store: str, outcome: Outcome) -> None:
     """Print how many tiles are missing in a store that is not finished, and how to finish it."""
     shards = list(outcome.missing)
     if not shards:
-        say(f"the store is not finished; missing tiles: none. To finish it: gearchaos finish {store}")
+        say(f"the store is not finished; missing tiles: none. To finish it: gearchaos finish {quote(store)}")
     elif shards == ["1/1"]:
         say(f"the store is not finished; missing tiles: {outcome.missing['1/1']}. To compute them: "
-            f"gearchaos run STUDY.toml --out {store}")
+            f"gearchaos run STUDY.toml --out {quote(store)}")
     else:
         more = len(shards) - _NAMED
         parts = ", ".join(f"{outcome.missing[shard]} of shard {shard}" for shard in shards[:_NAMED])
@@ -363,5 +364,6 @@ def check(store: StorePath, json_out: Json = False) -> None:
         print_json({"store": store, "damaged": bool(files), "files": files, "tiles": tiles,
                     "command": found.repair if files else None})
     elif not files:
-        print(f"{store}: all checksums are right")
+        missing = f"; {len(found.never)} of {opened.grid.count} tiles are not computed" if found.never else ""
+        print(f"{store}: all checksums are right{missing}")
     raise typer.Exit(DAMAGED if files else 0)

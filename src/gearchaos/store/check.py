@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, groupby, pairwise
 from math import prod
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -64,18 +65,19 @@ class Missing:
         """The command that goes on; without the study file if all tiles were computed."""
         known = all(b in self.lost or self.state.done(self.store, b) == self.store.grid.tile_count(b)
                     for b in range(self.store.grid.block_count))
-        return f"gearchaos {'finish' if known else 'run STUDY.toml --out'} {self.store.objects}"
+        return f"gearchaos {'finish' if known else 'run STUDY.toml --out'} {quote(str(self.store.objects))}"
 
 
 def missing(store: Store) -> Missing:
     """What is missing of a store, by the names and sizes of its objects."""
+    finished = store.finished  # before the blocks: a run that ends meanwhile has lost nothing
     state, records = State.of(store), dict[int, BlockRecord]()
     with ThreadPoolExecutor(cores()) as threads:
         for block, record in zip(state.blocks, threads.map(partial(block_record, store), state.blocks), strict=True):
             if record is not None:
                 records[block] = record
     sizes = store.objects.sizes(store.shard(name, block) for block in records for name in store.arrays)
-    written = set(range(store.grid.block_count)) if store.finished else state.blocks
+    written = set(range(store.grid.block_count)) if finished else state.blocks
     lost = {block: list(store.arrays) for block in sorted(written - records.keys())}
     for block, record in records.items():
         if wrong := [n for n in store.arrays if sizes.get(store.shard(n, block)) != record.shards.get(n, (None,))[0]]:

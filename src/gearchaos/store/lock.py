@@ -12,12 +12,14 @@ from filelock import SoftFileLock, Timeout
 
 from gearchaos.errors import InputError
 from gearchaos.store.objects import Objects
+from gearchaos.store.store import STUDY
 from gearchaos.store.tiles import Grid
 
 LOCKS = "run/locks"
 _WAIT = 2.0  # how long a lock must stay taken to count as held; a process that only looks at it releases it at once
 
 _MOST_SHARDS = 100_000
+_LONGEST = 99  # characters of a shard that is given; Python reads no whole number of thousands of digits
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Shard:
         number, slash, count = text.partition("/")
         if not (slash and number.strip().isdecimal() and count.strip().isdecimal()):
             raise InputError("shard", "must read i/n with i from 1 to n", text, "E.g. 1/3.")
+        if len(text) > _LONGEST:
+            raise InputError("shard", f"must be of at most {_MOST_SHARDS:,} shards", f"{text[:_LONGEST]}…")
         return cls(int(number), int(count))
 
     def __str__(self) -> str:
@@ -69,7 +73,7 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
     objects.check_creatable()
     folder = objects.folder / LOCKS
     with ExitStack() as stack:
-        stack.callback(_remove_empty, folder, folder.parent, objects.folder)
+        stack.callback(_remove_empty, objects)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             stack.enter_context(_locked(folder / shard.lock, _WAIT))
@@ -104,11 +108,12 @@ def _locked(path: Path, timeout: float) -> Iterator[None]:
         lock.release()
 
 
-def _remove_empty(*folders: Path) -> None:
-    """Remove folders in which nothing is: those of a store that could not be made."""
-    with suppress(OSError):
-        for folder in folders:
-            folder.rmdir()
+def _remove_empty(objects: Objects) -> None:
+    """Remove the folders of a store that could not be made; those of one that is there may be in use."""
+    if objects.folder is not None and objects.get(STUDY) is None:
+        with suppress(OSError):
+            for folder in (objects.folder / LOCKS, (objects.folder / LOCKS).parent, objects.folder):
+                folder.rmdir()
 
 
 def running(objects: Objects) -> list[str]:
@@ -137,7 +142,7 @@ def _holder(objects: Objects, name: str) -> str:
 def _refusal(objects: Objects, name: str) -> InputError:
     """The error where another writer holds a lock."""
     count = name.removesuffix(".lock").partition("-of-")[2]
-    others = f"run other shards of {count}" if count else "divide the next run: --shard 1/2 and --shard 2/2"
+    others = f"run other shards of {count}" if count else "stop it and divide the work: --shard 1/2 and --shard 2/2"
     return InputError(
         "store", "must not have another writer", str(objects),
         f"{_holder(objects, name)}, is writing to it. Wait for it, or {others}. "

@@ -16,7 +16,7 @@ from typing import Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.files import sync_folder, write_bytes
 
-_PARTIAL = ".partial"  # suffix of the files that zarr writes before it renames them
+_PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # end of the files that are written before they are renamed
 
 _PROVIDERS = {"s3": "AWS", "s3a": "AWS", "gs": "GOOGLE", "az": "AZURE", "abfs": "AZURE", "abfss": "AZURE"}
 """Beginning of the names of the environment variables of a provider, by scheme of the URL."""
@@ -133,7 +133,7 @@ class Objects:
 
         async def collect() -> list[str]:
             listed = self.zarr.list_prefix(f"{prefix}/" if prefix else "")
-            return [name async for name in listed if name.endswith(_PARTIAL) == partial]
+            return [name async for name in listed if bool(_PARTIAL.search(name)) == partial]
 
         return self._done(prefix, collect())
 
@@ -154,6 +154,8 @@ class Objects:
 
     def total_bytes(self) -> int:
         """Size of all objects together."""
+        if self.folder is not None:  # zarr fails where a run deletes tiles meanwhile
+            return sum(self.sizes(self.names()).values())
         return self._done("", self.zarr.getsize_prefix(""))
 
     def delete(self, names: Iterable[str]) -> None:

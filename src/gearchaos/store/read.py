@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from gearchaos.errors import InputError
 from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects
-from gearchaos.store.store import STUDY, Store, open_store
+from gearchaos.store.store import FINISHED, STUDY, Store, checked, open_store
 from gearchaos.store.tiles import Region, span, within
 
 
@@ -32,6 +34,9 @@ class StoredArray(BackendArray):
         self.shape, self.dtype = (*store.grid.shape, *spec.shape), np.dtype(spec.dtype)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
+        nothing = slice(0, 0)  # xarray cannot divide an empty slice with a negative step
+        key = type(key)(tuple(nothing if isinstance(k, slice) and not range(n)[k] else k
+                              for k, n in zip(key.tuple, self.shape, strict=True)))
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self.select)
 
     def select(self, key: tuple[int | slice, ...]) -> np.ndarray:
@@ -59,17 +64,18 @@ class StoredArray(BackendArray):
             if is_written(store, block):
                 return np.asarray(self._array[region])
             out = np.full(shape, fill, self.dtype)
-            if self._read_tiles(block, region, out):
-                return out
-            if is_written(store, block):  # it was written meanwhile
+            whole = self._read_tiles(block, region, out)
+            if is_written(store, block):  # meanwhile, and its tiles may have been deleted before they were listed
                 return np.asarray(self._array[region])
+            if whole:
+                return out
             what = "a tile that is in no block yet"
         except InputError:  # it is a ValueError
             raise
         except (LookupError, RuntimeError, ValueError):
             what = store.shard(self._name, block)
-        raise InputError("store", "must be undamaged", str(store.objects),
-                         f"{what} does not have its checksum. gearchaos check {store.objects} finds all damage.")
+        raise InputError("store", "must be undamaged", str(store.objects), f"{what} does not have its checksum. "
+                         f"gearchaos check {quote(str(store.objects))} finds all damage.")
 
     def _read_tiles(self, block: int, region: Region, out: np.ndarray) -> bool:
         """Read what is computed of a block that is not written; whether all tiles that are there are undamaged."""
@@ -119,18 +125,27 @@ def dataset(store: Store) -> xr.Dataset:
     another study that is not finished nothing but the results of work items is read.
     """
     if not store.study.gridded and not store.finished:
+        if store.grid.count == 1 and ((found := missing(store)).never or found.lost):
+            raise InputError("store", "must hold its only tile", str(store.objects), f"To compute it: {found.repair}")
         return store.study.finish(results(store))
     if damaged := store.damaged_files():
         raise InputError("store", "must be undamaged", str(store.objects),
                          f"To repair {', '.join(damaged)}: {missing(store).repair}")
     opened = xr.open_zarr(store.objects.zarr, chunks=None)
     if not store.study.gridded:
-        return opened.load()
+        written = json.loads(checked(store.objects.get(FINISHED)))  # in the order of the study; zarr lists by alphabet
+        variables = opened.load()[[n for f in written if (n := f.removesuffix("/zarr.json")) in opened.variables]]
+        return variables.reset_coords()[list(variables.variables)].set_coords(opened.coords)
     lost = missing(store).lost
     arrays = {n: StoredArray(store, n, {b for b, names in lost.items() if n in names}) for n in store.arrays}
-    cached: dict[str, Any] = {n: indexing.MemoryCachedArray(indexing.LazilyIndexedArray(a)) for n, a in arrays.items()}
-    return opened[list(arrays)].assign({  # zarr lists variables by the alphabet
-        n: xr.Variable(opened[n].dims, indexing.CopyOnWriteArray(a), opened[n].attrs) for n, a in cached.items()})
+    ordered = opened[list(arrays)]  # zarr lists variables by the alphabet
+    return ordered.assign({name: lazy(ordered[name].variable, array) for name, array in arrays.items()})
+
+
+def lazy(variable: xr.Variable, array: StoredArray) -> xr.Variable:
+    """A variable with other values, which are read when they are used and then kept in memory."""
+    cached: Any = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(array))
+    return xr.Variable(variable.dims, indexing.CopyOnWriteArray(cached), variable.attrs)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:

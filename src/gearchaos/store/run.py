@@ -21,6 +21,7 @@ from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import RESUME_ADVICE, PoolLostError, connection_lost
 from gearchaos.execute.progress import bar
 from gearchaos.store.blocks import State, damaged_shards, tiles_there, work, write_tile
+from gearchaos.store.check import missing as missing_results
 from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.read import results
@@ -205,10 +206,11 @@ def _opened(study: Study, objects: Objects, tile: int | None, progress: bool) ->
     """The store at this location, which must hold the study; tells the user what is done, and the time it may take."""
     store = open_store(objects)
     if differing := differences(to_record(store.study), to_record(study)):
-        raise InputError("store", "must hold the same study", str(objects), "; ".join(differing) + ".")
+        raise InputError("store", "must hold the same study", str(objects), "; ".join(differing)
+                         + ". Give another --out, or the values in the store.")
     if progress:
         done = sum(map(partial(State.of(store).done, store), range(store.grid.block_count)))
-        study.cost.announce(done < store.grid.count)
+        study.cost.announce(not done)
         _say(f"{objects}: {done} of {store.grid.count} tiles are done already", progress)
         for line in differences(store.versions, versions(study)):
             _say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits",
@@ -267,10 +269,9 @@ def _write(
     if todo and store.finished:
         store = write_metadata(store, store.metadata())
     store.objects.delete([store.failed(tile) for tile in state.failed if store.grid.block_of(tile) in todo])
-    there = {block: len(state.tiles.get(block, ())) if block in todo else state.done(store, block)
-             for block in range(store.grid.block_count)}
-    remaining = sum(store.grid.tile_count(block) - there[block] for block in todo)
-    with bar("tiles" if progress else None, store.grid.count, sum(there.values())) as advance:
+    remaining = sum(store.grid.tile_count(block) - len(state.tiles.get(block, ())) for block in todo)
+    total = sum(map(store.grid.tile_count, blocks))
+    with bar("tiles" if progress else None, total, total - remaining) as advance:
         failed = _compute(store, todo, remaining, pool, advance)
     for tile, error in failed.items():
         store.objects.put(store.failed(tile), error.encode())
@@ -360,6 +361,8 @@ def _outcome(
     """What a run has done, after it has finished the store if all blocks are written and whole."""
     grid, state = store.grid, State.of(store)
     whole = not damaged and len(state.blocks) == grid.block_count
+    if whole and not store.finished and (lost := missing_results(store).lost):  # perhaps of another shard
+        damaged, whole = set(lost), False
     if whole and not store.finished:
         made = None if store.study.gridded else store.study.finish(results(store), progress=progress)
         write_finished(store, made)

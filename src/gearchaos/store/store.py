@@ -115,7 +115,10 @@ class Store:
                 str(k): v.tolist() if hasattr(v, "tolist") else v for k, v in labels.attrs.items()})
 
     def metadata(self, finished: xr.Dataset | None = None) -> dict[str, bytes]:
-        """Metadata and coordinates by the names of their objects, with the variables of a Dataset made at the end."""
+        """Metadata and coordinates by the names of their objects, with the variables of a Dataset made at the end.
+
+        Those of each variable follow one another, in the order of the Dataset.
+        """
         written: dict[str, Any] = {}
         memory = zarr.storage.MemoryStore(written)
         empty = self._empty_dataset() if self.study.gridded else xr.Dataset() if finished is None else finished
@@ -127,7 +130,9 @@ class Store:
                 self.create_array(memory, name, empty[name] if self.study.gridded else None)
             zarr.open_group(memory, path="run", mode="a", zarr_format=3)  # Zarr warns of folders that are no group
             zarr.consolidate_metadata(memory, zarr_format=3)
-        return {name: value.to_bytes() for name, value in written.items()}
+        order = {str(name): number for number, name in enumerate(kept.variables)}  # xarray writes them in any order
+        names = sorted(written, key=lambda name: (order.get(name.partition("/")[0], -1), name))
+        return {name: written[name].to_bytes() for name in names}
 
     def _empty_dataset(self) -> xr.Dataset:
         """The Dataset of a gridded study with zeros, which share one element: it takes no memory."""
@@ -241,8 +246,13 @@ def open_store(location: str | os.PathLike[str] | Objects) -> Store:
     if objects.exists():
         if (content := objects.get(STUDY)) is not None:
             return from_description(objects, content)
-        if (objects.folder is None or objects.folder.is_dir()) and objects.names("run"):
-            raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+        if objects.folder is None or objects.folder.is_dir():
+            names = objects.names("run")
+            if any(name.startswith((f"{TILES}/", f"{BLOCKS}/", FINISHED)) for name in names):
+                raise _damaged(objects, "run/study.json is missing, other files of a store are there")
+            if names:
+                raise InputError("store", "must have been made", str(objects), "gearchaos run compiles its kernels "
+                                 "first. If it was stopped meanwhile, the same command makes the store.")
     raise InputError("store", "must be a folder that gearchaos run made", str(objects), f"There is no {STUDY} in it.")
 
 
