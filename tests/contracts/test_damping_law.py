@@ -15,7 +15,7 @@ from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.model import DAMPING_LAWS
-from gearchaos.store.record import from_record, study_differences, to_record
+from gearchaos.store.record import differences, from_record, to_record
 from gearchaos.studyfile import load_design, load_study
 
 SINGLE = {"kind": "single", "omega": 0.9, "zeta": 0.05, "q0": 0.1, "eps1": 0.05}
@@ -114,7 +114,7 @@ def test_stores_name_the_difference():
     study = gc.Zones(gc.MeshModel.of(**SINGLE, damping_law="contact"), "omega=0.8:1:2", "eps1=0:0.1:2")
     assert from_record(json.loads(json.dumps(to_record(study)))) == study
     other = gc.Zones(gc.MeshModel.of(**SINGLE), "omega=0.8:1:2", "eps1=0:0.1:2")
-    assert study_differences(study, other) == ["model.damping_law: 'contact' in the store, 'always' asked for"]
+    assert differences(to_record(study), to_record(other)) == ["model.damping_law: 'contact' in the store, 'always' asked for"]
 
 
 @laws

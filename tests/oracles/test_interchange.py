@@ -94,7 +94,8 @@ def test_equations_in_sympy_are_those_of_the_oracle(name):
     for state in random.uniform(-2, 2, (60, len(plain))):
         begin, end, level = levels(model)[random.integers(len(levels(model)))]
         t = random.uniform(begin, end)
-        contact = scipy_oracle._class(float(scipy_oracle._z(model, np.array([t]), state[:, None])[0]))
+        gaps = scipy_oracle._gaps(model, level, np.array([t]), state[:, None])
+        contact = scipy_oracle._contact(*(gap[0] for gap in gaps))
         expected = scipy_oracle._right_side(model, contact, level)(t, state)[1::2]
         assert np.allclose(compute(t, *state), expected, rtol=1e-12, atol=1e-12)
         seen.add(contact)
