@@ -23,11 +23,8 @@ from gearchaos.studies.attractor_set import NOT_COMPUTED
 _PAUSE = 20.0
 """An interval without a finished tile is a pause of the run if it is this many times as long as the median interval."""
 
-_LISTED, _NAMED = 20, 3
-"""Largest numbers of files and blocks of work items that are listed, and that are named in a sentence."""
-
-Box = tuple[tuple[int, int], ...]
-"""A part of the grid of work items: first and last + 1 along each dimension."""
+_LISTED, _NAMED = 20, 3  # most files and parts of the grid that are listed, and that are named in a sentence
+Box = tuple[tuple[int, int], ...]  # a part of the grid of work items: first and last + 1 along each dimension
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,11 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
+from zarr.abc.store import RangeByteRequest
+from zarr.core.buffer import default_buffer_prototype
+from zarr.core.sync import sync
+from zarr.storage import LocalStore, MemoryStore, ObjectStore
+
 from gearchaos.errors import InputError, missing_package
 from gearchaos.files import sync_folder, write_bytes
 
@@ -34,7 +39,6 @@ _URL = re.compile(r"([a-z][a-z0-9+.-]*)://([^/?#%\s]+)((?:/[^/?#%]+)*)")
 
 _FIRST = {"max_retries": 2, "retry_timeout": timedelta(seconds=10)}  # a wrong address is reported within seconds
 _LATER = {"max_retries": 20, "retry_timeout": timedelta(minutes=3)}  # a run outlasts a short outage
-
 _AT_ONCE = 64  # number of objects whose sizes are asked for at the same time
 
 
@@ -77,8 +81,6 @@ class Objects:
         """
         if self.folder is None:
             return _connected(self.url)
-        from zarr.storage import LocalStore
-
         return LocalStore(self.folder)
 
     def exists(self) -> bool:
@@ -108,9 +110,6 @@ class Objects:
 
     def get(self, name: str, most: int | None = None) -> bytes | None:
         """The bytes of an object, the first ``most`` of them if given; None if there is none, or it is no file."""
-        from zarr.abc.store import RangeByteRequest
-        from zarr.core.buffer import default_buffer_prototype
-
         if self.folder is not None and not (self.folder / name).is_file():  # reading a pipe might never end
             return None
         part = None if most is None else RangeByteRequest(0, most)
@@ -120,8 +119,6 @@ class Objects:
     def put(self, name: str, content: bytes, durable: bool = False) -> None:
         """Write an object, which replaces an older one; one that is ``durable`` is never seen with a part of its
         content, not even after a power failure."""
-        from zarr.core.buffer import default_buffer_prototype
-
         if durable and self.folder is not None:
             (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
             write_bytes(self.folder / name, content, durable=True)
@@ -180,8 +177,6 @@ class Objects:
 
     def _done(self, name: str, work: Any) -> Any:
         """The result of a coroutine of zarr; errors have the location of the object."""
-        from zarr.core.sync import sync
-
         try:
             return sync(work)
         except Exception as error:
@@ -211,8 +206,6 @@ def _normalised(url: str) -> str:
 @lru_cache(maxsize=64)
 def _connected(url: str) -> Any:
     """The objects below a URL as a store of zarr, by the environment variables of this process; tried once."""
-    from zarr.storage import MemoryStore, ObjectStore
-
     scheme = url.partition("://")[0]
     if scheme == _MEMORY:
         return MemoryStore()

@@ -19,21 +19,11 @@ LARGEST_TILE = 16384
 motions to fill the lanes of the kernels."""
 
 _SMALLEST_TILE = 64  # fewest motions in a tile by default
-
-_SHARED = 8
-"""Number of tiles that a study has at least, if they are not smaller than the smallest: several workers share them."""
-
-_CHUNK_BYTES = 2**20  # largest size of a chunk of the largest array before compression, unless a tile is larger
-
-_BLOCK_BYTES = 2**27
-"""Largest size of the results of a block in all arrays, unless a tile is larger. A worker that writes a block has twice
-as much in memory."""
-
-_BLOCKS_PER_SHARD = 8
-"""Number of blocks for each shard, if tiles are not larger: with fewer, some shards would have much more to do."""
-
-_SMALLEST_BLOCK = 2**16
-"""Fewest work items in a block of a store that is not shared by shards: smaller ones would only be more files."""
+_SHARED = 8  # tiles that a study has at least, if they are not smaller than the smallest, for several workers
+_CHUNK_BYTES = 2**20  # of the largest array before compression, unless a tile is larger
+_BLOCK_BYTES = 2**27  # of all arrays, unless a tile is larger; who writes a block has twice as much in memory
+_BLOCKS_PER_SHARD = 8  # if tiles are not larger: with fewer, some shards would have much more to do
+_SMALLEST_BLOCK = 2**16  # work items in a block without shards: smaller ones would only be more files
 
 Shape = tuple[int, ...]
 Region = tuple[slice, ...]
