@@ -1,6 +1,7 @@
 """Runs into stores: they go on where they were stopped, try again what fails, and keep other writers out."""
 
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -258,3 +259,32 @@ def test_a_run_in_an_object_store_has_the_same_objects(made):
     Objects(url).delete(["label/c/0/1"])
     assert ask("check", url).exit_code == 1 and ask("finish", url).exit_code == 0
     assert Objects(url).get("label/c/0/1") == files(made)["label/c/0/1"]
+
+
+def test_a_shard_leaves_what_others_may_be_writing_and_a_single_run_clears_it(path):
+    for shards, left in (((1, 2), True), ((1,), False)):
+        for number in shards:
+            run(MAP, path, tile=8, shard=f"{number}/{len(shards)}")
+            (half := path / f"label/c/0/0.{'0' * 32}.partial").write_bytes(b"half")
+        assert run(MAP, path, shard=f"{shards[-1]}/{len(shards)}").finished
+        (path / "run/finished").unlink()
+        assert run(MAP, path, shard=f"{shards[-1]}/{len(shards)}").finished and half.exists() == left
+
+
+@pytest.mark.parametrize("name", ["run/blocks", "run/tiles/1", "run/locks"])
+def test_what_has_the_place_of_a_folder_of_the_store_is_named_with_what_to_do(path, name):
+    run(MAP, path, tile=8, shard="1/3")
+    shutil.rmtree(path / name, ignore_errors=True)
+    (path / name).parent.mkdir(exist_ok=True)
+    (path / name).write_bytes(b"")
+    words = "free of others" if name == "run/locks" else "Remove what is in the place of a file of the store.*" + name
+    with pytest.raises((OSError, gc.InputError), match=words):
+        run(MAP, path)
+
+
+def test_a_check_says_that_a_store_without_damage_is_not_finished(path, monkeypatch):
+    half_done(path, monkeypatch)
+    assert ask("check", path).stdout == f"{path}: all checksums are right; 1 of 12 tiles are not computed\n"
+    run(MAP, path)
+    (path / "run/finished").unlink()
+    assert ask("check", path).stdout.endswith(f"right; the store is not finished: gearchaos finish {path}\n")

@@ -364,6 +364,7 @@ def check(store: StorePath, json_out: Json = False) -> None:
         print_json({"store": store, "damaged": bool(files), "files": files, "tiles": tiles,
                     "command": found.repair if files else None})
     elif not files:
-        missing = f"; {len(found.never)} of {opened.grid.count} tiles are not computed" if found.never else ""
+        unfinished = "" if opened.finished else f"; the store is not finished: {found.repair}"
+        missing = f"; {len(found.never)} of {opened.grid.count} tiles are not computed" if found.never else unfinished
         print(f"{store}: all checksums are right{missing}")
     raise typer.Exit(DAMAGED if files else 0)

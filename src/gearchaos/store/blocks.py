@@ -174,7 +174,7 @@ class State:
 
     blocks: set[int]  # that are written
     tiles: dict[int, set[int]]  # that are there of other blocks, by block
-    failed: dict[int, str]  # errors of the tiles that failed in the last run
+    failed: set[int]  # that failed in the last run
 
     @classmethod
     def of(cls, store: Store) -> State:
@@ -183,9 +183,8 @@ class State:
         for number in _numbers(objects, TILES, grid.count):
             tiles.setdefault(grid.block_of(number), set()).add(number)
         blocks = _numbers(objects, BLOCKS, grid.block_count)  # after the tiles: a block written meanwhile is not missed
-        failed = {n: (objects.get(f"{FAILED}/{n}") or b"").decode(errors="replace")
-                  for n in _numbers(objects, FAILED, grid.count)}
-        return cls(blocks, {b: t for b, t in tiles.items() if b not in blocks}, failed)
+        others = {b: t for b, t in tiles.items() if b not in blocks}
+        return cls(blocks, others, _numbers(objects, FAILED, grid.count))
 
     def done(self, store: Store, block: int) -> int:
         """Number of tiles of a block that are done."""

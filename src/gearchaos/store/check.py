@@ -121,7 +121,8 @@ def summary(store: Store) -> dict[str, Any]:
         "store": str(store.objects), "study": store.study.kind, "finished": whole, "tiles": grid.count,
         "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
         "pieces": total, "pieces_done": items,
-        "failed": {str(n): error for n, error in sorted(found.state.failed.items())},
+        "failed": {str(n): (store.objects.get(store.failed(n)) or b"").decode(errors="replace")
+                   for n in sorted(found.state.failed)},
         "seconds": sum(record.seconds for record in known), "pieces_per_second": rate,
         "seconds_left": (total - items) / rate if rate else None,
         "machines": sorted({record.host for record in known}), "bytes": store.objects.total_bytes(),

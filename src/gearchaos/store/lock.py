@@ -76,10 +76,10 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
         except Timeout:
             raise _refusal(objects, shard.lock) from None
         except OSError as error:
-            if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
+            if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR):
                 raise
             raise InputError("store", "must be writable", str(objects), f"{error}. Make all its files and folders "
-                             "writable, or copy it to a place you may write in.") from None
+                             "writable and free of others, or copy it to a place you may write in.") from None
         same = f"-of-{shard.count}.lock"
         for other in sorted(path.name for path in folder.glob("*.lock")):
             if other != shard.lock and not other.endswith(same) and _held(objects, other, _WAIT):

@@ -119,11 +119,13 @@ class Objects:
     def put(self, name: str, content: bytes, durable: bool = False) -> None:
         """Write an object, which replaces an older one; one that is ``durable`` is never seen with a part of its
         content, not even after a power failure."""
-        if durable and self.folder is not None:
-            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
-            write_bytes(self.folder / name, content, durable=True)
-            return
-        self._done(name, self.zarr.set(name, default_buffer_prototype().buffer.from_bytes(content)))
+        async def write() -> None:
+            if durable and self.folder is not None:
+                (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+                write_bytes(self.folder / name, content, durable=True)
+            else:
+                await self.zarr.set(name, default_buffer_prototype().buffer.from_bytes(content))
+        self._done(name, write())
 
     def names(self, prefix: str = "", partial: bool = False) -> list[str]:
         """The names of all objects below a prefix, or of what killed processes have left of some they were writing."""
@@ -183,6 +185,8 @@ class Objects:
             where = f"{self.url}/{name}"
             if type(error).__module__.startswith("obstore"):
                 raise ConnectionError(errno.EIO, f"The object store failed: {_reason(error)}", where) from None
+            if isinstance(error, (FileExistsError, IsADirectoryError, NotADirectoryError)):
+                raise OSError(error.errno, "Remove what is in the place of a file of the store", where) from None
             if isinstance(error, OSError):  # that of a full disk has no path
                 raise OSError(error.errno, error.strerror or str(error), where) from error
             raise

@@ -283,10 +283,8 @@ def _compute(
 ) -> dict[int, str]:
     """Compute the ``count`` missing tiles of blocks, and write each block when its last tile is done.
 
-    Returns the errors of the tiles that failed.
-
-    A tile that fails is tried again twice. If a worker process dies, the tiles that were being computed are tried again
-    one by one at the end: any of them may be the cause.
+    Returns the errors of the tiles that failed. A tile that fails is tried again twice. If a worker process dies, the
+    tiles that were being computed are tried again one by one at the end: any of them may be the cause.
     """
     left, attempts, failed = dict[int, int](), Counter[int](), dict[int, str]()
     rest, again, alone = _tasks(store, blocks, left), deque[Task](), deque[Task]()
@@ -366,6 +364,8 @@ def _outcome(
     if whole and not store.finished:
         made = None if store.study.gridded else store.study.finish(results(store), progress=progress)
         write_finished(store, made)
+        if division == 1:  # no shard is writing
+            store.objects.delete(store.objects.names(partial=True))
     missing = Counter[int]()
     for block in range(grid.block_count):
         there = len(tiles_there(store, block)) if block in damaged else state.done(store, block)

@@ -234,7 +234,6 @@ def write_finished(store: Store, made: xr.Dataset | None) -> None:
         store.objects.put(name, value)
     store.objects.keep(content)
     store.objects.delete_all(TILES)
-    store.objects.delete(store.objects.names(partial=True))
     files = {name: zlib.crc32(value) for name, value in content.items()}
     store.objects.put(FINISHED, with_checksum(json.dumps(files).encode()))
     store.objects.keep([FINISHED])

@@ -177,9 +177,8 @@ def dimensions(d: int, law: str) -> tuple[Any, ...]:
 
 def _law(dims: Any) -> str:
     """The damping law of ``dims``, or of its Numba type."""
-    kinds = {types.Integer: "always", types.Float: "contact", types.Complex: "unilateral"}
     element = getattr(dims, "dtype", None) or typeof(dims[0])
-    return next(law for kind, law in kinds.items() if isinstance(element, kind))
+    return next(law for law, number in DAMPING_LAWS.items() if typeof(number) == element)
 
 
 @intrinsic
