@@ -119,8 +119,7 @@ def summary(store: Store) -> dict[str, Any]:
     files, whole = [*found.files, *damaged], store.finished and not without and not damaged
     return {
         "store": str(store.objects), "study": store.study.kind, "finished": whole, "tiles": grid.count,
-        "tiles_done": grid.count - len(without), "tiles_lost": len(lost),
-        "pieces": total, "pieces_done": items,
+        "tiles_done": grid.count - len(without), "tiles_lost": len(lost), "pieces": total, "pieces_done": items,
         "failed": {str(n): (store.objects.get(store.failed(n)) or b"").decode(errors="replace")
                    for n in sorted(found.state.failed)},
         "seconds": sum(record.seconds for record in known), "pieces_per_second": rate,
