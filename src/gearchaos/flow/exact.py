@@ -12,9 +12,12 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from gearchaos.flow.contact_tables import prepare_contacts
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH
+from gearchaos.flow.kernels.contact_motion import advance_contact_sets
+from gearchaos.flow.kernels.contact_sets import new_contact_work
 from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem, contact_states
@@ -207,6 +210,11 @@ class ExactFlow(Generic[System]):
         self.system = system
         self.dimension = system.dimension
         self._samples = samples
+        if system.contacts is not None:
+            self._contacts, self._tables = prepare_contacts(system, samples)
+            self._lock = threading.Lock()  # the tables are filled while trajectories are advanced
+            self.step_count = self._contacts.counts.sum(axis=1)
+            return
         self._points, self._grid = prepare_points(system, samples)
         self.step_count = self._points.grids.step_count
         self._entries = int(self._points.steps.entry.max()) + 1
@@ -259,12 +267,23 @@ class ExactFlow(Generic[System]):
             samples=np.zeros((longest if sample else 0, self._samples, self.dimension + 1, count)),
             status=np.zeros(count, dtype=np.int64),
         )
-        self._run(Call(
-            self._packs(points, ends), ends, points.astype(np.int64), out.w, out.tangent,
-            out.growth, out.sections, out.measures, out.samples, out.status,
-            contact_states(self.system, out.w, points),
-        ))
+        several = self.system.contacts is not None
+        call = Call(
+            np.zeros((0, WIDTH), np.int64) if several else self._packs(points, ends), ends, points.astype(np.int64),
+            out.w, out.tangent, out.growth, out.sections, out.measures, out.samples, out.status,
+            contact_states(self.system, out.w, points))
+        (self._run_with_sets if several else self._run)(call)
         return out
+
+    def _run_with_sets(self, call: Call) -> None:
+        """Advance the trajectories of a call where there are several contacts, those of a point in turn."""
+        with self._lock:
+            raise_if_cancelled()
+            dims, order = dimensions(self.dimension, "always"), np.argsort(call.points, kind="stable")
+            work = new_contact_work(self.dimension, len(self._contacts.mesh), len(self._contacts.row), len(call.tangent))
+            while advance_contact_sets(dims, self._contacts, call, order, self._tables, work, len(call.measures) > 0,
+                                       _STEPS_BETWEEN_CANCEL_CHECKS):
+                raise_if_cancelled()
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
         """Group trajectories with the same step grid into packs: indices (C, WIDTH), -1 for unused positions.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -55,6 +55,10 @@ class SwitchedSystem(Protocol):
         What contact adds to the trace: −b[:, 1] D.
     period : (P,)
         2π/ω.
+    contacts : object or None
+        None for one spring; else the one-sided contacts that take its place, with arrays ``sides`` (M,), ``edges``
+        (P, N), ``stiffness`` (P, M, N) and ``gap`` (P, M, N, 3), see `gearchaos.model.contacts.OneSidedContacts`. Then
+        ``levels`` are those of their sum without gaps.
 
     Examples
     --------
@@ -105,6 +109,8 @@ class SwitchedSystem(Protocol):
     def contact_trace(self) -> np.ndarray: ...
     @property
     def period(self) -> np.ndarray: ...
+    @property
+    def contacts(self) -> Any: ...
     @property
     def points(self) -> int: ...
     @property

@@ -50,7 +50,7 @@ segment."""
 _SMALLEST_WINDOW = 1e-9  # smallest window of an increment, see `_next_window`, as a fraction of the segment
 
 _MAX_INCREMENTS = 400
-_BEYOND_END = 2.0  # a value of s beyond the end of every segment, which is at 1
+_BEYOND_END = NO_ROOT = 2.0  # a value of s beyond the end of every segment, which is at 1
 _JUMPED = -1e-13  # a force less than this at the start of a segment has jumped with the stiffness
 SEARCH_FAILED = 2.0  # value of ``next_sigma`` for a lane whose exit was not found within `_MAX_INCREMENTS` increments
 
@@ -329,6 +329,50 @@ def find_exits(dims, harmonics, ws):
     next_sigma = select(s <= broadcast(1.0), broadcast(SEARCH_FAILED), next_sigma)
     store(ws, at.end_fraction, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
     store(ws, at.next_sigma, next_sigma)
+
+
+@subroutine
+def first_roots(ws, first, out, row):
+    """Write the first root in [0, 1] of each of `WIDTH` gaps to row ``row`` of ``out``: `NO_ROOT` if there is none, a
+    negative number if the search does not end.
+
+    Their polynomials begin at row ``first``. The search is that of `find_exits`.
+    """
+    far, one, zero = broadcast(_BEYOND_END), broadcast(1.0), broadcast(0.0)
+    gap0, slope0, third, curved = load(ws, first), load(ws, first + 1), _third_derivative_bound(ws, first, 1), zero
+    for k in range(2, ORDER + 1):
+        curved = curved + vabs(load(ws, first + k))
+    rootless = (vabs(slope0) + curved < gap0) | ((curved < slope0) & (zero <= gap0))
+    exit_at, touch, probe, window_limit = far, zero - far, broadcast(_PROBE), far
+    s = select(rootless, far, zero)
+    searching = s <= one
+    for _ in range(_MAX_INCREMENTS):
+        if not any_true(searching):
+            break
+        moved, slope, second = _displacement(ws, first, 1, s)
+        gap = gap0 + moved
+        window = smaller(window_limit, _window_after(touch, s))
+        ahead = smaller(window, one - s)
+        change = third * ahead
+        increment, speed = _safe_increment(gap, slope, second - change), vabs(slope)
+        error = change * increment * increment
+        exact = error <= broadcast(_EXACT) * speed
+        leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
+        near = (increment < broadcast(_PROBE)) & (gap <= broadcast(_EXACT))
+        touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
+        root = s + increment
+        window_limit = _next_window(error, speed, increment, ahead)
+        increment = smaller(increment, window)
+        if any_true(touching):
+            later, _, _ = _displacement(ws, first, 1, s + probe)
+            through = touching & (gap0 + later < zero)
+            leaving, root = leaving | through, select(through, s, root)
+            increment = select(touching, probe, increment)
+            touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
+        exit_at = select(leaving & (root <= one), root, exit_at)
+        s = select(searching, s + select(leaving, far, increment), s)
+        searching = s <= one
+    store(out, row, select(searching, broadcast(-1.0), exit_at))
 
 
 @inlined

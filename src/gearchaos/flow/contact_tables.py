@@ -1,0 +1,72 @@
+"""Points of systems with several one-sided contacts, for the kernels; see `kernels.contact_sets`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gearchaos.flow.kernels.contact_sets import OFFSETS, ContactPoints, StepTables, new_tables
+from gearchaos.flow.step_tables import orthonormalisations
+from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
+
+_MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
+_SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
+_SAME_INSTANT = 1e-12  # a sample and a change of stiffness that are closer, as fractions of the period, coincide
+
+
+def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoints, StepTables]:
+    """The points of a system whose only displacement z has several contacts, and empty tables for their steps.
+
+    Contact e is closed while side z − 1 − gap is positive. If ``samples`` > 0, a step starts at each of ``samples``
+    equidistant instants of the period.
+    """
+    contacts, (points, d) = system.contacts, system.b.shape
+    edges, stiffness, gap = contacts.edges, contacts.stiffness, contacts.gap
+    edges = np.hstack([edges, np.ones((points, 1))])
+    sample = np.full(edges.shape[1] - 1, -1)
+    if samples:
+        if np.ptp(edges, axis=0).any():
+            raise ValueError("samples need the same contact ratio and relief lengths at all points")
+        edges, piece, begin, sample = _split(edges[0], samples)
+        edges = np.repeat(edges[None], points, axis=0)
+        stiffness, gap = stiffness[:, :, piece], gap[:, :, piece]
+        gap = np.stack([gap[..., 0] + begin * (gap[..., 1] + begin * gap[..., 2]), gap[..., 1] + 2 * begin * gap[..., 2],
+                        gap[..., 2]], axis=-1)
+    offset = np.zeros((*gap.shape[:3], OFFSETS))
+    offset[..., : gap.shape[3]] = gap
+    offset[..., 0] += 1.0
+    counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
+    counts = np.maximum(counts, 1)
+    forcing = np.zeros((2, points, system.f_cos.shape[1], d))
+    forcing[0, :, :, 1], forcing[1, :, :, 1] = system.f_cos, system.f_sin
+    row, rate = np.eye(d)[None, 0], np.eye(d)[None, 1]
+    found = ContactPoints(
+        system.omega, system.A, system.f0, np.arange(1, system.f_cos.shape[1] + 1), *forcing, row, row, rate,
+        system.b[:, None], system.damping[:, None], np.array([int(system.damping_law != "always")]),
+        np.zeros(len(contacts.sides), np.int64), contacts.sides.astype(float), edges, stiffness.transpose(0, 2, 1),
+        offset.transpose(0, 2, 1, 3), counts, sample, np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
+        system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)
+    found = ContactPoints(*map(np.ascontiguousarray, found))
+    steps = int(counts.sum(axis=1).max())
+    one = new_tables(1, steps, steps * _SETS, d, len(contacts.sides), 1)
+    places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))
+    return found, new_tables(places, steps, steps * _SETS, d, len(contacts.sides), 1)
+
+
+def _split(edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Pieces with ``edges`` (N + 1,) split at ``samples`` equidistant instants.
+
+    Returns the new edges, of each new piece the old one and how far within it it begins, and the index of the sample
+    at its start or −1.
+    """
+    instants = np.arange(samples) / samples
+    near = np.abs(instants[:, None] - edges).min(axis=1) < _SAME_INSTANT
+    new = np.sort(np.concatenate([edges, instants[~near]]))
+    piece = np.searchsorted(edges, new[:-1], side="right") - 1
+    piece = np.minimum(piece, len(edges) - 2)
+    sample, first = np.full(len(new) - 1, -1), np.searchsorted(new, instants - _SAME_INSTANT)
+    long = np.diff(new) > _SAME_INSTANT
+    for i, n in enumerate(first.tolist()):
+        while not long[n]:  # a piece of no length has no steps
+            n += 1
+        sample[n] = i
+    return new, piece, new[:-1] - edges[piece], sample
