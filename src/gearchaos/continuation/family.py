@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gearchaos.flow import ExactFlow, SensitivityFlow, differentiate
+from gearchaos.flow import DifferencedFlow, ExactFlow, SensitivityFlow, differentiate
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -20,7 +20,8 @@ _WEIGHTS = np.array([0, -1, 9, -45, 45, -9, 1]) / 60
 """Central differences of sixth order. The arrays of a system are polynomials, sines or simple fractions of each
 parameter, so that the differences are exact to about 1e-12."""
 
-_STEP = 5e-3  # step of the differences, relative to the parameter
+_STEP = 5e-3  # step of the differences of equations, relative to the parameter
+_FLOW_STEP = 1e-5  # step of the differences of motions, which are smooth only between changes of their contacts
 
 _LEAST = 0.1
 """Least magnitude to which the step is relative, for parameters by which the equations do not divide; the largest is 1,
@@ -36,7 +37,7 @@ class ParameterFamily:
 
     def __init__(self, model: MeshModel, axes: Sequence[str], names: tuple[str, ...] | None = None) -> None:
         self.model, self.axes = model, tuple(axes)
-        points = self._stencil(self.start[None])[0] if self.axes else self.start[None]
+        points = self._stencil(self.start[None], _STEP)[0] if self.axes else self.start[None]
         self.names = coordinates(self.batch(points)) if names is None else names
 
     @cached_property
@@ -77,13 +78,16 @@ class ParameterFamily:
         """The equations at values (P, Q)."""
         return switched_system(self.batch(values), self.names)
 
-    def flow(self, values: np.ndarray) -> SensitivityFlow:
+    def flow(self, values: np.ndarray) -> SensitivityFlow | DifferencedFlow:
         """The exact flow at values (P, Q), with derivatives by the Q parameters."""
+        several = self.model.stiffness.shared
         if not self.axes:
-            return SensitivityFlow(self.system(values))
-        points, steps = self._stencil(values)
+            return (DifferencedFlow if several else SensitivityFlow)(self.system(values))
+        points, steps = self._stencil(values, _FLOW_STEP if several else _STEP)
         (count, parameters), width = values.shape, len(_STENCIL)
         system = switched_system(self.batch(points), self.names)
+        if several:
+            return DifferencedFlow(self.system(values), system, _WEIGHTS, steps)
         derivatives = differentiate(system, _WEIGHTS, steps)
         return SensitivityFlow(system.take(np.arange(count) * parameters * width), derivatives)
 
@@ -92,13 +96,14 @@ class ParameterFamily:
         flat = self.model.expand(dict(zip(self.axes, values.T, strict=True)))
         return Batch(self.model, MappingProxyType(flat), len(values))
 
-    def _stencil(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q)."""
+    def _stencil(self, values: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+        """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q); ``step`` is
+        relative to the parameter."""
         found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
         # (Q,) whether the equations divide by each parameter, or it must be positive for another reason:
         divisor = np.array([any(q is not None and q.divisor for q in group) for group in found])
         size = np.where(divisor & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
-        steps, q = _STEP * size, values.shape[1]
+        steps, q = step * size, values.shape[1]
         offsets = np.einsum("pq,s,qr->pqsr", steps, _STENCIL, np.eye(q))
         return (values[:, None, None, :] + offsets).reshape(-1, q), steps
 

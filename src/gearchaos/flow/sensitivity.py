@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearchaos.flow.exact import raise_if_cancelled
+from gearchaos.flow.exact import ExactFlow, raise_if_cancelled
 from gearchaos.flow.kernels.arrays import dimensions, new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
@@ -149,6 +149,57 @@ class SensitivityFlow:
             call.w, call.tangent.transpose(0, 2, 1), call.sensitivity.transpose(0, 2, 1), call.switches,
             call.switch_count, call.extrema, call.extremum_count, call.status,
         )
+
+
+class DifferencedFlow:
+    """The flow over one mesh period of a system with several contacts, with derivatives like `SensitivityFlow`.
+
+    The monodromy matrices are exact to rounding. The derivatives by parameters are differences of exact flows, right
+    to about 1e-8. Contact switches and extrema of z are not recorded.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+        P parameter points.
+    neighbours : SwitchedSystem
+        P Q S points as in `differentiate`, close to those.
+    weights : (S,)
+    steps : (P, Q)
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.flow import DifferencedFlow
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> model, h = gc.MeshModel.of(q0=0.1, eps1=0.1), 1e-5
+    >>> centre = initial_value_problems(model)
+    >>> around = initial_value_problems(model, {"zeta": 0.025 + h * np.array([-1.0, 0.0, 1.0])})
+    >>> flow = DifferencedFlow(centre.flow.system, around.flow.system, np.array([-0.5, 0.0, 0.5]), np.array([[h]]))
+    >>> flow.advance(centre.w.T).sensitivity.shape
+    (1, 2, 1)
+    """
+
+    def __init__(self, system: SwitchedSystem, neighbours: SwitchedSystem | None = None,
+                 weights: np.ndarray | None = None, steps: np.ndarray | None = None) -> None:
+        self.dimension, self._flow = system.dimension, ExactFlow(system)
+        self._weights = np.zeros(0) if weights is None else weights
+        self._steps = np.zeros((system.points, 0)) if steps is None else steps
+        self._around = None if neighbours is None else ExactFlow(neighbours)
+
+    def advance(self, w: np.ndarray, points: np.ndarray | None = None) -> PeriodResult:
+        """Advance trajectories from phase 0 by one mesh period, as `SensitivityFlow.advance` does."""
+        (count, d), (q, s) = w.shape, (self._steps.shape[1], len(self._weights))
+        points = np.arange(count) if points is None else np.asarray(points, np.int64)
+        unit = np.repeat(np.eye(d)[:, :, None], count, axis=2)
+        run, sensitivity = self._flow.advance(w.T, 1, points=points, tangent=unit), np.zeros((count, d, q))
+        if self._around is not None:
+            number = (points[:, None] * q * s + np.arange(q * s)).ravel()
+            after = self._around.advance(np.repeat(w.T, q * s, axis=1), 1, points=number).w.reshape(d, count, q, s)
+            sensitivity = np.einsum("dlqs,s->ldq", after, self._weights) / self._steps[points][:, None, :]
+        none = np.zeros(count, np.int64)
+        return PeriodResult(run.w.T, run.tangent.transpose(2, 1, 0), sensitivity, np.zeros((count, 0, 4)), none,
+                            np.zeros((count, 0, 3 + d + q)), none, run.status)
 
 
 def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.ndarray) -> Derivatives:

@@ -1,0 +1,70 @@
+"""Several one-sided contacts in the flow: against an integration that shares no code, and in closed form."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.model import MeshModel, SteppedStiffness, vary
+from gearchaos.model.switched import SwitchedAffine, switched_system
+from tests.oracles.several_contacts import Contacts, Mesh, after_periods
+
+
+class Several(SwitchedAffine):
+    """A switched system with given contacts."""
+
+
+def system_of(mesh: Mesh, count: int = 1):
+    model = MeshModel.of(kind="single", omega=mesh.omega, zeta=mesh.zeta, q0=mesh.force, eps1=mesh.error,
+                         damping_law=mesh.law)
+    found, total = switched_system(vary(model, {})), np.zeros(len(mesh.contacts.edges))
+    for side in (1, -1):
+        total = np.maximum(total, mesh.contacts.stiffness[mesh.contacts.sides == side].sum(axis=0))
+    values = {**vars(found), "levels": total[None] + 1e-9, "starts": mesh.contacts.edges[None]}
+    system = Several(**{k: v for k, v in values.items() if k != "contacts"})
+    object.__setattr__(system, "contacts", SimpleNamespace(
+        sides=mesh.contacts.sides, edges=mesh.contacts.edges[None], stiffness=mesh.contacts.stiffness[None],
+        gap=mesh.contacts.gap[None]))
+    return system
+
+
+def random_mesh(seed: int) -> tuple[Mesh, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    m, n = int(rng.integers(1, 5)), int(rng.integers(1, 5))
+    sides = np.where(np.arange(m) == 0, 1.0, rng.choice([-1.0, 1.0], m))
+    stiffness = rng.uniform(0.3, 1.2, (m, n)) * (rng.random((m, n)) < 0.75)
+    gap = rng.uniform(-1, 1, (m, n, 3)) * [0.15, 0.4, 0.5]
+    if rng.random() < 0.3 and m > 1:  # two contacts that switch together
+        sides[1], gap[1] = sides[0], gap[0]
+    edges = np.append(0.0, np.sort(rng.uniform(0.05, 0.95, n - 1)))
+    mesh = Mesh(Contacts(sides, edges, stiffness, gap), rng.uniform(0.5, 2.5), rng.uniform(0.02, 0.2),
+                rng.choice([0.02, 0.1, 0.4]), rng.uniform(0, 0.2), str(rng.choice(["always", "contact"])))
+    return mesh, np.array([rng.uniform(-1.5, 1.5), rng.uniform(-0.4, 0.4)])
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_random_contacts_agree_with_an_independent_integration(seed):
+    mesh, start = random_mesh(seed)
+    flow = ExactFlow(system_of(mesh))
+    out = flow.advance(start[:, None], 2, tangent=np.eye(2)[:, :, None])
+    growth = max(1.0, np.abs(out.tangent).max())
+    assert out.status[0] == OK
+    assert np.abs(out.w[:, 0] - after_periods(mesh, start, 2)).max() < 1e-11 * growth
+
+
+def test_equal_contacts_are_one_spring():
+    contacts = Contacts(np.array([1.0, 1.0, -1.0]), np.array([0.0, 0.4]), np.array([[0.6, 0.5], [0.4, 0.3], [1.0, 0.8]]),
+                        np.zeros((3, 2, 3)))
+    mesh = Mesh(contacts, 0.9, 0.05, 0.1, 0.05, "contact")
+    model = MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.1, eps1=0.05, damping_law="contact",
+                         stiffness=SteppedStiffness((1.0, 0.8), (0.0, 0.4)))
+    start = np.array([[1.2, -1.4, 0.3], [0.4, 0.1, -0.6]])
+    several, single = ExactFlow(system_of(mesh)), ExactFlow(switched_system(vary(model, {})))
+    options = {"points": np.zeros(3, int), "tangent": np.repeat(np.eye(2)[:, :, None], 3, 2), "measured": True}
+    a, b = several.advance(start, 10, **options), single.advance(start, 10, **options)
+    assert np.abs(a.w - b.w).max() < 1e-12
+    assert np.abs(a.tangent - b.tangent).max() < 1e-11 * np.abs(b.tangent).max()
+    assert np.allclose(a.measures, b.measures, rtol=1e-11, atol=1e-12)
