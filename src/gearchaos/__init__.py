@@ -15,7 +15,8 @@ from gearchaos.display import make_cards_by
 
 _OTHERS = {
     "InputError": "errors",
-    "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "TransmissionError": "model",
+    "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "ToothPairStiffness": "model",
+    "TransmissionError": "model",
     "TwoLevelStiffness": "model",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.regime",

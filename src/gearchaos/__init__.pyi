@@ -33,6 +33,7 @@ from gearchaos.interchange.symbolic import to_sympy as to_sympy
 from gearchaos.model import HarmonicStiffness as HarmonicStiffness
 from gearchaos.model import MeshModel as MeshModel
 from gearchaos.model import SteppedStiffness as SteppedStiffness
+from gearchaos.model import ToothPairStiffness as ToothPairStiffness
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
 from gearchaos.store.read import load as load

@@ -23,6 +23,7 @@ from gearchaos.model.stiffness import (
     HarmonicStiffness,
     SteppedStiffness,
     Stiffness,
+    ToothPairStiffness,
     TwoLevelStiffness,
     default_stiffness,
 )
@@ -34,6 +35,6 @@ from gearchaos.validation import check
 __all__ = [
     "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS",
     "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness",
-    "Stiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_state_name", "default_stiffness",
-    "has_effect", "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
+    "Stiffness", "ToothPairStiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check",
+    "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

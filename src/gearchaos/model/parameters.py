@@ -107,8 +107,8 @@ class MeshModel(HasCard):
         Masses m_n/m, support stiffnesses c_n/c0 and support damping ratios k_n/(2 m_n ω0), used only by ``full``.
     error : TransmissionError
         Static transmission error ε(τ); "error" in names of this package, except those of exceptions.
-    stiffness : TwoLevelStiffness, HarmonicStiffness or SteppedStiffness
-        Mesh stiffness χ(τ).
+    stiffness : TwoLevelStiffness, HarmonicStiffness, SteppedStiffness or ToothPairStiffness
+        Mesh stiffness χ(τ), or tooth pairs that share the load.
     damping_law : {"always", "contact", "unilateral"}
         Where the mesh damping 2ζz' acts: ``always`` as in (2.5), across the open gap, too; or in ``contact`` alone, as
         in a Kelvin–Voigt element, which may pull before it opens; or ``unilateral``: in a contact that never pulls, and
@@ -168,6 +168,9 @@ class MeshModel(HasCard):
         for name, (type_, rule, advice) in _PARTS.items():
             if not isinstance(value := getattr(self, name), type_):
                 raise InputError(name, rule, value, advice)
+        if self.stiffness.shared and self.damping_law == "unilateral":
+            raise InputError("damping_law", "must be always or contact where tooth pairs share the load", "unilateral",
+                             "The mesh has one damper; a pair that never pulls would need one of its own.")
         initial = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)

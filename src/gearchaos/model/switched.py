@@ -22,7 +22,9 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.model.parameters import COORDINATES, STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
+from gearchaos.model.stiffness import ToothPairStiffness
 from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
 
@@ -112,6 +114,7 @@ class SwitchedAffine:
     damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
     damping_law: str  # where that acts: always, in contact, or unilateral
     static_force: np.ndarray  # (P,), mean of the mesh force 2ζz' + χ f(z) over a steady motion
+    contacts: OneSidedContacts | None = None  # of tooth pairs that share the load, in the place of the one spring
 
     @property
     def points(self) -> int:
@@ -138,7 +141,9 @@ class SwitchedAffine:
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
         """The systems of the points with these indices (N,), in that order."""
-        return replace(self, **{k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)})
+        contacts = None if self.contacts is None else self.contacts.take(index)
+        arrays = {k: v[index] for k, v in self.__dict__.items() if isinstance(v, np.ndarray)}
+        return replace(self, contacts=contacts, **arrays)
 
 
 def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
@@ -153,6 +158,7 @@ def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
         A=-sign[:, None] * system.A * sign, b=-sign * system.b, f0=-sign * system.f0, f_sin=-system.f_sin,
         chi_sin=-system.chi_sin, levels=np.ascontiguousarray(system.levels[:, ::-1]),
         starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
+        contacts=None if system.contacts is None else system.contacts.reversed_in_time(),
     )
 
 
@@ -206,7 +212,8 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     # A stiffness without parts has the level 1 in both halves of the period: with another division the steps would be
     # others, and results would differ in their last bits.
     stiffness = batch.model.stiffness
-    parts = [*stiffness.parts({**stiffness.numbers(), **batch.values})] or [(0.0, 1.0), (0.5, 1.0)]
+    numbers = {**stiffness.numbers(), **batch.values}
+    parts = [*stiffness.parts(numbers)] or [(0.0, 1.0), (0.5, 1.0)]
     if np.any(parts[0][0] > 0):  # until then the last level of the period before lasts on
         parts.insert(0, (0.0, parts[-1][1]))
     starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
@@ -216,7 +223,8 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
         chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
-        damping_law=batch.model.damping_law, **_velocity(rows))
+        damping_law=batch.model.damping_law, **_velocity(rows),
+        contacts=stiffness.contacts(numbers, batch.size) if isinstance(stiffness, ToothPairStiffness) else None)
 
 
 class _Rows:

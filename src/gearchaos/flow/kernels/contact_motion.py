@@ -88,11 +88,14 @@ def _segment_equations(dims, points, p, tables, place, step, start, rest, closed
         o = tables.offset[place, step, e]
         work.offset[e, 0] = o[0] + start * (o[1] + start * o[2])
         work.offset[e, 1], work.offset[e, 2] = (o[1] + 2.0 * start * o[2]) * rest, o[2] * rest * rest
+    if start == 0.0:
+        set_equations(dims, points, p, tables.stiffness[place, step], closed, work.offset, source, work)
+        return
     shifted = work.series[d]  # the polynomial of the forcing about ``start``, by repeated division
     for i in range(d):
         for k in range(ORDER + 1):
             shifted[k, i] = source[k, i]
-        if start > 0.0 and (source[1, i] != 0.0 or source[2, i] != 0.0):
+        if source[1, i] != 0.0 or source[2, i] != 0.0:
             for n in range(ORDER):
                 for k in range(ORDER - 1, n - 1, -1):
                     shifted[k, i] += start * shifted[k + 1, i]

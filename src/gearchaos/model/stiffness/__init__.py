@@ -7,16 +7,17 @@ from collections.abc import Iterable
 from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.model.stiffness.harmonic import HarmonicStiffness
 from gearchaos.model.stiffness.stepped import MAX_LEVELS, SteppedStiffness
+from gearchaos.model.stiffness.tooth_pairs import ToothPairStiffness
 from gearchaos.model.stiffness.two_level import TwoLevelStiffness
 from gearchaos.quantities import declare
 
 __all__ = [
     "MAX_LEVELS", "STIFFNESS_FORMS", "STIFFNESS_KINDS", "HarmonicStiffness", "SteppedStiffness", "Stiffness",
-    "TwoLevelStiffness", "default_stiffness",
+    "ToothPairStiffness", "TwoLevelStiffness", "default_stiffness",
 ]
 
 STIFFNESS_KINDS: dict[str, type[Stiffness]] = {
-    found.kind: found for found in (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness)
+    found.kind: found for found in (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness, ToothPairStiffness)
 }
 """The kinds of mesh stiffness by the names that files and pages use; the first is that of the paper."""
 

@@ -41,6 +41,7 @@ class Stiffness(ABC):
     level_names: ClassVar[tuple[str, ...]] = ()  # what is in levels and in no start: a proof over a box can vary it
     part_marks: ClassVar[tuple[tuple[str, str], ...]] = ()  # for a picture, duration and level of each part in mathtext
     pair_fields: ClassVar[Mapping[str, str]] = {}  # `GearPair`'s field for each field; empty if pairs lack this kind
+    shared: ClassVar[bool] = False  # whether tooth pairs share the load, as `contacts` of a class of its own says
     stiffness_fields: ClassVar[tuple[str, ...]] = ()  # those whose values in a `GearPair` are c0 times as large
 
     @classmethod

@@ -1,0 +1,176 @@
+"""Mesh stiffness of tooth pairs that share the load, each with its own gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.model.contacts import OneSidedContacts
+from gearchaos.model.stiffness.base import Stiffness
+from gearchaos.model.stiffness.stepped import MAX_LEVELS
+from gearchaos.model.stiffness.two_level import TwoLevelStiffness
+from gearchaos.quantities import NOT_NEGATIVE, Quantity, Range, Rule
+from gearchaos.validation import check_rule, to_float, to_floats
+
+_POSITIVE = Rule(lambda v: v > 0, "must be greater than 0", "A level is the stiffness of one tooth pair over c0.")
+_SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
+_ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
+_EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
+_TABLE = "[model.stiffness]"
+_RELIEF = Quantity("relief", "C_a", r"C_a", title="tip relief", unit="delta", range=Range(0.0, 1.0, 0.0, 10.0),
+                   members=("relief1", "relief2"), toml_table=_TABLE)
+_LENGTH = Quantity("relief_length", "l_a", r"l_a", title="length of the relief", range=Range(0.05, 0.5, 0.01, 0.5),
+                   members=("relief_length1", "relief_length2"), toml_table=_TABLE)
+
+
+@dataclass(frozen=True)
+class ToothPairStiffness(Stiffness):
+    """Tooth pairs that share the load: each is a spring that pushes where its flanks touch.
+
+    Pair j = 0, 1, ... is at x = (τ/T + j)/α on its path of contact, from 0, where it enters, to 1. It pushes with its
+    stiffness over c0 at x times z − 1 − gap(x) where that is positive. Lengths are in half backlashes Δ. Its back flanks
+    touch later by the tooth thickness of wheel 1, and run from the tip of wheel 1, which drives, to its root.
+
+    Attributes
+    ----------
+    levels : tuple of float
+        Stiffness of one pair over c0 on the parts of its path, each greater than 0.
+    starts : tuple of float
+        Where each part begins, as a share of the path; the first is 0.
+    contact_ratio : float
+        α, from 1 to 2: the length of the path in mesh periods.
+    relief1, relief2 : float
+        Tip relief of the wheels: the gap at the end of the path, and at its beginning.
+    relief_length1, relief_length2 : float
+        Shares of the path over which they go to 0.
+    relief_exponent : float
+        1 for a linear, 2 for a parabolic relief.
+    crowning : float
+        Profile crowning: the gap at both ends of a parabola about the middle of the path.
+    back_phase : float
+        Tooth thickness of wheel 1 over the pitch.
+
+    Raises
+    ------
+    InputError
+        If a value breaks its rule.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", stiffness=gc.ToothPairStiffness(contact_ratio=1.6, relief1=0.3))
+    >>> model.stiffness.relief1
+    0.3
+    """
+
+    levels: tuple[float, ...] = (0.75,)
+    starts: tuple[float, ...] = (0.0,)
+    contact_ratio: float = 1.5
+    relief1: float = 0.0
+    relief2: float = 0.0
+    relief_length1: float = 0.2
+    relief_length2: float = 0.2
+    relief_exponent: float = 1.0
+    crowning: float = 0.0
+    back_phase: float = 0.5
+
+    kind, form = "tooth pairs", "tooth-pairs"
+    noun, predicate = "a stiffness of tooth pairs", "has tooth pairs"
+    keys = "levels and starts of one pair, contact_ratio, relief, relief_length, crowning"
+    rows = (
+        _RELIEF,
+        replace(_RELIEF, name="relief1", symbol="C_a1", tex=r"C_{a1}", members=(), rule=NOT_NEGATIVE),
+        replace(_RELIEF, name="relief2", symbol="C_a2", tex=r"C_{a2}", members=(), rule=NOT_NEGATIVE),
+        _LENGTH,
+        replace(_LENGTH, name="relief_length1", symbol="l_a1", tex=r"l_{a1}", members=(), rule=_SHARE),
+        replace(_LENGTH, name="relief_length2", symbol="l_a2", tex=r"l_{a2}", members=(), rule=_SHARE),
+        Quantity("crowning", "C_α", r"C_\alpha", title="profile crowning", unit="delta",
+                 range=Range(0.0, 1.0, 0.0, 10.0), rule=NOT_NEGATIVE, toml_table=_TABLE),
+        next(row for row in TwoLevelStiffness.rows if row.name == "contact_ratio"),
+    )
+    shared = True
+
+    def __post_init__(self) -> None:
+        for name in ("levels", "starts"):
+            object.__setattr__(self, name, to_floats(f"stiffness.{name}", getattr(self, name), MAX_LEVELS, "levels"))
+        for f in self.fields():
+            if f.name not in self.lists():
+                object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
+        if len(self.starts) != len(self.levels) or not self.starts or self.starts[0] != 0:
+            raise InputError("stiffness.starts", f"must have as many values as levels ({len(self.levels)}), the first 0",
+                             self.starts, "Stiffness of one tooth pair on parts of its path of contact, from entry on.")
+        check_rule("stiffness.levels", np.array(self.levels), _POSITIVE)
+        check_rule("stiffness.starts", np.array(self.starts), _ON_PATH)
+        if np.any(np.diff(self.starts) <= 0):
+            raise InputError("stiffness.starts", "must increase strictly", self.starts)
+        check_rule("relief_exponent", np.array(self.relief_exponent), _EXPONENT)
+        check_rule("back_phase", np.array(self.back_phase), _ON_PATH)
+        self.check_together({f.name: getattr(self, f.name) for f in self.fields()}, np.zeros((0, 1)), np.zeros((0, 1)))
+
+    @classmethod
+    def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+        total = np.asarray(values["relief_length1"]) + np.asarray(values["relief_length2"])
+        if np.any(total > 1 + 1e-12):
+            raise InputError("relief_length", "must have a sum of both wheels of at most 1, the path of contact",
+                             float(np.max(total)), "Shorten the relief of one wheel.")
+
+    @classmethod
+    def contacts(cls, values: Mapping[str, Any], size: int) -> OneSidedContacts:
+        """The contacts of the pairs at ``size`` points; ``values`` are all fields, numbers or arrays (P,)."""
+        v = {n: np.broadcast_to(np.asarray(values[n], float), size)[:, None, None]
+             for n in ("contact_ratio", "relief1", "relief2", "relief_length1", "relief_length2", "crowning")}
+        ratio, back = v["contact_ratio"], float(values["back_phase"])
+        longest = float(ratio.max())
+        front, rear = np.arange(math.ceil(longest - 1e-12)), np.arange(math.ceil(longest + back - 1e-12))
+        sides = np.array([1] * len(front) + [-1] * len(rear))
+        # the position of contact e on its path at the phase φ is first_e + φ slope_e, (P, M, 1)
+        slope = sides[None, :, None] / ratio
+        first = np.where(sides[None, :, None] > 0, np.concatenate([front, rear])[None, :, None] / ratio,
+                         1 + (back - np.concatenate([front, rear])[None, :, None]) / ratio)
+        marks = [np.zeros_like(ratio), np.ones_like(ratio), v["relief_length2"], 1 - v["relief_length1"],
+                 *(np.full_like(ratio, start) for start in values["starts"][1:])]
+        crossed = np.clip((np.concatenate(marks, axis=2) - first) / slope, 0.0, 1.0).reshape(size, -1)
+        edges = np.sort(np.hstack([np.zeros((size, 1)), crossed]), axis=1)
+        length = np.diff(edges, axis=1, append=1.0)
+        edges = edges[:, np.any(length > 1e-14, axis=0)]
+        edges[:, 0] = 0.0
+        middle = first + slope * (edges + np.diff(edges, axis=1, append=1.0) / 2)[:, None, :]
+        begin = first + slope * edges[:, None, :]
+        level = np.searchsorted(values["starts"], middle, side="right") - 1
+        stiffness = np.where((middle > 0) & (middle < 1), np.array(values["levels"])[level.clip(0)], 0.0)
+        gap = np.zeros((*middle.shape, 3))
+        ends = ((v["relief2"], v["relief_length2"], v["relief_length2"] - begin, -slope),
+                (v["relief1"], v["relief_length1"], begin - (1 - v["relief_length1"]), slope))
+        for amount, over, distance, rate in ends:
+            t, dt = distance / over, rate / over
+            relieved = t + dt * (np.diff(edges, axis=1, append=1.0) / 2)[:, None, :] > 0
+            linear = (t, dt + 0 * t, 0 * t)
+            powers = linear if values["relief_exponent"] == 1 else (t * t, 2 * t * dt, dt * dt + 0 * t)
+            gap += np.stack([np.where(relieved, amount * p, 0.0) for p in powers], axis=-1)
+        t, dt = 2 * begin - 1, 2 * slope
+        gap += np.stack([v["crowning"] * p for p in (t * t, 2 * t * dt, dt * dt + 0 * t)], axis=-1)
+        return OneSidedContacts(sides, edges, stiffness, np.where(stiffness[..., None] > 0, gap, 0.0))
+
+    @classmethod
+    def parts(cls, values: Mapping[str, Any]) -> tuple[tuple[Any, Any], ...]:
+        """Start and level of each part of the period of the sum of all pairs on the front flank without gaps."""
+        size = max((np.size(values[f.name]) for f in cls.fields() if f.name not in cls.lists()), default=1)
+        found = cls.contacts(values, size)
+        total = found.stiffness[:, found.sides > 0].sum(axis=1)
+        kept = [n for n in range(total.shape[1]) if n == 0 or np.any(total[:, n] != total[:, n - 1])]
+        if size == 1:
+            return tuple((float(found.edges[0, n]), float(total[0, n])) for n in kept)
+        return tuple((found.edges[:, n], total[:, n]) for n in kept)
+
+    @property
+    def outline(self) -> str:
+        return "tooth pairs"
+
+    def describe(self) -> str:
+        relief = "no relief" if self.relief1 == self.relief2 == 0 else f"relief {self.relief1:.4g} and {self.relief2:.4g}"
+        return f"tooth pairs that share the load, contact ratio {self.contact_ratio:.4g}, {relief}"
