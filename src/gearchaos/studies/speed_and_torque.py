@@ -18,7 +18,8 @@ from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START, resona
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import MeshModel, ToothPairStiffness, vary
+from gearchaos.model.static import static_jumps
 from gearchaos.model.switched import SwitchedAffine, switched_system
 from gearchaos.studies.axis import Axis, as_axis, axis_example
 from gearchaos.studies.bifurcation import Bifurcation
@@ -251,12 +252,18 @@ def quasi_static_ratio(model: AnyModel) -> float:
     the force becomes F c_b/c_a. It then approaches F as a free damped vibration, at any speed: a rise of the stiffness
     has its peak at the jump, a fall overshoots by F (1 − c_b/c_a) exp(−2ζ arccos ζ/√(1 − ζ²)), where ζ is the damping
     ratio at c_b, if only the relative rotation vibrates. The ratio is the largest of these peaks over F, 1 without a
-    jump. With two levels it is c_max/c_min.
+    jump. With two levels it is c_max/c_min. With tooth pairs that share the load the deflection at rest is that with
+    their gaps; where a relief lets each pair begin and end without load, nothing jumps.
     """
-    system = switched_system(vary(as_model(model), {}))
+    model = as_model(model)
+    system = switched_system(vary(model, {}))
     static, level = float(system.static_force[0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
     smooth = np.cos(phase) @ system.chi_cos[0] + np.sin(phase) @ system.chi_sin[0]
+    if isinstance(model.stiffness, ToothPairStiffness):
+        jumps = ((static / (static / level + before - after), level)
+                 for before, after, level in static_jumps(model.stiffness, static))
+        return max([1.0, *(_peak_after(system, *jump) / static for jump in jumps)])
     jumps = zip((np.roll(level, 1) + smooth).tolist(), (level + smooth).tolist(), strict=True)
     peaks = [_peak_after(system, before, after) for before, after in jumps if before != after]
     return max([1.0, *(peak / static for peak in peaks)])

@@ -1,0 +1,72 @@
+"""The mesh at rest under a constant force: deflection, the springs that carry it, and where they jump."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gearchaos.model.contacts import OneSidedContacts
+from gearchaos.model.stiffness import Stiffness, ToothPairStiffness
+
+
+def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike) -> np.ndarray:
+    """The displacement z at rest on the front flank, without speed and without transmission error.
+
+    Parameters
+    ----------
+    stiffness : Stiffness
+    force : (...)
+        Mesh force over c0 Δ, at least 0.
+    phases : (n,)
+        Positions in the mesh cycle, τ/T.
+
+    Returns
+    -------
+    (..., n)
+        In half backlashes. The least gap of all pairs, without force.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> pairs = gc.ToothPairStiffness(levels=(0.5,), contact_ratio=1.6, relief1=0.1, relief2=0.1)
+    >>> static_deflection(pairs, 0.25, [0.3, 0.8]).round(3).tolist()
+    [1.256, 1.5]
+    """
+    force, phases = np.asarray(force, float)[..., None], np.mod(np.asarray(phases, float), 1.0)
+    if not isinstance(stiffness, ToothPairStiffness):
+        return 1.0 + force / stiffness.at(phases, 2 * np.pi)
+    contacts = stiffness.contacts(stiffness.numbers(), 1)
+    piece = np.searchsorted(contacts.edges[0], phases, side="right") - 1
+    return 1.0 + _deflection(*_springs(contacts, piece, phases - contacts.edges[0, piece]), force)
+
+
+def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float]]:
+    """Where the deflection at rest jumps, in the mesh cycle: before, after, and the stiffness that acts after."""
+    contacts = stiffness.contacts(stiffness.numbers(), 1)
+    edges, n = contacts.edges[0], np.arange(contacts.edges.shape[1])
+    length = np.diff(edges, append=1.0)
+    ends = _deflection(*_springs(contacts, n, length), np.array(force))
+    acting, gap = _springs(contacts, n, 0 * length)
+    begins = _deflection(acting, gap, np.array(force))
+    closed = np.where(gap < begins[:, None], acting, 0.0).sum(axis=1)
+    before = np.roll(ends, 1)
+    return [(1 + before[i], 1 + begins[i], closed[i]) for i in n.tolist() if abs(before[i] - begins[i]) > 1e-12]
+
+
+def _springs(contacts: OneSidedContacts, piece: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and gap (n, pairs) of the pairs on the front flank, the time ``u`` (n,) after these pieces began."""
+    front = contacts.sides > 0
+    stiffness, a = contacts.stiffness[0][front][:, piece].T, contacts.gap[0][front][:, piece].transpose(1, 0, 2)
+    gap = a[..., 0] + u[:, None] * (a[..., 1] + u[:, None] * a[..., 2])
+    return stiffness, np.where(stiffness > 0, gap, np.inf)
+
+
+def _deflection(stiffness: np.ndarray, gap: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """y (..., n) with Σ stiffness max(0, y − gap) = force, from pairs (n, pairs): with the k closest pairs closed
+    y = (force + Σ stiffness gap)/Σ stiffness, and the right k is that of the least y."""
+    order = np.argsort(gap, axis=1)
+    stiffness, gap = (np.take_along_axis(v, order, axis=1) for v in (stiffness, gap))
+    carried = np.cumsum(stiffness * np.where(np.isfinite(gap), gap, 0.0), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = (force[..., None] + carried) / np.cumsum(stiffness, axis=1)
+    return np.where(np.isfinite(gap), found, np.inf).min(axis=-1)

@@ -1,0 +1,143 @@
+"""Tooth pairs that share the load: their contacts by definition, at rest, and in the limits with a closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import gearchaos as gc
+from gearchaos.flow import ExactFlow
+from gearchaos.model import vary
+from gearchaos.model.static import static_deflection
+from gearchaos.model.switched import reversed_in_time, switched_system, velocity_signs
+from gearchaos.studies.speed_and_torque import quasi_static_ratio
+
+
+def random_pairs(seed: int) -> gc.ToothPairStiffness:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    return gc.ToothPairStiffness(
+        tuple(rng.uniform(0.3, 0.9, n)), (0.0, *np.sort(rng.uniform(0.1, 0.9, n - 1))), rng.uniform(1.05, 2),
+        *rng.uniform(0, 0.4, 2), *rng.uniform(0.1, 0.5, 2), float(rng.integers(1, 3)), rng.uniform(0, 0.2),
+        rng.uniform(0, 0.99))
+
+
+def on_path(pairs: gc.ToothPairStiffness, x: float) -> tuple[float, float]:
+    """Stiffness and gap of one pair at x on its path, as the class defines them."""
+    entry = max(0.0, 1 - x / pairs.relief_length2) ** pairs.relief_exponent
+    exit_ = max(0.0, 1 - (1 - x) / pairs.relief_length1) ** pairs.relief_exponent
+    level = [v for v, start in zip(pairs.levels, pairs.starts, strict=True) if start <= x][-1]
+    return level, pairs.relief2 * entry + pairs.relief1 * exit_ + pairs.crowning * (2 * x - 1) ** 2
+
+
+def touching(pairs: gc.ToothPairStiffness, phase: float, side: int) -> list[tuple[float, float]]:
+    """Stiffness and gap of the pairs that can touch on one flank, sorted."""
+    found = []
+    for j in range(-3, 6):
+        x = (phase + j) / pairs.contact_ratio
+        if side < 0:
+            x = 0.5 - (phase + j - pairs.contact_ratio / 2 - pairs.back_phase) / pairs.contact_ratio
+        if 0 < x < 1:
+            found.append(on_path(pairs, x))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_contacts_are_those_of_the_pairs_on_their_paths(seed):
+    pairs = random_pairs(seed)
+    contacts = pairs.contacts(pairs.numbers(), 1)
+    for phase in np.random.default_rng(seed).uniform(0, 1, 50):
+        n = np.searchsorted(contacts.edges[0], phase, side="right") - 1
+        gap = contacts.gap[0, :, n] @ (phase - contacts.edges[0, n]) ** np.arange(3)
+        for side in (1, -1):
+            present = (contacts.sides == side) & (contacts.stiffness[0, :, n] > 0)
+            found = sorted(zip(contacts.stiffness[0, present, n], gap[present], strict=True))
+            assert np.allclose(found, touching(pairs, phase, side), atol=1e-12)
+
+
+def test_contacts_of_many_points_are_those_of_each():
+    pairs, ratio, relief = random_pairs(3), np.array([1.2, 1.45, 1.9]), np.array([0.0, 0.2, 0.5])
+    model = gc.MeshModel.of(kind="single", q0=0.4, stiffness=pairs)
+    values = {"contact_ratio": ratio, "relief1": relief, "omega": np.full(3, 0.8)}
+    together = ExactFlow(switched_system(vary(model, values)))
+    w = np.array([[1.3] * 3, [0.1] * 3])
+    for i in range(3):
+        alone = ExactFlow(switched_system(vary(model, {k: v[[i]] for k, v in values.items()})))
+        assert np.abs(together.advance(w, 5).w[:, i] - alone.advance(w[:, :1], 5).w[:, 0]).max() < 1e-12
+
+
+def test_without_gaps_the_sum_is_the_prescribed_stiffness():
+    pairs = gc.ToothPairStiffness((0.7, 1.0, 0.7), (0.0, 0.375, 0.625), contact_ratio=1.6, back_phase=0.0)
+    steps = gc.SteppedStiffness((1.4, 1.0), (0.0, 0.6))
+    assert pairs.parts(pairs.numbers()) == pytest.approx(np.array([(0.0, 1.4), (0.6, 1.0)]))
+    w = np.array([[1.4, 0.5, 1.0], [0.3, 0.9, -0.2]])
+    for law in ("always", "contact"):
+        found = []
+        for stiffness in (pairs, steps):
+            model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.3, eps1=0.05, damping_law=law,
+                                    stiffness=stiffness)
+            flow = ExactFlow(switched_system(vary(model, {})))
+            found.append(flow.advance(w, 8, points=np.zeros(3, int)).w)
+        assert np.abs(found[0] - found[1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_motion_and_its_reverse_end_where_they_began(seed):
+    model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.02, q0=0.2, eps1=0.1, damping_law="contact",
+                            stiffness=random_pairs(seed))
+    system = switched_system(vary(model, {}))
+    w = np.random.default_rng(seed).uniform(-1.5, 1.5, (2, 6))
+    sign, points = velocity_signs(system.names)[:, None], np.zeros(6, int)
+    there = ExactFlow(system).advance(w, 2, points=points).w
+    back = ExactFlow(reversed_in_time(system)).advance(sign * there, 2, points=points).w
+    assert np.abs(sign * back - w).max() < 1e-10
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_deflection_at_rest_balances_the_force(seed):
+    pairs, rng = random_pairs(seed), np.random.default_rng(seed)
+    phases, forces = rng.uniform(0, 1, 12), rng.uniform(0.01, 2, 3)
+    for force, row in zip(forces, static_deflection(pairs, forces, phases), strict=True):
+        for phase, z in zip(phases, row, strict=True):
+            def excess(z: float, phase: float = phase, force: float = force) -> float:
+                return sum(k * max(0.0, z - 1 - gap) for k, gap in touching(pairs, phase, 1)) - force
+
+            assert z == pytest.approx(brentq(excess, 0.9, 50), abs=1e-9)
+
+
+def test_very_slow_motion_follows_the_deflection_at_rest():
+    pairs = gc.ToothPairStiffness((0.7,), (0.0,), 1.6, 0.3, 0.3, 0.25, 0.25)
+    model = gc.MeshModel.of(kind="single", omega=0.002, zeta=0.2, q0=0.2, damping_law="contact", stiffness=pairs)
+    system = switched_system(vary(model, {}))
+    flow = ExactFlow(system, samples=20)
+    w = flow.advance(np.array([[1.3], [0.0]]), 1).w
+    sampled = flow.advance(w, 1, sample=True).samples[0, :, 0, 0]
+    assert np.abs(sampled - static_deflection(pairs, 0.2, np.arange(20) / 20)).max() < 2e-3
+
+
+def test_relief_that_takes_up_the_load_ends_the_jump_of_the_force():
+    def ratio(relief: float) -> float:
+        pairs = gc.ToothPairStiffness((0.7,), (0.0,), 1.6, relief, relief, 0.2, 0.2)
+        return quasi_static_ratio(gc.MeshModel.of(kind="single", zeta=0.05, q0=0.14, stiffness=pairs))
+
+    assert ratio(0.0) == pytest.approx(2.0)  # the second pair enters with the deflection of one
+    assert 1 < ratio(0.1) < 2
+    assert ratio(0.25) == 1.0  # more than the deflection 0.14/0.7 of one pair
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"relief1": -0.1}, "relief1"), ({"relief_length1": 0.7, "relief_length2": 0.5}, "relief_length"),
+    ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 2.5}, "contact_ratio"),
+    ({"levels": (0.7, 0.0), "starts": (0.0, 0.5)}, "stiffness.levels"), ({"starts": (0.2,)}, "stiffness.starts"),
+])
+def test_bad_pairs_are_refused(values, field):
+    with pytest.raises(gc.InputError) as caught:
+        gc.MeshModel.of(stiffness=gc.ToothPairStiffness(**values)).with_values({})
+        vary(gc.MeshModel.of(stiffness=gc.ToothPairStiffness()), values)
+    assert caught.value.field == field
+
+
+def test_pairs_that_never_pull_are_refused():
+    with pytest.raises(gc.InputError, match="one damper"):
+        gc.MeshModel.of(stiffness=gc.ToothPairStiffness(), damping_law="unilateral")
