@@ -42,6 +42,11 @@ def test_flow_sympy_and_fractions_have_the_same_stiffness(stiffness):
     level = system.levels[0][np.searchsorted(system.starts[0], share, side="right") - 1]
     series = system.chi_cos[0] @ np.cos(order * omega * tau) + system.chi_sin[0] @ np.sin(order * omega * tau)
     np.testing.assert_allclose(level + series, expected, rtol=1e-14)
+    if stiffness.shared:
+        for call in (gc.to_sympy, gc.script):
+            with pytest.raises(gc.InputError, match="stiffness must be one spring"):
+                call(model)
+        return
     symbolic = gc.to_sympy(model)
     chi = next(e for f, e in symbolic.definitions.items() if f.func.__name__ == "chi").subs(symbolic.values)
     np.testing.assert_allclose([float(chi.subs(sympy.Symbol("tau", real=True), t)) for t in tau], expected, rtol=1e-12)

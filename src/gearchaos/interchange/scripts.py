@@ -47,7 +47,8 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     Raises
     ------
     InputError
-        For another tool, what is no model, or for Julia a damping that does not act always.
+        For another tool, what is no model, tooth pairs that share the load, or for Julia a damping
+        that does not act always.
 
     Examples
     --------
@@ -58,6 +59,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
+    found.stiffness.check_one_spring("a script")
     if found.damping_law != "always" and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
                          "The script for SciPy, tool='scipy', has all damping laws.")

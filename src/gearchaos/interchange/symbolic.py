@@ -166,7 +166,7 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     Raises
     ------
     InputError
-        If SymPy is not installed, or for what is no model.
+        If SymPy is not installed, for what is no model, or where tooth pairs share the load.
 
     Examples
     --------
@@ -177,6 +177,7 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     True
     """
     found = as_model(model)
+    found.stiffness.check_one_spring("SymPy")
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
     values |= {**harmonics(found.error, "eps", "theta"), **_numbered(found.stiffness.numbers())}
     return SymbolicModel(_rows(found.kind), _definitions(found),

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from gearchaos.errors import InputError
 from gearchaos.quantities import Quantity, parse_harmonic
 
 
@@ -67,6 +68,12 @@ class Stiffness(ABC):
     def example(cls) -> Self:
         """What the explorer shows where this kind is chosen."""
         return cls()
+
+    def check_one_spring(self, what: str) -> None:
+        """Raise `InputError` if tooth pairs share the load, where ``what`` can only have one spring."""
+        if self.shared:
+            raise InputError("stiffness", f"must be one spring for {what}", f"tooth pairs ({self.describe()})",
+                             "Give the sum of the pairs as a SteppedStiffness; relief then has no effect.")
 
     def check(self, varied: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
         """`check_together` for a batch of this stiffness with other values, arrays (P,), for some parameters."""

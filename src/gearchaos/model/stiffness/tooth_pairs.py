@@ -173,4 +173,4 @@ class ToothPairStiffness(Stiffness):
 
     def describe(self) -> str:
         relief = "no relief" if self.relief1 == self.relief2 == 0 else f"relief {self.relief1:.4g} and {self.relief2:.4g}"
-        return f"tooth pairs that share the load, contact ratio {self.contact_ratio:.4g}, {relief}"
+        return f"tooth pairs, contact ratio {self.contact_ratio:.4g}, {relief}"
