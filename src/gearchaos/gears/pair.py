@@ -16,7 +16,7 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by
 from gearchaos.model import (
     DAMPING_LAWS,
-    DEFAULT_LAW,
+    DEFAULT_LAW_OF_GEARS,
     KINDS,
     STIFFNESS_KINDS,
     MeshModel,
@@ -99,7 +99,7 @@ class GearPair(HasCard):
     stiffness_levels, stiffness_starts : list of force/length, list of float
         Or a mesh stiffness in steps, and where each begins as a fraction of the mesh period; see `SteppedStiffness`.
     damping_law : {"always", "contact", "unilateral"}
-        Where the mesh damping acts; see `MeshModel`.
+        Where the mesh damping acts, by default in contact alone; see `MeshModel`.
 
     Raises
     ------
@@ -143,7 +143,7 @@ class GearPair(HasCard):
     stiffness_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
     stiffness_levels: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
     stiffness_starts: tuple[float, ...] = field(default=(), metadata=read_by(to_floats))
-    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
 
     def __post_init__(self) -> None:
         convert_fields(self)

@@ -27,7 +27,7 @@ from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
@@ -68,7 +68,7 @@ class Drawing:
         number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
         "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))

@@ -87,7 +87,7 @@ class GearDesign(Drawing, HasCard):
         ζ of the mesh. A model needs it; there is no default. Usual are 0.03 to 0.1 (Kasuba and Evans, J. Mech. Des.
         103, 1981; Wang and Cheng, J. Mech. Des. 103, 1981).
     damping_law : {"always", "contact", "unilateral"}, optional
-        Where this damping acts; see `MeshModel`.
+        Where this damping acts, by default in contact alone; see `MeshModel`.
     stiffness : str or table, optional
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
