@@ -225,8 +225,8 @@ def test_the_kernels_warmed_are_of_every_dimension(dimension):
 
 
 def test_warming_up_says_how_long_it_took():
-    dimension, seconds = warmup._run(3)
-    assert dimension == 3 and 0 < seconds < 600
+    dimension, law, seconds = warmup._run(3, "always")
+    assert (dimension, law) == (3, "always") and 0 < seconds < 600
 
 
 def test_what_coexists_in_each_cell_is_counted_by_hand():

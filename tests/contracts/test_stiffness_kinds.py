@@ -60,7 +60,7 @@ def test_a_gear_pair_has_it_in_newtons_per_metre(stiffness):
     if not stiffness.pair_fields:
         pytest.skip("pairs lack this kind")
     pair = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1=0.035, R2=0.07, c0=4e8, k=500, backlash=1e-4, M10=85,
-                       speed=3000, **stiffness.to_pair(4e8))
+                       speed=3000, **stiffness.to_pair(4e8, 5e-5))
     assert pair.to_model().stiffness.kind == stiffness.kind
     for name, value in stiffness.numbers().items():
         np.testing.assert_allclose(pair.to_model().stiffness.numbers()[name], value, rtol=1e-15)
@@ -121,7 +121,7 @@ def test_values_that_do_not_go_together_are_refused_where_one_of_them_varies(ram
 
 
 def test_a_number_of_a_pair_is_a_number_of_the_model():
-    assert Ramp(level=0.5).to_pair(4e8) == {"k": 2e8}
+    assert Ramp(level=0.5).to_pair(4e8, 1e-4) == {"k": 2e8}
     assert Ramp.from_pair(SimpleNamespace(c0=4e8, k=2e8)) == Ramp(level=0.5)
 
 

@@ -125,6 +125,7 @@ def paper(
         rule = "must be numbers with commas between"
         raise InputError("--figures", rule, figures, "E.g. --figures 2,6,9.") from None
     from gearchaos.flow import cache_is_empty
+    from gearchaos.model import DEFAULT_LAW
     from gearchaos.paper.report import build
     from gearchaos.paper.settings import chosen_figures
     from gearchaos.studies.warmup import warmup as compile_kernels
@@ -132,5 +133,5 @@ def paper(
     chosen_figures(numbers)  # checked before anything is compiled
     if cache_is_empty():
         say("compiling the kernels, once after an install or an update")
-        list(compile_kernels((2, 4)))  # those of both of the paper's models at the same time, one core each
+        list(compile_kernels((2, 4), (DEFAULT_LAW,)))  # both of the paper's models at the same time, one core each
     raise typer.Exit(build(out, figures=numbers, quality=quality, progress=True))

@@ -13,10 +13,11 @@ from typing import Any, Generic, TypeVar
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
-from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by
+from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by, record
+from gearchaos.gears.tooth_pairs import ToothPairs
 from gearchaos.model import (
     DAMPING_LAWS,
-    DEFAULT_LAW,
+    DEFAULT_LAW_OF_GEARS,
     KINDS,
     STIFFNESS_KINDS,
     MeshModel,
@@ -98,8 +99,13 @@ class GearPair(HasCard):
         Mesh stiffness c(t) = c0 + Σ c_j cos(jω_z t − α_j) instead, (2.7).
     stiffness_levels, stiffness_starts : list of force/length, list of float
         Or a mesh stiffness in steps, and where each begins as a fraction of the mesh period; see `SteppedStiffness`.
+    tooth_pairs : table, optional
+        Or tooth pairs that share the load: ``stiffness`` of one pair, a force/length or a list of them with the
+        ``starts`` of their parts as shares of the path of contact; ``contact_ratio``; ``relief``, a table with
+        ``amount``, a length, ``length``, a share of the path, and ``shape``, linear or parabolic; ``crowning`` of the
+        profile, a length; ``back_phase``, the tooth thickness of wheel 1 over the pitch. See `ToothPairStiffness`.
     damping_law : {"always", "contact", "unilateral"}
-        Where the mesh damping acts; see `MeshModel`.
+        Where the mesh damping acts, by default in contact alone; see `MeshModel`.
 
     Raises
     ------
@@ -143,7 +149,8 @@ class GearPair(HasCard):
     stiffness_phases: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.ANGLE)))
     stiffness_levels: tuple[PhysicalValue, ...] = field(default=(), metadata=read_by(each(units.STIFFNESS)))
     stiffness_starts: tuple[float, ...] = field(default=(), metadata=read_by(to_floats))
-    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
+    tooth_pairs: ToothPairs | Any = field(default=None, metadata=read_by(record(ToothPairs)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
 
     def __post_init__(self) -> None:
         convert_fields(self)

@@ -62,7 +62,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     found.stiffness.check_one_spring("a script")
     if found.damping_law != "always" and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
-                         "The script for SciPy, tool='scipy', has all damping laws.")
+                         "The script for SciPy, tool='scipy', has all damping laws; or set damping_law='always'.")
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
     orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
     scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None

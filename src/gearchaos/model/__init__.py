@@ -4,6 +4,7 @@ from gearchaos.model.parameters import (
     COORDINATES,
     DAMPING_LAWS,
     DEFAULT_LAW,
+    DEFAULT_LAW_OF_GEARS,
     KINDS,
     SCALARS,
     SUPPORTS,
@@ -33,8 +34,9 @@ from gearchaos.quantities import PARAMETER_PAIRS
 from gearchaos.validation import check
 
 __all__ = [
-    "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS", "SCALARS",
-    "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel", "SteppedStiffness",
-    "Stiffness", "ToothPairStiffness", "TransmissionError", "TwoLevelStiffness", "backlash", "check",
-    "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
+    "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS",
+    "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel",
+    "SteppedStiffness", "Stiffness", "ToothPairStiffness", "TransmissionError", "TwoLevelStiffness", "backlash",
+    "check", "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names",
+    "transmission_error", "vary",
 ]

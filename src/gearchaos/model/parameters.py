@@ -27,8 +27,9 @@ KINDS: tuple[str, ...] = ("single", "torsional", "full")
 DAMPING_LAWS: dict[str, str] = {
     "always": "also across the gap", "contact": "in contact alone",
     "unilateral": "in contact alone, never pulling"}
-"""Where the mesh damping acts, in words; the first is the default."""
-DEFAULT_LAW = next(iter(DAMPING_LAWS))
+"""Where the mesh damping acts, in words."""
+DEFAULT_LAW = "always"  # as in the paper
+DEFAULT_LAW_OF_GEARS = "contact"  # nothing brakes a wheel of steel across the open gap
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
@@ -112,7 +113,7 @@ class MeshModel(HasCard):
     damping_law : {"always", "contact", "unilateral"}
         Where the mesh damping 2ζz' acts: ``always`` as in (2.5), across the open gap, too; or in ``contact`` alone, as
         in a Kelvin–Voigt element, which may pull before it opens; or ``unilateral``: in a contact that never pulls, and
-        ends where the force does.
+        ends where the force does. Of a `GearPair` or `GearDesign` it is ``contact`` if left out.
     initial : mapping of str to float
         Initial values by name of coordinate; those left out are x1(0) = 1 and 0 for all others, as in the paper.
 

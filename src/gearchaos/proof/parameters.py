@@ -30,8 +30,9 @@ def check_provable(model: MeshModel) -> None:
     """Raise `InputError` unless the mesh damping acts always, as in the equations for which there are proofs."""
     if model.damping_law != "always":
         raise InputError("damping_law", "must be always for a proof", model.damping_law,
-                         "Proofs need a right side that is continuous at a contact switch. Set damping_law=always, and "
-                         "classify the motion of this model without a proof.")
+                         "Proofs need a right side that is continuous at a contact switch. Classify the motion of this "
+                         "model without a proof, or set damping_law='always', --set damping_law=always, and prove that "
+                         "of the model in which the mesh damping also acts across the gap.")
 
 
 def exact_parameters(model: MeshModel) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow, SensitivityFlow
-from gearchaos.model import DEFAULT_LAW, MeshModel, vary
+from gearchaos.model import DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 
@@ -27,19 +27,19 @@ MODELS: dict[int, dict[str, Any]] = {
 
 
 def warmup(
-    dimensions: Sequence[int] = tuple(MODELS), damping_law: str = DEFAULT_LAW
-) -> Iterator[tuple[int, float]]:
-    """Compile the kernels of these dimensions and a damping law in parallel, unless they are in the disk cache.
+    dimensions: Sequence[int] = tuple(MODELS), damping_laws: Sequence[str] = (DEFAULT_LAW, DEFAULT_LAW_OF_GEARS)
+) -> Iterator[tuple[int, str, float]]:
+    """Compile the kernels of these dimensions and damping laws in parallel, unless they are in the disk cache.
 
-    Yields each dimension with its compilation time in seconds, in the order of completion.
+    Yields each dimension and law with the compilation time in seconds, in the order of completion.
     """
     with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(_run, d, damping_law) for d in dimensions]):
+        for done in as_completed([pool.submit(_run, d, law) for law in damping_laws for d in dimensions]):
             yield done.result()
 
 
-def _run(dimension: int, damping_law: str = DEFAULT_LAW) -> tuple[int, float]:
-    """Classify one motion of this dimension and differentiate it, which compiles all kernels; it and the seconds."""
+def _run(dimension: int, damping_law: str) -> tuple[int, str, float]:
+    """Classify one motion of these and differentiate it, which compiles all kernels; both and the seconds."""
     begin = time.perf_counter()
     batch = vary(MeshModel.of(**MODELS[dimension], damping_law=damping_law), {})
     system = switched_system(batch)
@@ -47,4 +47,4 @@ def _run(dimension: int, damping_law: str = DEFAULT_LAW) -> tuple[int, float]:
     w = initial_state(batch, system)
     classify(ExactFlow(system), w.T.copy())
     SensitivityFlow(system).advance(w)
-    return dimension, time.perf_counter() - begin
+    return dimension, damping_law, time.perf_counter() - begin

@@ -317,7 +317,7 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
     if model.stiffness != own.stiffness:
         of_stiffness = {field for kind in STIFFNESS_KINDS.values() for field in kind.pair_fields.values()}
         changed |= {field: GearPair.__dataclass_fields__[field].default for field in of_stiffness}
-        changed |= model.stiffness.to_pair(pair.c0)
+        changed |= model.stiffness.to_pair(pair.c0, pair.half_backlash)
     found = replace(pair, **changed)
     ignored = () if model.kind == "full" else [n for family in SUPPORTS for n in PARAMETER_PAIRS[family]]
     made = found.to_model(model.kind)  # has to be the model up to rounding

@@ -8,6 +8,7 @@ from contextlib import suppress
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
+from gearchaos.gears.design.values import ErrorFile
 from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
@@ -59,6 +60,17 @@ def check_inputs(design: Drawing) -> None:
             check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
                             f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
+
+
+def check_load_sharing(design: Drawing) -> None:
+    """Raise `InputError` for tooth pairs that a model cannot have, and for a relief that would have no effect."""
+    if design.load_sharing == "tooth pairs" and design.one_spring:
+        raise InputError("load_sharing", f"must be prescribed or left out: {design.one_spring}", design.load_sharing)
+    relief = design.tip_relief
+    if design.load_sharing == "prescribed" and relief is not None and any(relief.amount) and not design.one_spring:
+        raise InputError("load_sharing", "must not be prescribed beside a tip_relief", design.load_sharing,
+                         "A relief acts where each tooth pair has a gap of its own; on one spring it would do nothing. "
+                         "Leave load_sharing out, or tip_relief.")
 
 
 def check_wheels(design: Drawing) -> None:
@@ -170,7 +182,11 @@ def _error_warnings(design: Drawing) -> list[str]:
     if design.quality is not None and design.transmission_error is None:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
-    if design.tip_relief is not None and any(design.tip_relief.amount):
+    if design.shares_load and any(getattr(design.tip_relief, "amount", ())) and isinstance(
+            design.transmission_error, ErrorFile):
+        found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must be "
+                     "that of teeth without relief.")
+    elif design.tip_relief is not None and any(design.tip_relief.amount) and not design.shares_load:
         # the model has no tooth pairs, which relief spares an impact under load
         effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
                   "dynamic factor, and more so the longer it is, where it lowers that of real gears.")

@@ -25,11 +25,13 @@ from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
-from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief
+from gearchaos.gears.tooth_pairs import Relief, ToothPairs
+from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, unrelieved_length
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
+_NO_RELIEF = 1e-3  # length over the path of contact of a relief of no depth
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
 TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
 _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
@@ -68,8 +70,9 @@ class Drawing:
         number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
         "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    damping_law: str = field(default=DEFAULT_LAW, metadata=read_by(name_of(*DAMPING_LAWS)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
+    load_sharing: str | None = field(default=None, metadata=read_by(name_of("prescribed", "tooth pairs")))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
@@ -167,6 +170,42 @@ class Drawing:
         return methods()[self.stiffness].compute(self)
 
     @property
+    def shares_load(self) -> bool:
+        """Whether each tooth pair is a spring with a gap of its own: as ``load_sharing`` says; left out, where a tip
+        relief makes gaps that a model can have.
+        """
+        if self.load_sharing is not None:
+            return self.load_sharing == "tooth pairs"
+        relief = self.tip_relief
+        return relief is not None and any(relief.amount) and relief.start_diameter is not None and not self.one_spring
+
+    @property
+    def one_spring(self) -> str:
+        """Why the mesh can only be one spring, in words; empty if tooth pairs can share the load."""
+        if self.helix_angle:
+            return "helical teeth enter contact bit by bit"
+        if not 1 <= self.geometry.contact_ratio <= 2:
+            return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 2"
+        if isinstance(self.stiffness, TableFile) or methods()[self.stiffness].pair is None:
+            return "a table has the stiffness of all pairs together"
+        return ""
+
+    @property
+    def tooth_pairs(self) -> ToothPairs | None:
+        """The tooth pairs that share the load, None for one spring; raises `InputError` where an input is missing."""
+        if not self.shares_load:
+            return None
+        path, relief = self.geometry.contact_ratio * self.geometry.base_pitch, self.path_relief
+        levels, starts = methods()[self.stiffness].pair(self)
+        found = None
+        if relief is not None and any(relief.amount):
+            unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
+            lengths = [length / path or _NO_RELIEF for length in relief.length]
+            found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
+        return ToothPairs(stiffness=levels, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
+                          back_phase=self.geometry.working_thickness % 1.0)
+
+    @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
         """The mesh stiffness by the method of the design, then by all others that it can be computed by."""
         found = [self.mesh_stiffness]
@@ -207,7 +246,7 @@ class Drawing:
             return NO_ERROR
         quality = self.given("quality")
         found: list[ErrorHarmonics] = [from_quality(self.geometry, quality, tolerances(quality, self.geometry))]
-        if self.path_relief is None:
+        if self.shares_load or self.path_relief is None:
             return found[0]
         found.append(from_tip_relief(self.geometry, self.path_relief))
         total = np.zeros(max(len(part.amplitudes) for part in found), complex)

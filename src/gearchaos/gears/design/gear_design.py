@@ -10,7 +10,7 @@ from typing import Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.design.checks import check_inputs, check_wheels, design_warnings
+from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import TEETH, Drawing
 from gearchaos.gears.design.values import Choice, TableFile, module_of
 from gearchaos.gears.fields import convert_fields
@@ -63,8 +63,8 @@ class GearDesign(Drawing, HasCard):
     tip_diameter : length, one or two, optional
         Tip diameters of the drawing, instead of a tip alteration.
     tip_relief : length, one or two, ReliefDimensions or table, optional
-        C_a, or a table with the amount and the diameter where the relief begins; none by default. A warning says what
-        the model leaves out of it.
+        C_a, or a table with the amount and the diameter where the relief begins; none by default. It acts where tooth
+        pairs share the load; elsewhere a warning says what the model leaves out of it.
     material : str, Material or table, one or two, optional
         By default ``"steel"``: E = 206 GPa, ν = 0.3 (ISO 6336-2:2006), 7830 kg/m³ (ISO 6336-1:2006).
     bore : length, one or two, optional
@@ -87,10 +87,13 @@ class GearDesign(Drawing, HasCard):
         ζ of the mesh. A model needs it; there is no default. Usual are 0.03 to 0.1 (Kasuba and Evans, J. Mech. Des.
         103, 1981; Wang and Cheng, J. Mech. Des. 103, 1981).
     damping_law : {"always", "contact", "unilateral"}, optional
-        Where this damping acts; see `MeshModel`.
+        Where this damping acts, by default in contact alone; see `MeshModel`.
     stiffness : str or table, optional
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
+    load_sharing : {"prescribed", "tooth pairs"}, optional
+        Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own, as
+        a tip relief makes it. By default ``"tooth pairs"`` for spur gears with a relief whose beginning is given.
     transmission_error : str or table, optional
         ``"none"``, ``"from quality"``, an upper limit of the grade, ``{"orders": path}`` or ``{"table": path}``, with
         ``columns`` as above and ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with
@@ -133,6 +136,7 @@ class GearDesign(Drawing, HasCard):
         check_inputs(self)
         check_geometry(self.geometry)
         check_wheels(self)
+        check_load_sharing(self)
         if self.backlash is not None:
             check_backlash(self.backlash, self.geometry)
 
@@ -208,6 +212,7 @@ class GearDesign(Drawing, HasCard):
         self.require(dict.fromkeys(needed))
         stiffness, error, radii = self.mesh_stiffness, self.error_harmonics, self.geometry.base_diameter
         reference, supports = stiffness.reference, dict[str, Any]()
+        backlash, pairs = self.backlash_line_of_action, self.tooth_pairs
         if self.supports is not None:
             (c1, c2), (m1, m2), (first, second) = self.supports.stiffness, self.masses, self.supports.damping_ratio
             supports = {"m1": m1, "m2": m2, "c1": c1, "c2": c2, "k1": 2 * first * math.sqrt(c1 * m1),
@@ -216,13 +221,14 @@ class GearDesign(Drawing, HasCard):
             n1=self.teeth[0], n2=self.teeth[1], I1=self.inertias[0], I2=self.inertias[1], R1=radii[0] / 2,
             R2=radii[1] / 2, c0=reference, k=2 * self.given("damping_ratio") * math.sqrt(
                 reference * self.equivalent_mass),
-            backlash=self.backlash_line_of_action, M10=self.torque, speed=self.speed,
+            backlash=backlash, M10=self.torque, speed=self.speed,
             error_amplitudes=error.amplitudes, error_phases=error.phases, damping_law=self.damping_law,
-            **stiffness.waveform.to_pair(reference), **supports)
+            **({"tooth_pairs": pairs} if pairs else stiffness.waveform.to_pair(reference, backlash / 2)), **supports)
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model at this speed and torque; see `GearPair.to_model`."""
-        return replace(self.to_pair().to_model(kind), stiffness=self.mesh_stiffness.waveform)
+        model = self.to_pair().to_model(kind)
+        return model if self.shares_load else replace(model, stiffness=self.mesh_stiffness.waveform)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -99,6 +99,8 @@ class StiffnessMethod:
     compute: Callable[[Drawing], MeshStiffness]
     needs: tuple[str, ...] = ()  # inputs that a design may leave out, but not for this method
     spur_only: bool = False
+    pair: Callable[[Drawing], tuple[tuple[float, ...], tuple[float, ...]]] | None = None  # stiffness of one tooth pair
+    # of a spur gear, N/m, and where on its path each part begins; None for a method that has the sum alone
     warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
 
 

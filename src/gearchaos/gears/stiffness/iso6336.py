@@ -18,6 +18,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.fields import described
 from gearchaos.gears.stiffness import (
+    Drawing,
     TOLERANCE,
     MeshStiffness,
     StiffnessMethod,
@@ -258,6 +259,17 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
     return MeshStiffness(reference, waveform, error, ISO, truncation_note(error, tolerance))
 
 
+def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """c′ b alone, and half of what two pairs have by the law of `from_iso` where there are two."""
+    ratio, geometry = design.geometry.contact_ratio, design.geometry
+    single = design.tooth_stiffness.mesh_stiffness / (0.75 * ratio + 0.25) * geometry.common_face_width
+    parts = [(0.0, 0.875 * single), ((ratio - 1) / ratio, single), (1 / ratio, 0.875 * single)]
+    ends = [start for start, _ in parts[1:]] + [1.0]
+    kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > _SAME_POSITION]
+    starts, levels = zip(*kept, strict=True)
+    return levels, starts
+
+
 METHOD = StiffnessMethod(
-    name=ISO, compute=lambda design: from_iso(design.geometry, design.tooth_stiffness.mesh_stiffness),
+    name=ISO, pair=_one_pair, compute=lambda design: from_iso(design.geometry, design.tooth_stiffness.mesh_stiffness),
     warnings=lambda design: design.tooth_stiffness.warnings)

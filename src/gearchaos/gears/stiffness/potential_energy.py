@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.stiffness import MeshStiffness, StiffnessMethod, from_curve
+from gearchaos.gears.stiffness import Drawing, MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
 from gearchaos.gears.units import Length, Shown
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.mechanics import Material
 
 _NAME = "potential energy"
+_PARTS = 16  # parts of the path of contact on which the stiffness of one pair is constant
 SHEAR_FACTOR = 1.2  # shear energy of a rectangular section over that of a uniform shear stress
 
 # coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1
@@ -318,6 +319,14 @@ def from_energy(geometry: Geometry, materials: tuple[Material, Material], bore: 
     return from_curve(pairs.curve(), _NAME, pairs.notes)
 
 
+def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Means of the stiffness of a pair over equal parts of its path."""
+    pairs, ratio = ToothPairs(design.geometry, design.material, design.given("bore")), design.geometry.contact_ratio
+    progress = ratio * (np.arange(_PARTS * 8) + 0.5) / (_PARTS * 8)
+    means = pairs.stiffness(*pairs.pressure_angles(progress)).reshape(_PARTS, 8).mean(axis=1)
+    return tuple(means.tolist()), tuple((np.arange(_PARTS) / _PARTS).tolist())
+
+
 METHOD = StiffnessMethod(
-    name=_NAME, needs=("bore",), spur_only=True,
+    name=_NAME, pair=_one_pair, needs=("bore",), spur_only=True,
     compute=lambda design: from_energy(design.geometry, design.material, design.given("bore")))

@@ -192,8 +192,8 @@ class Stiffness(ABC):
             return None
         return cls(**{n: _plain(np.divide(v, pair.c0)) if n in cls.stiffness_fields else v for n, v in given.items()})
 
-    def to_pair(self, c0: float) -> dict[str, Any]:
-        """The fields of a `GearPair` with this reference stiffness, N/m."""
+    def to_pair(self, c0: float, half_backlash: float) -> dict[str, Any]:
+        """The fields of a `GearPair` with this reference stiffness, N/m, and half its backlash, m."""
         values = {n: getattr(self, n) for n in self.pair_fields}
         return {self.pair_fields[n]: _plain(np.multiply(v, c0)) if n in self.stiffness_fields else v
                 for n, v in values.items()}

@@ -22,6 +22,8 @@ _SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share
 _ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
+SHAPES = {"linear": 1.0, "parabolic": 2.0}
+"""Exponents of the shapes of a relief."""
 _RELIEF = Quantity("relief", "C_a", r"C_a", title="tip relief", unit="delta", range=Range(0.0, 1.0, 0.0, 10.0),
                    members=("relief1", "relief2"), toml_table=_TABLE)
 _LENGTH = Quantity("relief_length", "l_a", r"l_a", title="length of the relief", range=Range(0.05, 0.5, 0.01, 0.5),
@@ -94,6 +96,7 @@ class ToothPairStiffness(Stiffness):
         next(row for row in TwoLevelStiffness.rows if row.name == "contact_ratio"),
     )
     shared = True
+    pair_fields = {"levels": "tooth_pairs"}  # noqa: RUF012 -- no field, and never changed
 
     def __post_init__(self) -> None:
         for name in ("levels", "starts"):
@@ -132,7 +135,8 @@ class ToothPairStiffness(Stiffness):
         slope = sides[None, :, None] / ratio
         first = np.where(sides[None, :, None] > 0, np.concatenate([front, rear])[None, :, None] / ratio,
                          1 + (back - np.concatenate([front, rear])[None, :, None]) / ratio)
-        marks = [np.zeros_like(ratio), np.ones_like(ratio), v["relief_length2"], 1 - v["relief_length1"],
+        marks = [np.zeros_like(ratio), np.ones_like(ratio), *[v["relief_length2"]] * bool(v["relief2"].any()),
+                 *[1 - v["relief_length1"]] * bool(v["relief1"].any()),
                  *(np.full_like(ratio, start) for start in values["starts"][1:])]
         crossed = np.clip((np.concatenate(marks, axis=2) - first) / slope, 0.0, 1.0).reshape(size, -1)
         edges = np.sort(np.hstack([np.zeros((size, 1)), crossed]), axis=1)
@@ -166,6 +170,28 @@ class ToothPairStiffness(Stiffness):
         if size == 1:
             return tuple((float(found.edges[0, n]), float(total[0, n])) for n in kept)
         return tuple((found.edges[:, n], total[:, n]) for n in kept)
+
+    @classmethod
+    def from_pair(cls, pair: Any) -> ToothPairStiffness | None:
+        given = pair.tooth_pairs
+        if given is None:
+            return None
+        relief, half = given.relief, pair.half_backlash
+        sides: dict[str, float] = {} if relief is None else {
+            f"{name}{n}": value for name, both in (
+                ("relief", [amount / half for amount in relief.amount]), ("relief_length", relief.length))
+            for n, value in enumerate(both, 1)} | {"relief_exponent": SHAPES[relief.shape]}
+        return cls(tuple(level / pair.c0 for level in given.stiffness), given.starts, given.contact_ratio,
+                   crowning=given.crowning / half, back_phase=given.back_phase, **sides)
+
+    def to_pair(self, c0: float, half_backlash: float) -> dict[str, Any]:
+        shape = next(name for name, exponent in SHAPES.items() if exponent == self.relief_exponent)
+        relief = {"amount": [self.relief1 * half_backlash, self.relief2 * half_backlash],
+                  "length": [self.relief_length1, self.relief_length2], "shape": shape}
+        return {"tooth_pairs": {
+            "stiffness": [level * c0 for level in self.levels], "starts": self.starts, "relief": relief,
+            "contact_ratio": self.contact_ratio, "crowning": self.crowning * half_backlash,
+            "back_phase": self.back_phase}}
 
     @property
     def outline(self) -> str:
