@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.fields import Record, name_of, number, one, read_by, record, two
+from gearchaos.gears.geometry.dimensions import Geometry
+from gearchaos.gears.geometry.tooth_root import involute
+from gearchaos.model import MAX_LEVELS
 from gearchaos.model.stiffness.tooth_pairs import SHAPES
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import to_floats
 
 _SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
+_PHASE = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the mesh period.")
 _ONE_PAIR = one(units.STIFFNESS, POSITIVE)
 
 
@@ -21,7 +27,18 @@ def _levels(field: str, value: Any) -> tuple[float, ...]:
     """The stiffness of one pair in N/m, one value or a list along its path."""
     if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__len__"):
         return (_ONE_PAIR(field, value),)
+    if not 0 < len(value) <= MAX_LEVELS:
+        raise InputError(field, f"must have 1 to {MAX_LEVELS} values", len(value))
     return tuple(_ONE_PAIR(f"{field}[{i}]", v) for i, v in enumerate(value))
+
+
+def _starts(field: str, value: Any) -> tuple[float, ...]:
+    """Where the parts begin, as shares of the path."""
+    starts = to_floats(field, value, MAX_LEVELS, "starts")
+    if starts[:1] != (0.0,) or any(b <= a for a, b in pairwise((*starts, 1.0))):
+        raise InputError(field, "must rise from 0 and stay below 1", starts,
+                         "They are shares of the path of contact, on the whole of which a pair has a stiffness.")
+    return starts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,14 +61,29 @@ class ToothPairs(Record):
     """The stiffness of one tooth pair, and the parts of its path of contact where it is that; relief and crowning."""
 
     stiffness: Any = field(metadata=read_by(_levels))
-    starts: Any = field(default=(0.0,), metadata=read_by(to_floats))
+    starts: Any = field(default=(0.0,), metadata=read_by(_starts))
     contact_ratio: float = field(metadata=read_by(number()))
     relief: Any = field(default=None, metadata=read_by(record(Relief)))
     crowning: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
-    back_phase: float = field(default=0.5, metadata=read_by(number()))
+    back_phase: float = field(default=0.5, metadata=read_by(number(_PHASE)))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if len(self.starts) != len(self.stiffness) or self.starts[0] != 0:
-            raise InputError("starts", f"must have as many values as stiffness ({len(self.stiffness)}), the first 0",
-                             self.starts, "The stiffness of one pair must be given on its whole path of contact, from 0 on.")
+        if len(self.starts) != len(self.stiffness):
+            raise InputError("starts", f"must have as many values as stiffness ({len(self.stiffness)})", self.starts,
+                             "The stiffness of one pair begins to be each of its values there.")
+
+
+def back_phase(geometry: Geometry) -> float:
+    """By how much of the mesh period the back flanks enter contact later than the front flanks.
+
+    The line of centres mirrors the path of contact of the back flanks. The back flank of a tooth of wheel 1 passes the
+    pitch point C later than its front flank by the tooth thickness at the working pitch circle, s_w1 of p_w, and both
+    are then at AC from the beginning of the path g_α: s_w1/p_w + (2 AC − g_α)/p_bt.
+    """
+    wide = involute(geometry.transverse_pressure_angle) - involute(geometry.working_pressure_angle)
+    reference = 0.5 + 2 * geometry.profile_shift[0] * math.tan(geometry.pressure_angle) / math.pi
+    to_pitch_point = geometry.tip_tangents[1] - geometry.base_diameter[1] / 2 * math.tan(
+        geometry.working_pressure_angle)
+    later = reference + wide * geometry.teeth[0] / math.pi
+    return (later + (2 * to_pitch_point - geometry.path_of_contact) / geometry.base_pitch) % 1.0

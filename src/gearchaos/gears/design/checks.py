@@ -184,14 +184,17 @@ def _error_warnings(design: Drawing) -> list[str]:
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
     if design.shares_load and any(getattr(design.tip_relief, "amount", ())) and isinstance(
             design.transmission_error, ErrorFile):
-        found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must be "
-                     "that of teeth without relief.")
+        found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must "
+                     "be that of teeth without relief.")
     elif design.tip_relief is not None and any(design.tip_relief.amount) and not design.shares_load:
         # the model has no tooth pairs, which relief spares an impact under load
         effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
                   "dynamic factor, and more so the longer it is, where it lowers that of real gears.")
         with suppress(InputError):  # reported by what needs the transmission error
-            if design.exact:
+            if not design.one_spring:
+                effect = ("tip_relief has no effect on the motion: give its start_diameter, so that tooth pairs can "
+                          "share the load.")
+            elif design.exact:
                 effect = ("tip_relief has no effect on the motion, since the teeth are taken to be exact: "
                           f"transmission_error is {design.transmission_error or 'left out'}.")
             elif design.transmission_error != "from quality":

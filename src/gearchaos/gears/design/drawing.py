@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import InitVar, dataclass, field, fields
 from functools import cached_property, lru_cache
@@ -21,17 +21,17 @@ from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
+from gearchaos.gears.tooth_pairs import Relief, ToothPairs, back_phase
 from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
-from gearchaos.gears.tooth_pairs import Relief, ToothPairs
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, unrelieved_length
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
-_NO_RELIEF = 1e-3  # length over the path of contact of a relief of no depth
+_NO_RELIEF = 1e-13  # length over the path of contact of a relief of no depth
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
 TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
 _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
@@ -186,24 +186,29 @@ class Drawing:
             return "helical teeth enter contact bit by bit"
         if not 1 <= self.geometry.contact_ratio <= 2:
             return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 2"
-        if isinstance(self.stiffness, TableFile) or methods()[self.stiffness].pair is None:
+        if self._one_pair is None:
             return "a table has the stiffness of all pairs together"
         return ""
 
     @property
+    def _one_pair(self) -> Callable[[Any], tuple[tuple[float, ...], tuple[float, ...]]] | None:
+        """How the method of the stiffness finds that of one tooth pair; None if it has the sum alone."""
+        return None if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].pair
+
+    @property
     def tooth_pairs(self) -> ToothPairs | None:
         """The tooth pairs that share the load, None for one spring; raises `InputError` where an input is missing."""
-        if not self.shares_load:
+        if not self.shares_load or self._one_pair is None:
             return None
         path, relief = self.geometry.contact_ratio * self.geometry.base_pitch, self.path_relief
-        levels, starts = methods()[self.stiffness].pair(self)
+        levels, starts = self._one_pair(self)
         found = None
         if relief is not None and any(relief.amount):
             unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
             lengths = [length / path or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
         return ToothPairs(stiffness=levels, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
-                          back_phase=self.geometry.working_thickness % 1.0)
+                          back_phase=back_phase(self.geometry))
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
@@ -222,7 +227,7 @@ class Drawing:
             return None
         if self.tip_relief.start_diameter is None:
             raise InputError("tip_relief.start_diameter", "must be given", None,
-                             "The transmission error depends on where the relief begins.")
+                             "What a relief does depends on where it begins.")
         starts = enumerate(zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True))
         first, second = (self.geometry.length_to_tip(wheel, d) if amount else 0.0 for wheel, (d, amount) in starts)
         return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)

@@ -169,13 +169,6 @@ class Geometry:
         return found[0], found[1]
 
     @property
-    def working_thickness(self) -> float:
-        """Tooth thickness of wheel 1 over the pitch at the working pitch circle, in the transverse section."""
-        angle = math.pi / 2 + 2 * self.profile_shift[0] * math.tan(self.pressure_angle)
-        wide = involute(self.transverse_pressure_angle) - involute(self.working_pressure_angle)
-        return (angle / self.teeth[0] + wide) * self.teeth[0] / math.pi
-
-    @property
     def virtual_teeth(self) -> Pair:
         factor = math.cos(self.base_helix_angle) ** 2 * math.cos(self.helix_angle)
         return self.teeth[0] / factor, self.teeth[1] / factor

@@ -18,8 +18,8 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.fields import described
 from gearchaos.gears.stiffness import (
-    Drawing,
     TOLERANCE,
+    Drawing,
     MeshStiffness,
     StiffnessMethod,
     check_positive,

@@ -20,6 +20,7 @@ from gearchaos.validation import check_rule, to_float, to_floats
 _POSITIVE = Rule(lambda v: v > 0, "must be greater than 0", "A level is the stiffness of one tooth pair over c0.")
 _SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
 _ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
+_PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
 SHAPES = {"linear": 1.0, "parabolic": 2.0}
@@ -35,7 +36,7 @@ class ToothPairStiffness(Stiffness):
     """Tooth pairs that share the load: each is a spring that pushes where its flanks touch.
 
     Pair j = 0, 1, ... is at x = (τ/T + j)/α on its path of contact, from 0, where it enters, to 1. It pushes with its
-    stiffness over c0 at x times z − 1 − gap(x) where that is positive. Lengths are in half backlashes Δ. Its back flanks
+    stiffness over c0 at x times z − 1 − gap(x) where that is positive. Lengths are in half backlashes Δ. Back flanks
     touch later by the tooth thickness of wheel 1, and run from the tip of wheel 1, which drives, to its root.
 
     Attributes
@@ -55,7 +56,7 @@ class ToothPairStiffness(Stiffness):
     crowning : float
         Profile crowning: the gap at both ends of a parabola about the middle of the path.
     back_phase : float
-        Tooth thickness of wheel 1 over the pitch.
+        Tooth thickness of wheel 1 over the pitch, plus α (2 x − 1) of the pitch point, less whole numbers.
 
     Raises
     ------
@@ -105,14 +106,15 @@ class ToothPairStiffness(Stiffness):
             if f.name not in self.lists():
                 object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
         if len(self.starts) != len(self.levels) or not self.starts or self.starts[0] != 0:
-            raise InputError("stiffness.starts", f"must have as many values as levels ({len(self.levels)}), the first 0",
-                             self.starts, "Stiffness of one tooth pair on parts of its path of contact, from entry on.")
+            rule = f"must have as many values as levels ({len(self.levels)}), the first 0"
+            raise InputError("stiffness.starts", rule, self.starts,
+                             "Stiffness of one tooth pair on parts of its path of contact, from entry on.")
         check_rule("stiffness.levels", np.array(self.levels), _POSITIVE)
         check_rule("stiffness.starts", np.array(self.starts), _ON_PATH)
         if np.any(np.diff(self.starts) <= 0):
             raise InputError("stiffness.starts", "must increase strictly", self.starts)
         check_rule("relief_exponent", np.array(self.relief_exponent), _EXPONENT)
-        check_rule("back_phase", np.array(self.back_phase), _ON_PATH)
+        check_rule("back_phase", np.array(self.back_phase), _PHASE)
         self.check_together({f.name: getattr(self, f.name) for f in self.fields()}, np.zeros((0, 1)), np.zeros((0, 1)))
 
     @classmethod
@@ -198,5 +200,5 @@ class ToothPairStiffness(Stiffness):
         return "tooth pairs"
 
     def describe(self) -> str:
-        relief = "no relief" if self.relief1 == self.relief2 == 0 else f"relief {self.relief1:.4g} and {self.relief2:.4g}"
+        relief = f"relief {self.relief1:.4g} and {self.relief2:.4g}" if self.relief1 or self.relief2 else "no relief"
         return f"tooth pairs, contact ratio {self.contact_ratio:.4g}, {relief}"
