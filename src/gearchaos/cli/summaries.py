@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -216,7 +217,7 @@ def map_document(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
-    """Print the JSON summary of a map in two lines: the shares of what was found, and its extreme.
+    """Print the JSON summary of a map: the shares of what was found, its extreme, and what this is read with.
 
     The first line of given gears has the shares of the contact states, that of others the shares of the motions.
     """
@@ -228,7 +229,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     cells, size = "columns" if dataset["label"].ndim == 1 else "cells", dataset["label"].size
     if "gears" in dataset.attrs:
         one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
-        _print_shares(f"teeth{one}", [(_TEETH[state], n / size) for state, n in found["contact"].items()], cells)
+        shares = ", ".join(f"{_TEETH[state]} {100 * n / size:.3g} %" for state, n in found["contact"].items())
+        print(textwrap.fill(f"teeth{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
     else:
         counts = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in counts], cells)

@@ -14,8 +14,9 @@ from matplotlib.patches import Patch
 
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.plot._datasets import check, keeps_data
-from gearchaos.plot.axes import axis_label, draw_legend, new_axes, second_axis_below, value_label
+from gearchaos.plot.axes import axis_label, draw_legend, new_axes, second_axis_below
 from gearchaos.plot.theme import INK, STROBE, adapt, adapt_style
+from gearchaos.studies.beside_factors import words_beside
 
 _STANDARD_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#2f6db5", "linestyle": (0, (5, 2))}, {"color": "#a96a00", "linestyle": (0, (2, 1.5))},
@@ -41,7 +42,7 @@ _ROUNDING = 1e-9  # A quasi-static ratio that exceeds 1 by less is 1
 
 @keeps_data
 def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    r"""Draw the dynamic factor of the computed motions along the speed, beside K_v by the standards.
+    """Draw the dynamic factor of the computed motions along the speed, beside K_v by the standards.
 
     Dots mark the speeds at which the flanks separate. Where the stiffness jumps, thin lines are the quasi-static ratio,
     which the factor has at no speed, and the largest computed factor over it. This one is comparable with K_v, for
@@ -77,7 +78,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> ax = gc.plot.dynamic_factor(gc.dynamic_factor(design, "1000:8000:20", "100 N*m"))
     >>> ax.get_ylabel()
-    'dynamic factor, mesh damping in contact alone,\nquasi-static ratio 1.75'
+    'dynamic factor'
     """
     over_motions = "motion" in getattr(ds, "dims", ())
     motions = {name: ds.sel(motion=name) for name in ds["motion"].values.tolist()} if over_motions else {"": ds}
@@ -100,11 +101,12 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     computed += _quasi_static(ax, motions)
     ax.autoscale_view()
     shaded = _ranges(ax, ds)
-    ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel=value_label(ds, "dynamic_factor", ax))
+    ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor")
     if len(speed) > 1:
         ax.set_xlim(speed[0], speed[-1])
     if legend:
-        draw_legend(ax, [*computed, *by_standards, *shaded])
+        law, *_ = words_beside(ds, "dynamic_factor")
+        draw_legend(ax, [*computed, *by_standards, *shaded], title=law, title_fontsize="x-small")
     return ax
 
 
