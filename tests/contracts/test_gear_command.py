@@ -63,7 +63,7 @@ def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
 def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motions_that_reach_it():
     found = json.loads(gear(SPUR, *SCAN, "--torque", 60, "--json").stdout)["speeds_to_avoid"]
     (window,) = found["ranges"]
-    row = gear(SPUR, *SCAN, "--torque", 60).stdout.splitlines()[7].split()
+    row = gear(SPUR, *SCAN, "--torque", 60).stdout.splitlines()[8].split()
     assert row[1:3] == ["≥", "2000"] and row[-2:] == [measured(window["speed_of_largest"], 3), "1.75"]
     assert window["start"] - window["start_resolution"] - 10 < float(row[0]) <= window["start"]
     motions = {each["motion"]: each for each in window["reached"]}

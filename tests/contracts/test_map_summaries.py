@@ -21,11 +21,14 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     share = 100 * float((found.contact == 0).mean())
     where = found.dynamic_factor.stack(cell=found.dynamic_factor.dims)
     speed, torque = (float(where[int(where.argmax("cell"))][n]) for n in ("speed", "torque"))
-    assert 0 < share < 100
-    assert lines[0].startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
-    assert lines[0].endswith(" % of the cells")
-    assert lines[1] == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.4g} rpm, "
-                        f"torque {torque:.4g} N m")
+    both = 100 * float((found.contact == 2).mean())
+    assert 0 < share < 100 and 0 < both < 100
+    *first, second, third = lines
+    assert " ".join(map(str.strip, first)).startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
+    assert " ".join(map(str.strip, first)).endswith(f", hit both flanks {both:.3g} % of the cells")
+    assert second == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.4g} rpm, "
+                      f"torque {torque:.4g} N m")
+    assert third == "dynamic factor: mesh damping in contact alone, quasi-static ratio 1.75"
     assert document["contact"]["permanent"] == int((found.contact == 0).sum())
     assert document["largest"] == {
         "quantity": "dynamic_factor", "value": float(where.max()), "at": {"speed": speed, "torque": torque}}
@@ -34,8 +37,8 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
 def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     lines = run(*MAP, "--starts", 2, "--out", tmp_path / "m.nc").stdout.splitlines()
     found = gc.load(tmp_path / "m.nc")
-    share = 100 * float((found.contact_worst == 0).mean())
-    assert lines[0].startswith("teeth: ") and f"{share:.3g} %" in lines[0]
+    share = 100 * float((found.contact_worst == 2).mean())
+    assert lines[0].startswith("teeth: ") and f"hit both flanks {share:.3g} %" in lines[0]
     largest = float(found.dynamic_factor.max())
     assert lines[1].startswith(f"largest dynamic factor {largest:.4g} (initial values), at speed")
     assert max(map(len, lines)) <= 80
@@ -50,10 +53,14 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     (("basins", "--set", "kind=single", "--set", "omega=0.8", "--set", "eps1=0.1", "--axis", "z=-3:3:6", "--axis",
       "z_dot=-2:2:6"), "basins: 1T ", "basin entropy "),
 ])
-def test_two_lines_that_fit_a_terminal(tmp_path, arguments, first, second):
+def test_lines_that_fit_a_terminal(tmp_path, arguments, first, second):
+    """Two, and a third that says what a dynamic factor is read with."""
     lines = run(*arguments, "--out", tmp_path / "x.nc").stdout.splitlines()
-    assert len(lines) == 2 and max(map(len, lines)) <= 80
+    assert max(map(len, lines)) <= 80
     assert lines[0].startswith(first) and lines[1].startswith(second)
+    factors = "largest dynamic factor" in second
+    assert len(lines) == 2 + factors
+    assert lines[-1].startswith("dynamic factor: mesh damping ") == factors
 
 
 def test_the_line_of_many_motions_is_cut(capsys):

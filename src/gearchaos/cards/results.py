@@ -15,13 +15,13 @@ from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import DAMPING_LAWS
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot.classes import NO_CLASS
 from gearchaos.plot.diagrams import density
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.states import UNDECIDED, attractor_colours
 from gearchaos.plot.theme import EVENT_COLOURS
+from gearchaos.studies.beside_factors import beside_factors
 from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
 from gearchaos.studies.regime import Verdict, steady
 from gearchaos.studies.simulate import simulate
@@ -46,7 +46,7 @@ def _verdict(verdict: Verdict) -> Card:
     rows += [(name, f"{value:.4g}") for name, value in (
         ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
     if verdict.dynamic_factor is not None:
-        rows.append(("mesh damping", DAMPING_LAWS[verdict.model.damping_law]))
+        rows += beside_factors(verdict.model).items()
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
     model = verdict.model

@@ -46,17 +46,17 @@ def examples(
 @app.command(rich_help_panel="Install")
 def warmup(
     damping_law: Annotated[
-        str | None, typer.Option(metavar="LAW", help="Of models with this damping law, instead of the defaults.")] = None,
+        str | None, typer.Option(metavar="LAW", help="Of models with this damping law alone.")] = None,
 ) -> None:
     """Compile all kernels now, so that no later command has to."""
     from gearchaos.model import DAMPING_LAWS
     from gearchaos.studies.warmup import MODELS
     from gearchaos.studies.warmup import warmup as run
 
-    if damping_law not in (None, *DAMPING_LAWS):
+    if damping_law is not None and damping_law not in DAMPING_LAWS:
         raise unknown_name("--damping-law", damping_law, DAMPING_LAWS)
     say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
-    for dimension, law, seconds in run(**{"damping_laws": (damping_law,)} if damping_law else {}):
+    for dimension, law, seconds in run() if damping_law is None else run(damping_laws=(damping_law,)):
         say(f"{dimension} coordinates, damping {law}: ready after {seconds:.0f} s")
 
 

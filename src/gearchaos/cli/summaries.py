@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -12,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli import branches
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import draw, plain_table, print_json, print_table, say_proofs, shown, unit_after
-from gearchaos.datasets import model_from_json, motions
+from gearchaos.datasets import motions
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
+from gearchaos.studies.beside_factors import beside_factors, words_beside
 from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
@@ -115,25 +116,10 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
         if q.title:
             table.add_row(q.title, _measured(q.name, values[q.name], scales))
         if q.name == "dynamic_factor" and values[q.name] is not None:
-            table.add_row("", _damping(loaded.model))
-            if ratio := _quasi_static(loaded.model, values[q.name]):
-                table.add_row("", ratio)
+            for name, value in beside_factors(loaded.model).items():
+                table.add_row("", f"{name} {value}")
     print_table(table)
     print("From the initial values given; `gearchaos attractors` finds other motions.")
-
-
-def _damping(model: MeshModel) -> str:
-    """Where the mesh damping acts, to be read beside dynamic factors."""
-    return f"mesh damping {DAMPING_LAWS[model.damping_law]}"
-
-
-def _quasi_static(model: MeshModel, *factors: float | None) -> str:
-    """The quasi-static ratio to be read beside dynamic factors; empty without any, or if no stiffness jumps."""
-    from gearchaos.studies.speed_and_torque import quasi_static_ratio
-
-    known = any(factor is not None and math.isfinite(factor) for factor in factors)
-    ratio = quasi_static_ratio(model) if known else 1.0
-    return f"{measured(ratio, 3)} as the speed goes to 0" if ratio > 1 else ""
 
 
 def _measured(name: str, value: Any, scales: Scales | None) -> str:
@@ -196,8 +182,7 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
             table.add_row(f"swept {way}", label)
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
-        ratio = _quasi_static(model, *(a["dynamic_factor"] for a in found["attractors"]))
-        print(f"dynamic factor: {', '.join(filter(None, (_damping(model), ratio)))}")
+        print(f"dynamic factor: {', '.join(map(' '.join, beside_factors(model).items()))}")
 
 
 _WIDTH = 80
@@ -232,7 +217,7 @@ def map_document(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
-    """Print the JSON summary of a map in two lines: the shares of what was found, and its extreme.
+    """Print the JSON summary of a map: the shares of what was found, its extreme, and what this is read with.
 
     The first line of given gears has the shares of the contact states, that of others the shares of the motions.
     """
@@ -244,7 +229,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     cells, size = "columns" if dataset["label"].ndim == 1 else "cells", dataset["label"].size
     if "gears" in dataset.attrs:
         one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
-        _print_shares(f"teeth{one}", [(_TEETH[state], n / size) for state, n in found["contact"].items()], cells)
+        shares = ", ".join(f"{_TEETH[state]} {100 * n / size:.3g} %" for state, n in found["contact"].items())
+        print(textwrap.fill(f"teeth{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
     else:
         counts = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in counts], cells)
@@ -255,9 +241,9 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    law = model_from_json(dataset.attrs["model"]).damping_law
-    after = f"; damping {law}" * (name == "dynamic_factor" and law != DEFAULT_LAW)  # the line is full without it
-    print(f"largest {value}{which}, at {place}{after}")
+    print(f"largest {value}{which}, at {place}")
+    if words := words_beside(dataset, name):
+        print(f"dynamic factor: {', '.join(words)}")
 
 
 def result_document(dataset: xr.Dataset) -> dict[str, Any]:

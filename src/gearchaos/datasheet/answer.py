@@ -79,8 +79,7 @@ class Answer:
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
-        law = f" {DAMPING_LAWS[d.damping_law]}" * (not self._across_the_gap)
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g}{law}"
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property
@@ -122,13 +121,8 @@ class Answer:
                    f"{measured(outside.speed_of_largest, 3)} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
-        ending = "damping that ends with contact, " * self._across_the_gap
+        ending = "damping that ends with contact, " * (self.design.damping_law == "always")
         yield f"Left out: load sharing, {ending}other meshes, friction."
-
-    @property
-    def _across_the_gap(self) -> bool:
-        """Whether the mesh damping acts while the teeth are apart, too, which is then said as left out."""
-        return self.design.damping_law == "always"
 
     @property
     def notes(self) -> tuple[str, ...]:

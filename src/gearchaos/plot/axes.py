@@ -23,6 +23,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot.theme import BACKGROUND, adapt_style, is_dark
 from gearchaos.quantities import Quantity, find
+from gearchaos.studies.beside_factors import words_beside
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}  # (2.8)-(2.11); a unit made of these alone is not shown on an axis
 _FONT_SIZE = 10.0  # of the font for which widths and distances are given, in points
@@ -100,6 +101,12 @@ def axis_label(array: xr.DataArray | xr.Variable, name: str, beside: xr.DataArra
     if dimensional:
         return f"{text} [{unit.replace('*', ' ')}]"
     return f"{text} [–]" if beside is not None and _is_dimensional(beside) else text
+
+
+def value_label(ds: xr.Dataset, name: str, ax: Axes, beside: xr.DataArray | None = None) -> str:
+    """`axis_label` of a variable of a result, wrapped; that of a dynamic factor says what it is read with."""
+    text = ", ".join([axis_label(ds[name], name, beside), *words_beside(ds, name)])
+    return wrapped(text, ax.get_window_extent().height / ax.figure.dpi)
 
 
 def _is_dimensional(array: xr.DataArray | xr.Variable) -> bool:

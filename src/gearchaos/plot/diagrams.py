@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._datasets import check, check_name, keeps_data
-from gearchaos.plot.axes import axis_label, cell_extent, draw_legend, new_axes, vertical_limits
+from gearchaos.plot.axes import axis_label, cell_extent, draw_legend, new_axes, value_label, vertical_limits
 from gearchaos.plot.classes import NO_CLASS, continuous_values, named_classes
 from gearchaos.plot.maps import motion_strip
 from gearchaos.plot.motions import first_coordinate
@@ -199,7 +199,7 @@ def response(
         low, high = (int(index[known].min()), int(index[known].max())) if known.any() else (0, 0)
         ax.set_yticks(range(low, high + 1), [kind.name for kind in classes[low : high + 1]], fontsize="small")
         ax.set_ylim(low - 0.5, high + 0.5)
-    ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=axis_label(ds[name], name, beside=ds[axis]))
+    ax.set(xlabel=axis_label(ds[axis], str(axis)), ylabel=value_label(ds, name, ax, beside=ds[axis]))
     if len(x) > 1:
         ax.set_xlim(float(x[0]), float(x[-1]))
     if strip:
@@ -373,7 +373,7 @@ def response_curve(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = 
         handles.append(Line2D([], [], color=adapt(STROBE), marker=">", markersize=5, linewidth=1.1, label="jump"))
     for value, start, end in jumps:
         ax.annotate("", (value, end), (value, start), arrowprops=adapt_style(_JUMP), zorder=3)
-    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=axis_label(ds[y], y, beside=ds[axis]))
+    ax.set(xlabel=axis_label(ds[axis], axis), ylabel=value_label(ds, y, ax, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
         draw_legend(ax, handles)

@@ -26,6 +26,7 @@ from gearchaos.plot.axes import (
     label_and_limit,
     new_axes,
     plane,
+    value_label,
     widened_limits,
     width_in_inches,
     wrapped,
@@ -232,9 +233,6 @@ def level(
         raise InputError("hatch", "must be left out for a variable without classes", name)
     ax = new_axes(ax)
     horizontal, vertical, extent = plane(ds, name)
-    title = axis_label(ds[name], name)
-    if name == "contact":
-        title += " of one motion per cell"  # in another one the teeth may separate
     if classes:
         draw_classes(classes[0], ax, extent, classes[1], hatch=hatch)
     else:
@@ -244,12 +242,14 @@ def level(
         image = ax.imshow(values, origin="lower", aspect="auto", interpolation="nearest", cmap=cmap, vmin=low,
                           vmax=high, extent=extent)
     label_and_limit(ax, ds, horizontal, vertical)
-    inches = ax.get_window_extent().transformed(ax.figure.dpi_scale_trans.inverted())
     if colorbar and classes:
-        class_legend(ax, *classes, hatch=hatch, title=wrapped(title, inches.width))
+        title = axis_label(ds[name], name)
+        if name == "contact":
+            title += " of one motion per cell"  # in another one the teeth may separate
+        class_legend(ax, *classes, hatch=hatch, title=wrapped(title, width_in_inches(ax)))
     elif colorbar:
         clipped = bool(np.any(values > image.norm.vmax))
-        label = wrapped(title, inches.height)
+        label = value_label(ds, name, ax)
         ax.figure.colorbar(image, ax=ax, extend="max" if clipped else "neither", pad=0.02, label=label)
     return ax
 

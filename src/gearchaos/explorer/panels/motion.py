@@ -17,11 +17,11 @@ from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import Gears, OperatingModel, pair_of
 from gearchaos.gears.units import RPM
-from gearchaos.model import DAMPING_LAWS
 from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
 from gearchaos.quantities import quantity
+from gearchaos.studies.beside_factors import beside_factors
 
 _HISTORY_SAMPLES = 3000  # largest number of samples drawn
 
@@ -242,7 +242,7 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
     rows += [(titles[n], number(f"{float(value):.5g}", style.unit(value))) for n, value in measures.items()]
     if "dynamic_factor" in known:
-        rows.append(("mesh damping", DAMPING_LAWS[model.damping_law]))
+        rows += beside_factors(model).items()
     if v.multipliers:
         rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
         rows.append((quantity("residual").title, number(f"{v.residual:.2g}", "")))

@@ -35,7 +35,8 @@ from gearchaos.flow.kernels.contact_sets import (
 from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.kernels.measures import measure_segment
 
-_COUNT = len(Measure)
+_FIRST = np.array([{np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}[measure.combined] for measure in Measure])
+"""With what each measure begins, which tells how parts combine: 0 are added, −∞ and ∞ give way to any other value."""
 
 
 @inlined
@@ -152,44 +153,67 @@ def _first_exit(work):
 
 
 @subroutine
-def _measure(dims, points, p, tables, place, step, start, duration, end, closed, after, series, work):
-    """Add a segment to the measures: displacement, velocity and force of each mesh in a position of its own.
+def _measure_kept(work):
+    """Add the segments that are kept to the measures."""
+    at = rows((0, 0))
+    for m in range(len(work.rows)):
+        ws = work.rows[m]
+        for l in range(work.progress[3], WIDTH):  # positions without a segment
+            ws[at.duration * WIDTH + l] = ws[at.end_fraction * WIDTH + l] = 0.0
+            ws[at.next_sigma * WIDTH + l] = ws[at.sigma * WIDTH + l]
+        measure_segment((0, 0), ws, work.measures[m], 0)
+    work.progress[3] = 0
+
+
+@subroutine
+def _keep_segment(dims, points, p, tables, place, step, start, duration, end, closed, after, series, work):
+    """Keep a segment to be measured: displacement, velocity and force of each mesh. `WIDTH` segments are measured
+    together.
 
     The segment begins at the fraction ``start`` of the step; ``closed`` and ``after`` are the contact sets on it and
     after it, ``series`` the polynomials of the coordinates.
     """
-    ws, at, d = work.rows, rows((0, 0)), len(dims)
+    at, l = rows((0, 0)), work.progress[3]
+    _displacements(dims, points, series, work.displacement)
     for m in range(len(points.row)):
-        now = then = 0.0
+        ws, now, then, spring = work.rows[m], 0.0, 0.0, 0.0
+        force0 = force1 = force2 = 0.0
         for e in range(len(points.mesh)):
             if points.mesh[e] == m:
-                now = points.side[e] if closed >> e & 1 else now
                 then = points.side[e] if after >> e & 1 else then
-        ws[at.sigma * WIDTH + m], ws[at.next_sigma * WIDTH + m] = now, then
-        ws[at.duration * WIDTH + m], ws[at.end_fraction * WIDTH + m] = duration, end
+                if closed >> e & 1:
+                    now, stiffness = points.side[e], tables.stiffness[place, step, e]
+                    spring += stiffness
+                    force0 -= stiffness * points.side[e] * work.offset[e, 0]
+                    force1 -= stiffness * points.side[e] * work.offset[e, 1]
+                    force2 -= stiffness * points.side[e] * work.offset[e, 2]
+        ws[at.sigma * WIDTH + l], ws[at.next_sigma * WIDTH + l] = now, then
+        ws[at.duration * WIDTH + l], ws[at.end_fraction * WIDTH + l] = duration, end
         damping = points.damping[p, m] if now != 0.0 or not points.in_contact[m] else 0.0
         for k in range(ORDER + 1):
             rate = _dot(dims, points.rate[m], series[k])
-            force = damping * rate
-            for e in range(len(points.mesh)):
-                if points.mesh[e] == m and closed >> e & 1:
-                    gap = work.displacement[m, k] - (points.side[e] * work.offset[e, k] if k < OFFSETS else 0.0)
-                    force += tables.stiffness[place, step, e] * gap
-            ws[(at.state + 2 * k) * WIDTH + m] = work.displacement[m, k]
-            ws[(at.state + 2 * k + 1) * WIDTH + m] = rate
-            ws[(at.force + k) * WIDTH + m] = force
-            ws[(at.velocity + k) * WIDTH + m] = _dot(dims, points.velocity[p], series[k])
-        ws[at.velocity * WIDTH + m] += points.velocity0[p]
+            ws[(at.state + 2 * k) * WIDTH + l] = work.displacement[m, k]
+            ws[(at.state + 2 * k + 1) * WIDTH + l] = rate
+            ws[(at.force + k) * WIDTH + l] = damping * rate + spring * work.displacement[m, k]
+            ws[(at.velocity + k) * WIDTH + l] = _dot(dims, points.velocity[p], series[k])
+        ws[at.force * WIDTH + l] += force0
+        ws[(at.force + 1) * WIDTH + l] += force1
+        ws[(at.force + 2) * WIDTH + l] += force2
+        ws[at.velocity * WIDTH + l] += points.velocity0[p]
         angle = TWO_PI * tables.phase[place, step] + points.omega[p] * start * tables.duration[place, step]
         for h in range(len(points.orders)):
             order, a, b = points.orders[h], points.velocity_cos[p, h], points.velocity_sin[p, h]
+            if a == 0.0 and b == 0.0:
+                continue
             value = a * cos(order * angle) + b * sin(order * angle)
             slope = b * cos(order * angle) - a * sin(order * angle)
             for k in range(ORDER + 1):
-                ws[(at.velocity + k) * WIDTH + m] += value
+                ws[(at.velocity + k) * WIDTH + l] += value
                 turn = order * points.omega[p] * duration / (k + 1)
                 value, slope = slope * turn, -value * turn
-    measure_segment((0, 0), ws, work.measures, 0)
+    work.progress[3] += 1
+    if work.progress[3] == WIDTH:
+        _measure_kept(work)
 
 
 @subroutine
@@ -238,7 +262,7 @@ def _resolve(dims, points, p, tables, place, step, closed, measuring, work):
         over, end = end > 1.0, min(end, 1.0)
         after = closed if over else closed ^ switching
         if measuring:
-            _measure(dims, points, p, tables, place, step, start, duration, end, closed, after, motion, work)
+            _keep_segment(dims, points, p, tables, place, step, start, duration, end, closed, after, motion, work)
         for i in range(d):
             work.after[i] = value_at(motion, i, end)
         for c in range(len(work.tangents)):
@@ -261,14 +285,15 @@ def _resolve(dims, points, p, tables, place, step, closed, measuring, work):
 @inlined
 def _advance_affine(dims, matrix, work):
     """Advance ``work.w``, whose state after the step is in ``work.after``, and the tangent vectors by a step matrix."""
+    moved = work.linear[0]
     for c in range(len(work.tangents)):
         for i in range(len(dims)):
             total = 0.0
             for j in range(len(dims)):
                 total += matrix[j, i] * work.tangents[c, j]
-            work.series[0, 0, i] = total
+            moved[i] = total
         for i in range(len(dims)):
-            work.tangents[c, i] = work.series[0, 0, i]
+            work.tangents[c, i] = moved[i]
     for i in range(len(dims)):
         work.w[i] = work.after[i]
 
@@ -323,7 +348,7 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
             for j in range(d):
                 total += matrix[j, i] * work.w[j]
             work.after[i] = total
-        if measuring or _may_switch(dims, points, tables, place, entry, step, closed, work.w, work.after):
+        if _may_switch(dims, points, tables, place, entry, step, closed, work.w, work.after):
             before = closed
             closed, status = _resolve(dims, points, p, tables, place, step, closed, measuring, work)
             if status != OK:
@@ -331,6 +356,13 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
             if closed != before:
                 entry = -1
         else:
+            if measuring:
+                _segment_equations(dims, points, p, tables, place, step, 0.0, 1.0, closed, work)
+                motion, duration = work.series[0], tables.duration[place, step]
+                for i in range(d):
+                    motion[0, i] = work.w[i]
+                linear_series(dims, duration, work.linear, work.force, True, motion)
+                _keep_segment(dims, points, p, tables, place, step, 0.0, duration, 1.0, closed, closed, motion, work)
             _advance_affine(dims, matrix, work)
         if len(call.growth) > 0 and (step + 1 == tables.steps[place] or (step + 1) % every == 0):
             _orthonormalise(dims, work.tangents, call.growth[period], lane)
@@ -345,7 +377,10 @@ def _load_lane(dims, call, lane, work):
         for c in range(len(work.tangents)):
             work.tangents[c, i] = call.tangent[c, i, lane]
     for row in range(len(call.measures)):
-        work.measures[row * WIDTH] = call.measures[row, lane]
+        for m in range(len(work.measures)):
+            for l in range(WIDTH):
+                known = l == 0 or row == Measure.Z_REFERENCE
+                work.measures[m, row * WIDTH + l] = call.measures[row, lane] if known else _FIRST[row]
 
 
 @inlined
@@ -355,8 +390,15 @@ def _store_lane(dims, call, lane, work):
         call.w[i, lane] = work.w[i]
         for c in range(len(work.tangents)):
             call.tangent[c, i, lane] = work.tangents[c, i]
+    if len(call.measures) > 0 and work.progress[3] > 0:
+        _measure_kept(work)
     for row in range(len(call.measures)):
-        call.measures[row, lane] = work.measures[row * WIDTH]
+        found = work.measures[0, row * WIDTH]
+        for l in range(1, WIDTH):
+            other = work.measures[0, row * WIDTH + l]
+            found = found + other if _FIRST[row] == 0.0 else (
+                max(found, other) if _FIRST[row] < 0.0 else min(found, other))
+        call.measures[row, lane] = found
 
 
 @main_kernel

@@ -92,9 +92,9 @@ class ContactWork(NamedTuple):
     displacement: np.ndarray  # (K, ORDER + 1) polynomials of the displacements of the meshes
     gaps: np.ndarray  # (groups * (ORDER + 1) * WIDTH,) polynomials of the gaps, `WIDTH` contacts in a group
     exits: np.ndarray  # (groups * WIDTH,) first root of each
-    rows: np.ndarray  # (rows * WIDTH,) for the measures: see `arrays.Rows`, a mesh in each position
-    measures: np.ndarray  # (len(Measure) * WIDTH,)
-    progress: np.ndarray  # (3,) int: number of the trajectory, its completed periods, whether it is loaded
+    rows: np.ndarray  # (K, rows * WIDTH) segments to be measured, one in each position: see `arrays.Rows`
+    measures: np.ndarray  # (K, len(Measure) * WIDTH) those of the segments that were in each position
+    progress: np.ndarray  # (4,) int: number of the trajectory, its completed periods, whether it is loaded, segments kept
 
 
 def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) -> StepTables:
@@ -118,8 +118,8 @@ def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
         np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((d, d)), np.zeros((ORDER + 1, d)),
         np.zeros((m, OFFSETS)), np.zeros((d + 2, ORDER + 1, d)),
         np.zeros((k, ORDER + 1)), aligned(groups * (ORDER + 1) * WIDTH),
-        aligned(groups * WIDTH), aligned(row_offsets(2, "always").total * WIDTH, to=PAGE),
-        aligned(len(Measure) * WIDTH), np.zeros(3, np.int64))
+        aligned(groups * WIDTH), aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE),
+        aligned(k, len(Measure) * WIDTH), np.zeros(4, np.int64))
 
 
 @subroutine
