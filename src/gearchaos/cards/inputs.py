@@ -13,6 +13,7 @@ from gearchaos.cards.card import EMPHASIS, Card, Drawing, around, card
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
+from gearchaos.gears.design.values import ReliefDimensions
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW, MeshModel, has_effect, mesh_stiffness, transmission_error
@@ -118,6 +119,8 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "profile shift coefficients": digits(g.profile_shift),
         "basic rack": f"h_aP {rack.addendum:g}, h_fP {rack.dedendum:g}, ρ_fP {rack.root_radius:g}, in modules",
         "bore": "" if d.bore is None else f"{digits(d.bore, 1e3)} mm",
+        "tip relief": "" if d.tip_relief is None or not any(d.tip_relief.amount) else _relief(d.tip_relief),
+        "load sharing": "tooth pairs" if d.shares_load else "prescribed",
         "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}",
         "backlash, line of action, total":
             "" if d.backlash is None else f"{d.backlash_line_of_action * 1e3:.6g} mm",
@@ -129,6 +132,12 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "torque at wheel 1": "" if d.torque is None else f"{d.torque:.6g} N m",
     }
     return {name: value for name, value in found.items() if value}
+
+
+def _relief(relief: ReliefDimensions) -> str:
+    """Amounts of a tip relief, its shape, and the diameters where it begins if they are given."""
+    begins = "" if relief.start_diameter is None else f" from diameter {digits(relief.start_diameter, 1e3)} mm"
+    return f"{digits(relief.amount, 1e6)} µm, {relief.shape}{begins}"
 
 
 @card.register

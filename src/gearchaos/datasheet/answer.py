@@ -80,6 +80,8 @@ class Answer:
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
+        if d.shares_load:
+            yield "load sharing", f"tooth pairs, loaded error {self._value('loaded_error_peak_to_peak')} peak to peak"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property
@@ -122,7 +124,8 @@ class Answer:
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
-        yield f"Left out: load sharing, {ending}other meshes, friction."
+        sharing = "load sharing, " * (not self.design.shares_load)
+        yield f"Left out: {sharing}{ending}other meshes, friction."
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.loaded_error import peak_to_peak
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
@@ -229,6 +230,11 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "360°/z1: roll angle of wheel 1 over the mesh period, that of the stiffness curve", "kinematics"),
         "mesh_stiffness_truncation": _row("mesh.truncation", "", "", 1.0,
                                           "root mean square error of steps or harmonics over the mean", _MODEL)},
+    "Load sharing": {
+        "loaded_error_peak_to_peak": _row(
+            lambda results: peak_to_peak(results.design), "", "µm", 1e6, "loaded transmission error at the torque, "
+            "peak to peak: deflection of the mesh at rest, of teeth exact but for a relief that tooth pairs have",
+            _MODEL)},
     "Supports": {
         "support_frequency": _row("support_frequencies", "f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel "
                                   "on its support, without the mesh", "Łuczko 2008, (2.1)")},

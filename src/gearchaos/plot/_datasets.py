@@ -24,6 +24,7 @@ from gearchaos.datasets import netcdf_bytes
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import check_target, write_bytes
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import Rule
 from gearchaos.validation import LARGEST, check_rule, to_float
 
@@ -76,6 +77,11 @@ def check_design(design: Any) -> None:
     if not isinstance(design, GearDesign):
         raise InputError("design", "must be a GearDesign", _described(design),
                          "gearchaos.GearDesign describes a pair by its drawing.")
+
+
+def check_gears(gears: Any) -> None:
+    if not isinstance(gears, (GearPair, GearDesign)):
+        raise InputError("gears", "must be a GearPair or a GearDesign", _described(gears))
 
 
 def _described(value: object) -> object:

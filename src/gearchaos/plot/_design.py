@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from itertools import cycle
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
-from gearchaos.plot._datasets import check_design, check_positive
+from gearchaos.gears.loaded_error import loaded_error, own_torque
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.units import TORQUE, to_si
+from gearchaos.plot._datasets import check_design, check_gears, check_positive
 from gearchaos.plot.axes import (
     draw_legend,
     new_axes,
     panels,
     second_axis_below,
+    vertical_limits,
     widened_limits,
     width_in_inches,
     wrapped,
 )
 from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_style
+from gearchaos.quantities import POSITIVE
 from gearchaos.validation import to_float
 
 _MM, _UM, _PER_UM = 1e3, 1e6, 1e-6
@@ -288,6 +295,76 @@ def mesh_stiffness(design: GearDesign, ax: Axes | None = None, *, compare: bool 
     if legend:
         draw_legend(ax, handles)
     return ax
+
+
+_SHARES = (0.25, 0.5, 0.75, 1.0, 1.5)  # torques of a Harris map over that of the gears
+_POSITIONS = 1000  # points of a curve of a Harris map
+_TORQUES = LinearSegmentedColormap.from_list("torques", ["#a9bbdc", INK])  # from the least to the greatest
+
+
+def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | None = None,
+               ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw the loaded transmission error over one mesh period for several torques, in µm along the line of action.
+
+    It is the deflection of the mesh at rest, of teeth that are exact but for their relief and crowning: the
+    transmission error of the unloaded gears is left out. The period begins when a tooth pair enters contact. The curve
+    of the torque of the gears is red. The map is that of S. L. Harris (Proc. Inst. Mech. Eng. 172, 1958).
+
+    Parameters
+    ----------
+    gears : GearPair or GearDesign
+        The gear pair.
+    torques : list of float or str, optional
+        Torques at wheel 1, in N m or with a unit; by default 25, 50, 75, 100 and 150 % of that of the gears.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+    legend : bool
+        Add a legend with each torque and the peak-to-peak value of its curve.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If there is no torque, or one is not positive, or the stiffness cannot be computed.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", load_sharing="tooth pairs",
+    ...                        tip_relief={"amount": "15 um", "start_diameter": "153.5 mm"})
+    >>> ax = gc.plot.harris_map(design, [100, 200, 300])
+    >>> len(ax.lines)
+    3
+    """
+    check_gears(gears)
+    given = [share * own_torque(gears) for share in _SHARES] if torques is None else _listed(torques)
+    moments = [to_si(f"torques[{i}]", torque, TORQUE, POSITIVE) for i, torque in enumerate(given)]
+    position = np.arange(_POSITIONS) / _POSITIONS  # without the end, where the stiffness may jump
+    curves = [_UM * loaded_error(gears, torque, position) for torque in moments]
+    ax, own, handles = new_axes(ax), gears.M10 if isinstance(gears, GearPair) else gears.torque, []
+    for n, (torque, curve) in enumerate(zip(moments, curves, strict=True)):
+        colour = STROBE if torque == own else to_hex(_TORQUES(n / max(len(curves) - 1, 1)))
+        style: dict[str, Any] = {"color": adapt(colour), "linewidth": 1.4}
+        ax.plot(position, curve, **style)
+        label = f"{torque:.4g} N m: {np.ptp(curve):.3g} µm"
+        handles.append(Line2D([], [], label=label, **style))
+    ax.set(xlim=(0, 1), ylim=vertical_limits(np.array([0.0, *np.ravel(curves)]), 1.0),
+           xlabel="fraction of the mesh period", ylabel="loaded transmission error [µm]")
+    second_axis_below(ax, 360 / (gears.n1 if isinstance(gears, GearPair) else gears.teeth[0]),
+                      "roll angle of wheel 1 [deg]")
+    if legend:
+        draw_legend(ax, handles, title="torque at wheel 1, and the variation from peak to peak")
+    return ax
+
+
+def _listed(torques: Any) -> list[Any]:
+    """Torques as a list; raises `InputError` for anything else, or an empty one."""
+    if isinstance(torques, (str, bytes)) or not isinstance(torques, Iterable) or not (found := list(torques)):
+        raise InputError("torques", "must be a list of torques at wheel 1", torques, "E.g. [100, 200, '300 N*m'].")
+    return found
 
 
 def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:

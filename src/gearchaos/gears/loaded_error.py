@@ -1,0 +1,64 @@
+"""The loaded transmission error: by how much the mesh gives way at rest under the torque, over the mesh cycle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gearchaos.gears import units
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.tooth_pairs import ToothPairs
+from gearchaos.model import Stiffness, ToothPairStiffness
+from gearchaos.model.static import static_deflection
+from gearchaos.quantities import POSITIVE
+
+if TYPE_CHECKING:
+    from gearchaos.gears.design.gear_design import GearDesign
+
+_POSITIONS = 4096  # positions in the mesh cycle from which peak to peak is taken
+
+
+class _Mesh(NamedTuple):
+    """What the deflection of a design depends on, under the names of a `GearPair`; the scale of lengths is any."""
+
+    c0: float
+    tooth_pairs: ToothPairs
+    half_backlash: float = 1e-4
+
+
+def loaded_error(gears: GearPair | GearDesign, torque: float | str | None, positions: np.ndarray) -> np.ndarray:
+    """Deflection of the mesh along the line of action at rest, m, at positions (n,) in the mesh cycle.
+
+    It is that of teeth that are exact but for their relief and crowning: the transmission error of the unloaded gears
+    is left out. The torque is that at wheel 1, in N m or with a unit, by default that of the gears. A tooth pair enters
+    contact at position 0. Raises `InputError` without a torque, or one that is not positive.
+    """
+    given = own_torque(gears) if torque is None else torque
+    moment = units.to_si("torque", given, units.TORQUE, POSITIVE)
+    stiffness, c0, length, radius = _mesh(gears, moment)
+    return (static_deflection(stiffness, moment / (radius * c0 * length), positions) - 1) * length
+
+
+def own_torque(gears: GearPair | GearDesign) -> float:
+    """The torque of gears at wheel 1, N m; raises `InputError` for a design without one."""
+    return float(gears.M10 if isinstance(gears, GearPair) else gears.given("torque"))
+
+
+def peak_to_peak(gears: GearPair | GearDesign) -> float:
+    """The loaded transmission error at the torque of the gears from its least to its greatest value, m."""
+    return float(np.ptp(loaded_error(gears, None, np.arange(_POSITIONS) / _POSITIONS)))
+
+
+def _mesh(gears: GearPair | GearDesign, torque: float) -> tuple[Stiffness, float, float, float]:
+    """Stiffness at a torque over a reference, this in N/m, the unit of its lengths, m, and base radius 1, m."""
+    if isinstance(gears, GearPair):
+        return gears.to_model().stiffness, gears.c0, gears.half_backlash, gears.R1
+    design = gears.at(torque=torque)
+    mesh, pairs, radius = design.mesh_stiffness, design.tooth_pairs, design.geometry.base_diameter[0] / 2
+    if pairs is None:
+        return mesh.waveform, mesh.reference, 1.0, radius
+    found = _Mesh(mesh.reference, pairs)
+    stiffness = ToothPairStiffness.from_pair(found)
+    assert stiffness is not None
+    return stiffness, found.c0, found.half_backlash, radius
