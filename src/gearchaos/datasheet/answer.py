@@ -81,7 +81,8 @@ class Answer:
         error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         if d.shares_load:
-            yield "load sharing", f"tooth pairs, loaded error {self._value('loaded_error_peak_to_peak')} peak to peak"
+            variation = self._value("loaded_error_peak_to_peak")
+            yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property

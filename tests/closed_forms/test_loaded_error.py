@@ -1,0 +1,128 @@
+"""The loaded transmission error against closed forms: of one spring, and of two tooth pairs with their gaps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import gearchaos as gc
+from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.page import sheet_html
+from gearchaos.datasheet.quantities import datasheet
+from gearchaos.errors import InputError
+from gearchaos.gears.loaded_error import loaded_error, peak_to_peak
+from tests.pictures import legend_words
+
+DESIGN = gc.GearDesign(teeth=(24, 36), module="3 mm", face_width="30 mm", torque="300 N*m")
+RELIEVED = replace(DESIGN, tip_relief={"amount": ["12 um", "8 um"], "start_diameter": ["75.2 mm", "111 mm"],
+                                       "shape": "parabolic"})
+PAIR = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1="35 mm", R2="70 mm", c0="400 N/um", k="500 N*s/m", M10=85,
+                   backlash="0.12 mm", speed=3000)
+
+
+def fresh(width: float = 6.4, height: float = 4.8):
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.subplots()
+
+
+def test_one_spring_gives_way_by_the_force_over_its_stiffness():
+    tooth, geometry = DESIGN.tooth_stiffness, DESIGN.geometry
+    single, force = tooth.single_stiffness * geometry.common_face_width, 300 / (geometry.base_diameter[0] / 2)
+    found = loaded_error(DESIGN, None, np.array([0.01, geometry.contact_ratio - 1 + 0.01]))
+    assert found == pytest.approx([force / (1.75 * single), force / single], rel=1e-12)
+    assert peak_to_peak(DESIGN) == pytest.approx(force / single * (1 - 1 / 1.75), rel=1e-12)
+    assert loaded_error(DESIGN, "0.6 kN*m", np.array([0.01])) == pytest.approx(2 * found[:1], rel=1e-12)
+
+
+def test_tooth_pairs_give_way_until_those_that_touch_carry_the_force():
+    geometry, mm = RELIEVED.geometry, 1e-3
+    path, pitch = geometry.path_of_contact, geometry.base_pitch
+    single = RELIEVED.tooth_stiffness.single_stiffness * geometry.common_face_width
+    length = [np.sqrt(tip**2 - base**2) / 2 - np.sqrt(start**2 - base**2) / 2 for tip, start, base in zip(
+        (78 * mm, 114 * mm), (75.2 * mm, 111 * mm), geometry.base_diameter, strict=True)]
+    positions = (np.arange(997) + 0.5) / 997
+    for torque in (120, 300, 700):  # above the low loads at which the stiffness by ISO 6336-1 falls
+        force, expected = torque / (geometry.base_diameter[0] / 2), []
+        for position in positions:
+            pairs = []
+            for at in (position * pitch, (position + 1) * pitch):
+                if at < path:
+                    gap = (8e-6 * max(0, 1 - at / length[1])**2 + 12e-6 * max(0, 1 - (path - at) / length[0])**2)
+                    pairs.append((gap, single if path - pitch < at < pitch else 0.875 * single))
+            (gap, stiffness), *others = sorted(pairs)
+            y = gap + force / stiffness
+            if others and y > others[0][0]:
+                (other, beside), = others
+                y = (force + stiffness * gap + beside * other) / (stiffness + beside)
+            expected.append(y)
+        np.testing.assert_allclose(loaded_error(RELIEVED, torque, positions), expected, rtol=1e-9)
+    assert peak_to_peak(RELIEVED) == pytest.approx(np.ptp(loaded_error(RELIEVED, 300, positions)), rel=1e-2)
+
+
+def test_a_pair_of_a_design_gives_way_as_the_design_does():
+    complete = replace(RELIEVED, backlash={"value": "0.2 mm", "of": "line of action, total"}, bore="30 mm",
+                       damping_ratio=0.05, speed=3000)
+    positions = np.linspace(0, 1, 100, endpoint=False)
+    np.testing.assert_allclose(loaded_error(complete.to_pair(), None, positions),
+                               loaded_error(RELIEVED, None, positions), rtol=1e-12)
+
+
+def test_a_harris_map_has_a_curve_for_each_torque():
+    ax = gc.plot.harris_map(RELIEVED, ax=fresh())
+    variation = [1e6 * np.ptp(line.get_ydata()) for line in ax.lines]
+    assert legend_words(ax) == [f"{torque:g} N m: {found:.3g} µm" for torque, found in zip(
+        (75, 150, 225, 300, 450), variation, strict=True)]
+    for line, torque in zip(ax.lines, (75, 150, 225, 300, 450), strict=True):
+        np.testing.assert_allclose(line.get_ydata(), 1e6 * loaded_error(RELIEVED, torque, line.get_xdata()))
+    own = [line.get_color() for line in ax.lines]
+    assert len(set(own)) == 5 and own[3] == "#c03a1e"
+    ax.figure.canvas.draw()
+    assert ax.child_axes[0].get_xlim() == pytest.approx((0, 15)) and ax.get_ylabel().endswith("[µm]")
+
+
+def test_a_harris_map_is_of_any_gears_at_the_torques_given():
+    ax = gc.plot.harris_map(PAIR, ["40 N*m", 85], ax=fresh(), legend=False)
+    assert len(ax.lines) == 2 and ax.get_legend() is None
+    low, high = (85 / 0.035 / (4e8 * chi) * 1e6 for chi in (1.25, 0.75))
+    assert set(np.round(ax.lines[1].get_ydata(), 9)) == {round(low, 9), round(high, 9)}
+    assert ax.lines[1].get_color() == "#c03a1e"
+
+
+@pytest.mark.parametrize(("gears", "torques", "message"), [
+    (RELIEVED, "300 N*m", "torques must be a list of torques at wheel 1"), (RELIEVED, [], "torques must be a list"),
+    (RELIEVED, 300, "torques must be a list"), (RELIEVED, [100, -3], r"torques\[1\] must be greater than 0; got -3"),
+    (RELIEVED, ["3 mm"], r"torques\[0\] must be a torque"), (RELIEVED, [0], r"torques\[0\] must be greater than 0"),
+    (replace(RELIEVED, torque=None), None, "torque must be given"),
+    ("pair", None, "must be a GearPair or a GearDesign"),
+    (replace(PAIR, M10=0.0), None, r"torques\[0\] must be greater than 0"),
+])
+def test_a_harris_map_without_torques_is_refused(gears, torques, message):
+    with pytest.raises(InputError, match=message):
+        gc.plot.harris_map(gears, torques, fresh())
+
+
+def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the_load():
+    found = datasheet(RELIEVED)["loaded_error_peak_to_peak"]
+    assert (found.value, found.unit) == (pytest.approx(1e6 * peak_to_peak(RELIEVED)), "µm")
+    assert datasheet(replace(RELIEVED, torque=None))["loaded_error_peak_to_peak"].reason.startswith("torque must be")
+    shared, plain = Answer.of(RELIEVED), Answer.of(DESIGN)
+    assert dict(shared.facts)["load sharing"] == (
+        f"tooth pairs, loaded transmission error {found.value:.3g} µm peak to peak")
+    assert "load sharing" not in dict(plain.facts)
+    assert "Loaded transmission error" in sheet_html([shared])
+    assert "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in sheet_html([shared])
+    assert "Loaded transmission error" not in sheet_html([plain])
+
+
+@pytest.mark.slow
+def test_what_is_left_out_does_not_name_a_load_sharing_that_there_is():
+    complete = replace(DESIGN, backlash={"value": "0.2 mm", "of": "line of action, total"}, bore="30 mm", speed=3000,
+                       damping_ratio=0.05)
+    for design, left_out in ((complete, True), (replace(complete, tip_relief=RELIEVED.tip_relief), False)):
+        speeds = gc.speeds_to_avoid(design, gc.Axis("speed", 3000, 3100, 2))
+        assert ("load sharing" in list(Answer.of(design, speeds).basis)[-1]) is left_out
