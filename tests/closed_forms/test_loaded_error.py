@@ -74,7 +74,7 @@ def test_a_pair_of_a_design_gives_way_as_the_design_does():
 
 def test_a_harris_map_has_a_curve_for_each_torque():
     ax = gc.plot.harris_map(RELIEVED, ax=fresh())
-    variation = [1e6 * np.ptp(line.get_ydata()) for line in ax.lines]
+    variation = [np.ptp(line.get_ydata()) for line in ax.lines]
     assert legend_words(ax) == [f"{torque:g} N m: {found:.3g} µm" for torque, found in zip(
         (75, 150, 225, 300, 450), variation, strict=True)]
     for line, torque in zip(ax.lines, (75, 150, 225, 300, 450), strict=True):
