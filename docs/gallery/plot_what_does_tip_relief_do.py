@@ -2,8 +2,8 @@
 What does tip relief do?
 ========================
 
-A tooth that bends under load meets the next one early, and hits it. Tip relief takes material off the tips, so that each
-pair takes up its load little by little. How much is right, and what does it change?
+A tooth that bends under load meets the next one early, and hits it. Tip relief takes material off the tips, so that
+each pair takes up its load little by little. How much is right, and what does it change?
 
 The pair is given as on its drawing. Its relief acts through tooth pairs that share the load. Each pair on the path of
 contact is a spring with a gap of its own.
