@@ -199,7 +199,8 @@ def _gears_of(
                          "[gearpair] has M10 and speed.")
     if tables.gearpair is not None:
         _refuse_beside(tables, "gearpair", "model", "design")
-        found = validated(GearPairTable, {**tables.gearpair.model_dump(), **values["gearpair"]}, "gearpair")
+        given = _replaced(tables.gearpair.model_dump(exclude_unset=True), values["gearpair"], "gearpair")
+        found = validated(GearPairTable, given, "gearpair")
         return GearPair(**found.model_dump(exclude={"kind"}))
     if tables.design is None:
         return None

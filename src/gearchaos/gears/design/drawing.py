@@ -205,7 +205,7 @@ class Drawing:
         found = None
         if relief is not None and any(relief.amount):
             unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
-            lengths = [length / path or _NO_RELIEF for length in relief.length]
+            lengths = [min(length / path, 1.0) or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
         return ToothPairs(stiffness=levels, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
                           back_phase=back_phase(self.geometry))

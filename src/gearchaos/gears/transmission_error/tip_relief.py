@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
 
 _EXPONENTS = {"linear": 1, "parabolic": 2}
+_ROUNDING = 1e-12  # by which lengths over the whole path may exceed it
 _SAMPLES = 8192  # samples of a mesh period from which the harmonics are computed
 
 
@@ -64,7 +65,7 @@ def unrelieved_length(geometry: Geometry, relief: TipRelief) -> float:
     relieved lengths overlap, or contact could be lost between two pairs.
     """
     path = geometry.contact_ratio * geometry.base_pitch
-    if sum(relief.length) > path:
+    if sum(relief.length) > path * (1 + _ROUNDING):
         raise InputError("tip_relief.length", f"must have a sum of at most the path of contact, {Length(path)}",
                          tuple(map(Length, relief.length)), "The reliefs of both wheels would overlap.")
     if geometry.contact_ratio < 1:

@@ -1,0 +1,235 @@
+"""Tooth pairs that share the load, of gear pairs and of designs: how they are read, checked and computed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.text import design_values, pair_at
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.design.transverse_section import TransverseSection
+from gearchaos.gears.operating import gears_from_json, gears_json
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
+from gearchaos.gears.tooth_pairs import back_phase
+from gearchaos.model import TwoLevelStiffness
+from gearchaos.studyfile import load_study
+
+PAIR = {"n1": 25, "n2": 50, "I1": 5e-4, "I2": 8e-3, "R1": "35 mm", "R2": "70 mm", "c0": "400 N/um", "k": "500 N*s/m",
+        "backlash": "0.12 mm", "M10": "85 N*m", "speed": "14000 rpm"}
+RELIEF = {"amount": "30 um", "length": 0.2, "shape": "linear"}
+PAIRS = {"stiffness": "1.5e8 N/m", "contact_ratio": 1.6, "relief": RELIEF}
+DESIGN = {
+    "teeth": [24, 36], "module": "3 mm", "face_width": "30 mm", "bore": "30 mm", "damping_ratio": 0.05,
+    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "speed": "3000 rpm", "torque": "60 N*m",
+    "quality": {"standard": "ISO 1328-1:1995", "grade": 5}, "transmission_error": "from quality",
+}
+TIP_RELIEF = {"amount": ["30 um", "18 um"], "start_diameter": ["76 mm", "112 mm"]}
+FZG = {**DESIGN, "teeth": [16, 24], "module": "4.5 mm", "face_width": "14 mm", "centre_distance": "91.5 mm",
+       "profile_shift": [0.182, 0.171], "tip_diameter": ["82.46 mm", "118.36 mm"]}
+
+
+def test_values_of_a_pair_are_those_of_its_model_over_c0_and_half_the_backlash():
+    found = GearPair(**PAIR, tooth_pairs={
+        "stiffness": ["150 N/um", "180 N/um"], "starts": [0, 0.4], "contact_ratio": 1.6, "crowning": "6 um",
+        "back_phase": 0.4, "relief": {"amount": ["30 um", "12 um"], "length": [0.2, 0.3], "shape": "parabolic"},
+    }).to_model().stiffness
+    assert found.levels == pytest.approx((0.375, 0.45)) and found.starts == (0.0, 0.4)
+    assert (found.relief1, found.relief2, found.crowning) == pytest.approx((0.5, 0.2, 0.1))
+    assert (found.relief_length1, found.relief_length2, found.relief_exponent) == (0.2, 0.3, 2.0)
+    assert (found.contact_ratio, found.back_phase) == (1.6, 0.4)
+
+
+def test_one_value_of_a_relief_holds_for_both_wheels_and_none_is_none():
+    found = GearPair(**PAIR, tooth_pairs=PAIRS).to_model().stiffness
+    assert found.relief1 == found.relief2 == pytest.approx(0.5) and found.relief_exponent == 1.0
+    found = GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}).to_model().stiffness
+    assert found.relief1 == found.relief2 == 0.0
+
+
+@pytest.mark.parametrize(("changes", "field", "words"), [
+    ({"relief": {**RELIEF, "length": [0.6, 0.5]}}, "relief.length", "sum of both wheels of at most 1, the path"),
+    ({"relief": {**RELIEF, "length": 0}}, "relief.length", r"in (0, 1]"),
+    ({"relief": {**RELIEF, "amount": "-3 um"}}, "relief.amount", "must not be negative; got '-3 um'"),
+    ({"relief": {**RELIEF, "amount": ["3 um"]}}, "relief.amount", "one value, or a list of two"),
+    ({"relief": {**RELIEF, "shape": "cubic"}}, "relief.shape", "must be one of linear, parabolic; got 'cubic'"),
+    ({"relief": {}}, "relief.amount", "must be given"),
+    ({"relief": "30 um"}, "relief", "must be a table with amount, length, shape"),
+    ({"stiffness": ["1e8 N/m", "2e8 N/m"], "starts": [0.1, 0.5]}, "starts", "must rise from 0 and stay below 1"),
+    ({"stiffness": ["1e8 N/m", "2e8 N/m"], "starts": [0, 1]}, "starts", "must rise from 0 and stay below 1"),
+    ({"stiffness": ["1e8 N/m"] * 3, "starts": [0, 0.6, 0.3]}, "starts", "must rise from 0 and stay below 1"),
+    ({"stiffness": ["1e8 N/m", "2e8 N/m"]}, "starts", "as many values as stiffness (2)"),
+    ({"starts": []}, "starts", "must rise from 0"),
+    ({"starts": "0"}, "starts", "must be a list of numbers"),
+    ({"stiffness": []}, "stiffness", "must have 1 to 64 values; got 0"),
+    ({"stiffness": ["1e8 N/m", "-1 N/m"], "starts": [0, 0.5]}, "stiffness[1]", "must be greater than 0; got '-1 N/m'"),
+    ({"contact_ratio": 2.3}, "contact_ratio", "must lie in [1, 2]; got 2.3"),
+    ({"contact_ratio": 0.9}, "contact_ratio", "must lie in [1, 2]; got 0.9"),
+    ({"back_phase": 1}, "back_phase", "must lie in [0, 1); got 1"),
+    ({"crowning": "-3 um"}, "crowning", "must not be negative"),
+    ({"length": 0.2}, "", "must have no key but stiffness, starts"),
+])
+def test_what_is_wrong_with_tooth_pairs_is_said(changes, field, words):
+    with pytest.raises(InputError) as refusal:
+        GearPair(**PAIR, tooth_pairs={**PAIRS, **changes})
+    assert refusal.value.field == f"tooth_pairs.{field}".rstrip(".") and words in str(refusal.value)
+
+
+def test_tooth_pairs_are_refused_beside_another_stiffness():
+    with pytest.raises(InputError, match="must be left out beside tooth_pairs"):
+        GearPair(**PAIR, tooth_pairs=PAIRS, stiffness_levels=["300 N/um"])
+
+
+def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
+    path = tmp_path / "pair.toml"
+    lines = [f"{name} = {value!r}" for name, value in PAIR.items()]
+    path.write_text("\n".join(["[gearpair]", *lines, 'tooth_pairs = { stiffness = "1.5e8 N/m", contact_ratio = 1.6, '
+                               'relief = { amount = "30 um", length = 0.2, shape = "linear" } }']))
+    assert load_study(path).model.stiffness == GearPair(**PAIR, tooth_pairs=PAIRS).to_model().stiffness
+    other = load_study(path, {"gearpair.tooth_pairs.relief.amount": ["12 um", "6 um"]}).model.stiffness
+    assert (other.relief1, other.relief2) == pytest.approx((0.2, 0.1))
+    assert load_study(path, {"relief1": 0.3}).model.stiffness.relief1 == 0.3
+
+
+@pytest.mark.parametrize("gears", [
+    GearPair(**PAIR, tooth_pairs=PAIRS), GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF}),
+    GearDesign(**{**DESIGN, "load_sharing": "tooth pairs"}).to_pair()], ids=["pair", "design", "pair of a design"])
+def test_gears_with_tooth_pairs_are_made_again_from_json(gears):
+    assert gears_from_json(gears_json(gears)) == gears and hash(gears_from_json(gears_json(gears))) == hash(gears)
+    if isinstance(gears, GearDesign):
+        assert GearDesign(**design_values(gears)) == gears
+
+
+def test_a_pair_with_a_changed_relief_is_a_pair_again():
+    pair = GearPair(**PAIR, tooth_pairs=PAIRS)
+    changed = pair.to_model().with_values({"relief1": 0.25})
+    found = pair_at(pair, changed)
+    assert found is not None and found.tooth_pairs.relief.amount == pytest.approx((15e-6, 30e-6))
+
+
+@pytest.mark.parametrize(("changes", "shared"), [
+    ({}, False), ({"tip_relief": TIP_RELIEF}, True), ({"tip_relief": {**TIP_RELIEF, "amount": "0 um"}}, False),
+    ({"tip_relief": "20 um", "transmission_error": "none"}, False), ({"load_sharing": "tooth pairs"}, True),
+    ({"load_sharing": "prescribed"}, False), ({"tip_relief": TIP_RELIEF, "stiffness": "potential energy"}, True),
+    ({"tip_relief": TIP_RELIEF, "helix_angle": "10 deg"}, False),
+    ({"rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}, "teeth": [50, 60],
+      "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, False),
+])
+def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
+    design = GearDesign(**{**DESIGN, **changes})
+    assert design.shares_load is shared
+    assert (design.to_model().stiffness.kind == "tooth pairs") is shared
+    assert (design.to_pair().tooth_pairs is not None) is shared
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "on one spring it would do nothing"),
+    ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "helical teeth enter contact bit by bit"),
+    ({"load_sharing": "shared"}, "must be one of prescribed, tooth pairs"),
+    ({"load_sharing": "tooth pairs", "teeth": [50, 60],
+      "rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}}, "the contact ratio is 2.316"),
+])
+def test_a_load_sharing_that_cannot_be_is_refused(changes, words):
+    with pytest.raises(InputError, match="load_sharing") as refusal:
+        GearDesign(**{**DESIGN, **changes})
+    assert words in str(refusal.value)
+
+
+def test_a_table_of_a_sum_and_tooth_pairs_are_refused(tmp_path):
+    path = tmp_path / "c.csv"
+    path.write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
+    given = {**DESIGN, "stiffness": {"table": str(path)}}
+    with pytest.raises(InputError, match="a table has the stiffness of all pairs together"):
+        GearDesign(**given, load_sharing="tooth pairs")
+    assert not GearDesign(**given, tip_relief=TIP_RELIEF).shares_load
+
+
+def test_tooth_pairs_need_the_start_of_a_relief():
+    design = GearDesign(**{**DESIGN, "tip_relief": "20 um", "load_sharing": "tooth pairs"})
+    with pytest.raises(InputError, match=r"tip_relief.start_diameter must be given"):
+        design.to_model()
+
+
+def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_error(tmp_path):
+    plain, relieved = GearDesign(**DESIGN), GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})
+    assert relieved.error_harmonics == plain.error_harmonics
+    assert relieved.to_model().error == plain.to_model().error
+    assert not [text for text in relieved.warnings if text.startswith("tip_relief")]
+    path = tmp_path / "te.csv"
+    path.write_text("order,peak [um],phase [deg]\n1,2,30\n")
+    (text,) = [text for text in replace(relieved, transmission_error={"orders": str(path)}).warnings
+               if text.startswith("tip_relief")]
+    assert "must be that of teeth without relief" in text
+    (text,) = [text for text in replace(relieved, tip_relief="20 um", transmission_error="none").warnings
+               if text.startswith("tip_relief")]
+    assert "give its start_diameter, so that tooth pairs can share the load" in text
+
+
+def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():
+    design = GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})
+    found, path = design.to_model().stiffness, design.geometry.path_of_contact
+    assert (found.relief1, found.relief2) == pytest.approx((0.5, 0.3))
+    for n, length in enumerate((found.relief_length1, found.relief_length2)):
+        base = np.array([72.0, 108.0])[n] * np.cos(np.radians(20))  # d cos α
+        tip, start = np.array([78.0, 114.0])[n], np.array([76.0, 112.0])[n]
+        assert length == pytest.approx((np.sqrt(tip**2 - base**2) - np.sqrt(start**2 - base**2)) / 2e3 / path)
+
+
+def test_a_relief_of_one_wheel_may_cover_the_whole_path():
+    active = GearDesign(**DESIGN).geometry.start_of_active_profile
+    found = GearDesign(**{**DESIGN, "tip_relief": {
+        "amount": ["20 um", "0 um"], "start_diameter": list(active)}}).to_model().stiffness
+    assert found.relief_length1 == pytest.approx(1) and found.relief2 == 0
+    with pytest.raises(InputError, match="reliefs of both wheels would overlap"):
+        GearDesign(**{**DESIGN, "tip_relief": {"amount": "20 um", "start_diameter": list(active)}}).to_model()
+
+
+@pytest.mark.parametrize("given", [DESIGN, FZG], ids=["24/36", "FZG C"])
+def test_pairs_by_iso_without_gaps_have_the_prescribed_sum(given):
+    design = GearDesign(**given, load_sharing="tooth pairs")
+    pair, prescribed = design.to_pair(), design.mesh_stiffness
+    assert pair.c0 == prescribed.reference and isinstance(prescribed.waveform, TwoLevelStiffness)
+    single = design.tooth_stiffness.single_stiffness * design.geometry.common_face_width
+    assert max(pair.tooth_pairs.stiffness) == pytest.approx(single, rel=1e-12)
+    assert min(pair.tooth_pairs.stiffness) == pytest.approx(1.75 * single / 2, rel=1e-12)
+    found, tau = pair.to_model().stiffness, (np.arange(500) + 0.5) / 500
+    parts = found.parts(found.numbers())
+    total = np.array([level for _, level in parts])[np.searchsorted([at for at, _ in parts], tau, side="right") - 1]
+    assert np.abs(total * pair.c0 - prescribed(tau)).max() < 1e-12 * pair.c0
+
+
+@pytest.mark.parametrize("given", [DESIGN, FZG], ids=["24/36", "FZG C"])
+def test_pairs_by_potential_energy_have_the_means_of_their_own_curve(given):
+    design = GearDesign(**given, stiffness="potential energy", load_sharing="tooth pairs")
+    found, energy = design.tooth_pairs, EnergyPairs(design.geometry, design.material, (0.03, 0.03))
+    assert len(found.stiffness) <= 32
+    for start, stop, level in zip(found.starts, (*found.starts[1:], 1.0), found.stiffness, strict=True):
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        x = start + (stop - start) * (nodes + 1) / 2
+        own = energy.stiffness(*energy.pressure_angles(x * design.geometry.contact_ratio)) @ weights / 2
+        assert level == pytest.approx(own, rel=1e-5)
+    mean = np.diff([*found.starts, 1.0]) @ np.array(found.stiffness) * design.geometry.contact_ratio
+    assert mean == pytest.approx(design.to_pair().c0, rel=1e-4)
+
+
+@pytest.mark.parametrize("given", [DESIGN, FZG, {**DESIGN, "profile_shift": [0.4, -0.4]}], ids=["24/36", "FZG", "V0"])
+@pytest.mark.parametrize("phase", [0.05, 0.4, 0.8])
+def test_back_flanks_are_where_the_outline_of_wheel_1_crosses_their_line_of_action(given, phase):
+    geometry = GearDesign(**given).geometry
+    section = TransverseSection(geometry, max(geometry.theoretical_backlash, 0.0), phase)
+    outline = section.outline(0, detail=60) * [-1, 1]  # the back flanks in the place of the front flanks
+    normal = np.array([-section.direction[1], section.direction[0]])
+    height = (outline - section.on_line(0.0)) @ normal
+    along = (outline - section.on_line(0.0)) @ section.direction
+    crossing = np.flatnonzero(height[:-1] * height[1:] < 0)
+    share = height[crossing] / (height[crossing] - height[crossing + 1])
+    distance = along[crossing] + share * (along[crossing + 1] - along[crossing])
+    steep = np.abs(np.diff(along)[crossing]) < 0.2 * np.abs(np.diff(height)[crossing])  # a flank that can touch
+    on_path = (distance > section.start) & (distance < section.end) & steep
+    assert on_path.any()
+    x = (distance[on_path] - section.start) / geometry.path_of_contact
+    turns = geometry.contact_ratio * (1 - x) + back_phase(geometry) - phase
+    assert np.abs(turns - np.round(turns)).max() < 2e-4
