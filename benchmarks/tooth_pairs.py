@@ -1,7 +1,7 @@
 """Speed of gearchaos and of heyoka where tooth pairs share the load, and of the damping laws, on one core in one run.
 
-Prints µs per trajectory and mesh period and their ratio, the median over interleaved rounds, with the largest difference
-of both states after a period; then how long each kernel takes to compile. heyoka has the same contacts: an event for
+Prints µs per trajectory and mesh period and their ratio, the median over rounds, with the largest difference of both
+states after a period; then how long each kernel takes to compile. heyoka has the same contacts: an event for
 each gap, whose callback opens or closes it, and a stop where stiffnesses and reliefs begin or end.
 """
 
@@ -27,7 +27,8 @@ CASES: dict[str, MeshModel] = {
     "one spring, always": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05),
     "one spring, contact": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact"),
     "one spring, unilateral": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="unilateral"),
-    "pairs, no relief": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact", stiffness=PAIRS),
+    "pairs, no relief": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
+                                     stiffness=PAIRS),
     "pairs, relief": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
                                   stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
     "pairs, full contact": MeshModel.of(kind="single", zeta=0.15, q0=1.5, damping_law="contact",

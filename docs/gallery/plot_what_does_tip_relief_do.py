@@ -2,8 +2,8 @@
 What does tip relief do?
 ========================
 
-A tooth that bends under load meets the next one early, and hits it. Tip relief takes material off the tips, so that each
-pair takes up its load little by little. How much is right, and what does it change?
+A tooth that bends under load meets the next one early, and hits it. Tip relief takes material off the tips, so that
+each pair takes up its load little by little. How much is right, and what does it change?
 
 The pair is given as on its drawing. Its relief acts through tooth pairs that share the load. Each pair on the path of
 contact is a spring with a gap of its own.
@@ -14,7 +14,6 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 import gearchaos as gc
-from gearchaos.model.static import static_deflection
 
 
 def pair(relief):
@@ -33,7 +32,7 @@ cycle, reliefs = np.linspace(0, 1, 401), (0, 15, 30, 45)
 fig, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
 for relief in reliefs:
     model = pair(relief).to_model()
-    deflection = static_deflection(model.stiffness, model.q1, cycle) - 1
+    deflection = gc.static_deflection(model.stiffness, model.q1, cycle) - 1
     ax.plot(cycle, deflection * 60, label=f"{relief} µm")
 ax.set(xlabel="mesh cycle", ylabel="loaded transmission error (µm)")
 ax.legend(title="tip relief", ncols=2)
@@ -56,7 +55,7 @@ ax.legend(title="tip relief", ncols=2)
 def variation(relief):
     """Peak to peak of the loaded transmission error, µm."""
     model = pair(relief).to_model()
-    return float(np.ptp(static_deflection(model.stiffness, model.q1, cycle))) * 60
+    return float(np.ptp(gc.static_deflection(model.stiffness, model.q1, cycle))) * 60
 
 
 def largest(relief):

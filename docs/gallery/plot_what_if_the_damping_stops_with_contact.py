@@ -2,11 +2,11 @@
 What if the damping stops with contact?
 =======================================
 
-A loose gear is carried along by a driver whose speed fluctuates with the second order of an engine. Drag brakes it. Does
-it rattle, and does it reach both flanks?
+A loose gear is carried along by a driver whose speed fluctuates with the second order of an engine. Drag brakes it.
+Does it rattle, and does it reach both flanks?
 
-The damper of the paper's model also acts across the open gap. Oil does so a little, steel does not. With ``contact`` the
-damper works while flanks touch. With ``unilateral`` the flanks also never pull.
+The damper of the paper's model also acts across the open gap. Oil does so a little, steel does not. With ``contact``
+the damper works while flanks touch. With ``unilateral`` the flanks also never pull.
 
 The closed form says where the teeth begin to separate: where the drag falls below the moment of inertia times the
 angular acceleration of the wheel, here 0.1 N m. All laws agree on that. Below it they do not: the damping in the gap

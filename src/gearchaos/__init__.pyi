@@ -36,6 +36,7 @@ from gearchaos.model import SteppedStiffness as SteppedStiffness
 from gearchaos.model import ToothPairStiffness as ToothPairStiffness
 from gearchaos.model import TransmissionError as TransmissionError
 from gearchaos.model import TwoLevelStiffness as TwoLevelStiffness
+from gearchaos.model.static import static_deflection as static_deflection
 from gearchaos.store.read import load as load
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run

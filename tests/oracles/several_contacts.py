@@ -8,6 +8,7 @@ a stop change together.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -74,14 +75,15 @@ def _advance(right_side, state: np.ndarray, t: float, end: float) -> np.ndarray:
     return solve_ivp(right_side, (t, end), state, method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.05).y[:, -1]
 
 
-def _first_switch(mesh: Mesh, right_side, state, piece: int, start: float, t: float, end: float, closed) -> float | None:
+def _first_switch(mesh: Mesh, right_side, state: np.ndarray, piece: int, start: float, t: float, end: float,
+                  closed: np.ndarray) -> float | None:
     """The first instant after t at which a contact's gap has the wrong sign, from short steps and then Brent's
     method."""
     inside = np.where(closed, 1.0, -1.0)
     present = mesh.contacts.stiffness[:, piece] > 0
     count = max(2, int(np.ceil((end - t) / 0.01)))
     times, before = np.linspace(t, end, count), state
-    for left, right in zip(times[:-1], times[1:], strict=True):
+    for left, right in pairwise(times):
         after = _advance(right_side, before, left, right)
         found = []
         for e in np.flatnonzero(present & (inside * _gaps(mesh, piece, start, right, after[0]) < 0)):

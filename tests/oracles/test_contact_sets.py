@@ -56,8 +56,8 @@ def test_random_contacts_agree_with_an_independent_integration(seed):
 
 
 def test_equal_contacts_are_one_spring():
-    contacts = Contacts(np.array([1.0, 1.0, -1.0]), np.array([0.0, 0.4]), np.array([[0.6, 0.5], [0.4, 0.3], [1.0, 0.8]]),
-                        np.zeros((3, 2, 3)))
+    contacts = Contacts(np.array([1.0, 1.0, -1.0]), np.array([0.0, 0.4]),
+                        np.array([[0.6, 0.5], [0.4, 0.3], [1.0, 0.8]]), np.zeros((3, 2, 3)))
     mesh = Mesh(contacts, 0.9, 0.05, 0.1, 0.05, "contact")
     model = MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.1, eps1=0.05, damping_law="contact",
                          stiffness=SteppedStiffness((1.0, 0.8), (0.0, 0.4)))

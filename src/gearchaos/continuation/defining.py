@@ -16,7 +16,7 @@ import numpy as np
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle
-from gearchaos.flow import SensitivityFlow
+from gearchaos.flow import PeriodFlow
 
 _STEP = 1e-6  # step of the central differences, in half backlashes
 _ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength
@@ -103,7 +103,7 @@ class EventEquations:
     def accept(self, state: EventState) -> None:
         """Note that the curve has reached this orbit."""
 
-    def _event(self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+    def _event(self, flow: PeriodFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         """The functions that vanish at the event, their derivatives (…, unknowns), and the state."""
         if not np.all(np.isfinite(cycle.result.w)):
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
@@ -116,7 +116,7 @@ class EventEquations:
         curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
         return np.array([sigma]), slope.real[None], EventState(cycle, None, None, w.real, curvature)
 
-    def _singular(self, flow: SensitivityFlow, cycle: Cycle,
+    def _singular(self, flow: PeriodFlow, cycle: Cycle,
                   multiplier: complex) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and v and w (n, d)."""
         n, d = cycle.points.shape
@@ -127,7 +127,7 @@ class EventEquations:
             slope = slope + 1j * self._directional(flow, cycle, w, v.imag)
         return float(sigma[-1]), slope, v, w
 
-    def _directional(self, flow: SensitivityFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _directional(self, flow: PeriodFlow, cycle: Cycle, w: np.ndarray, v: np.ndarray) -> np.ndarray:
         """w* times the derivative in the direction v of the Jacobian of the cycle, (n d + 2,)."""
         n = cycle.period
         ahead, back = cycle.points + _STEP * v, cycle.points - _STEP * v
@@ -154,7 +154,7 @@ class GrazeEquations(EventEquations):
         if state.extremum is not None:
             self.instant = float(state.cycle.extrema[state.extremum, 0])
 
-    def _event(self, flow: SensitivityFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
+    def _event(self, flow: PeriodFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         extrema = cycle.extrema
         if not np.all(np.isfinite(cycle.result.w)) or len(extrema) == 0:
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)

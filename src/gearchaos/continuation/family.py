@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gearchaos.flow import DifferencedFlow, ExactFlow, SensitivityFlow, differentiate
+from gearchaos.flow import DifferencedFlow, ExactFlow, PeriodFlow, SensitivityFlow, differentiate
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -78,7 +78,7 @@ class ParameterFamily:
         """The equations at values (P, Q)."""
         return switched_system(self.batch(values), self.names)
 
-    def flow(self, values: np.ndarray) -> SensitivityFlow | DifferencedFlow:
+    def flow(self, values: np.ndarray) -> PeriodFlow:
         """The exact flow at values (P, Q), with derivatives by the Q parameters."""
         several = self.model.stiffness.shared
         if not self.axes:
@@ -97,8 +97,8 @@ class ParameterFamily:
         return Batch(self.model, MappingProxyType(flat), len(values))
 
     def _stencil(self, values: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-        """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q); ``step`` is
-        relative to the parameter."""
+        """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q);
+        ``step`` is relative to the parameter."""
         found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
         # (Q,) whether the equations divide by each parameter, or it must be positive for another reason:
         divisor = np.array([any(q is not None and q.divisor for q in group) for group in found])

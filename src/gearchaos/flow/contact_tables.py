@@ -29,23 +29,20 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         edges, piece, begin, sample = _split(edges[0], samples)
         edges = np.repeat(edges[None], points, axis=0)
         stiffness, gap = stiffness[:, :, piece], gap[:, :, piece]
-        gap = np.stack([gap[..., 0] + begin * (gap[..., 1] + begin * gap[..., 2]), gap[..., 1] + 2 * begin * gap[..., 2],
-                        gap[..., 2]], axis=-1)
-    offset = np.zeros((*gap.shape[:3], OFFSETS))
-    offset[..., : gap.shape[3]] = gap
-    offset[..., 0] += 1.0
+        a, b, c = (gap[..., k] for k in range(OFFSETS))
+        gap = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
+    offset = gap + np.array([1.0, 0.0, 0.0])
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts = np.maximum(counts, 1)
     forcing = np.zeros((2, points, system.f_cos.shape[1], d))
     forcing[0, :, :, 1], forcing[1, :, :, 1] = system.f_cos, system.f_sin
     row, rate = np.eye(d)[None, 0], np.eye(d)[None, 1]
-    found = ContactPoints(
+    found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, np.arange(1, system.f_cos.shape[1] + 1), *forcing, row, row, rate,
         system.b[:, None], system.damping[:, None], np.array([int(system.damping_law != "always")]),
         np.zeros(len(contacts.sides), np.int64), contacts.sides.astype(float), edges, stiffness.transpose(0, 2, 1),
         offset.transpose(0, 2, 1, 3), counts, sample, np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
-        system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)
-    found = ContactPoints(*map(np.ascontiguousarray, found))
+        system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps = int(counts.sum(axis=1).max())
     one = new_tables(1, steps, steps * _SETS, d, len(contacts.sides), 1)
     places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))

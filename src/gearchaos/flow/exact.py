@@ -18,7 +18,7 @@ from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH
 from gearchaos.flow.kernels.contact_motion import advance_contact_sets
 from gearchaos.flow.kernels.contact_sets import new_contact_work
-from gearchaos.flow.kernels.measure import Measure
+from gearchaos.flow.kernels.measure import FIRST, Measure
 from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem, contact_states
 
@@ -57,15 +57,11 @@ def raise_if_cancelled() -> None:
         raise StoppedError
 
 
-_FIRST: dict[np.ufunc, float] = {np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}
-"""The value with which each way of combining begins."""
-
-
 def empty_measures(w: np.ndarray) -> np.ndarray:
     """The measures (len(Measure), L) of motions that are in the states w (d, L), before their first step."""
     out = np.empty((len(Measure), w.shape[1]))
     for measure in Measure:
-        out[measure] = _FIRST[measure.combined]
+        out[measure] = FIRST[measure.combined]
     out[Measure.Z_REFERENCE] = w[0]
     return out
 
@@ -279,9 +275,10 @@ class ExactFlow(Generic[System]):
         """Advance the trajectories of a call where there are several contacts, those of a point in turn."""
         with self._lock:
             raise_if_cancelled()
-            dims, order = dimensions(self.dimension, "always"), np.argsort(call.points, kind="stable")
-            work = new_contact_work(self.dimension, len(self._contacts.mesh), len(self._contacts.row), len(call.tangent))
-            while advance_contact_sets(dims, self._contacts, call, order, self._tables, work, len(call.measures) > 0,
+            dims, points = dimensions(self.dimension, "always"), self._contacts
+            order = np.argsort(call.points, kind="stable")
+            work = new_contact_work(self.dimension, len(points.mesh), len(points.row), len(call.tangent))
+            while advance_contact_sets(dims, points, call, order, self._tables, work, len(call.measures) > 0,
                                        _STEPS_BETWEEN_CANCEL_CHECKS):
                 raise_if_cancelled()
 

@@ -11,7 +11,7 @@ from typing import Any
 from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
 from gearchaos.flow import ExactFlow, SensitivityFlow
-from gearchaos.model import DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, MeshModel, vary
+from gearchaos.model import DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, MeshModel, ToothPairStiffness, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 
@@ -47,4 +47,7 @@ def _run(dimension: int, damping_law: str) -> tuple[int, str, float]:
     w = initial_state(batch, system)
     classify(ExactFlow(system), w.T.copy())
     SensitivityFlow(system).advance(w)
+    if damping_law != "unilateral":
+        pairs = vary(batch.model.with_values({"stiffness": ToothPairStiffness()}), {})
+        classify(ExactFlow(switched_system(pairs)), w.T.copy())
     return dimension, damping_law, time.perf_counter() - begin

@@ -32,10 +32,10 @@ from gearchaos.flow.kernels.contact_sets import (
     set_equations,
     value_at,
 )
-from gearchaos.flow.kernels.measure import Measure
+from gearchaos.flow.kernels.measure import FIRST, Measure
 from gearchaos.flow.kernels.measures import measure_segment
 
-_FIRST = np.array([{np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}[measure.combined] for measure in Measure])
+_FIRST = np.array([FIRST[measure.combined] for measure in Measure])
 """With what each measure begins, which tells how parts combine: 0 are added, −∞ and ∞ give way to any other value."""
 
 
@@ -300,8 +300,8 @@ def _advance_affine(dims, matrix, work):
 
 @subroutine
 def _orthonormalise(dims, tangents, growth, lane):
-    """Gram–Schmidt on tangent vectors (T, d); the logarithms of their lengths are added to column ``lane`` of ``growth``
-    (T, L)."""
+    """Gram–Schmidt on tangent vectors (T, d); the logarithms of their lengths are added to column ``lane`` of
+    ``growth`` (T, L)."""
     for c in range(len(tangents)):
         for e in range(c):
             dot = _dot(dims, tangents[c], tangents[e])
@@ -406,8 +406,8 @@ def advance_contact_sets(dims, points, call, order, tables, work, measuring, mos
     """Advance the trajectories of a call, in the ``order`` (L,) given, by at most about ``most_steps`` steps; returns
     whether any are unfinished.
 
-    ``points``, ``tables`` and ``work`` are `ContactPoints`, `StepTables` and `ContactWork`. The last place of the tables
-    serves all points that have none of their own.
+    ``points``, ``tables`` and ``work`` are `ContactPoints`, `StepTables` and `ContactWork`. The last place of the
+    tables serves all points that have none of their own.
     """
     done, d, sections = 0, len(dims), len(call.sections)
     while work.progress[0] < len(order):

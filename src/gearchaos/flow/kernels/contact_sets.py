@@ -94,7 +94,7 @@ class ContactWork(NamedTuple):
     exits: np.ndarray  # (groups * WIDTH,) first root of each
     rows: np.ndarray  # (K, rows * WIDTH) segments to be measured, one in each position: see `arrays.Rows`
     measures: np.ndarray  # (K, len(Measure) * WIDTH) those of the segments that were in each position
-    progress: np.ndarray  # (4,) int: number of the trajectory, its completed periods, whether it is loaded, segments kept
+    progress: np.ndarray  # (4,) int: number of the trajectory, completed periods, whether it is loaded, segments kept
 
 
 def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) -> StepTables:
@@ -173,10 +173,10 @@ def fill_steps(dims, points, p, tables, place):
 @inlined
 def mesh_closed(points, closed, m):
     """Whether a contact of mesh m is closed."""
+    found = False
     for e in range(len(points.mesh)):
-        if points.mesh[e] == m and closed >> e & 1:
-            return True
-    return False
+        found |= points.mesh[e] == m and closed >> e & 1 == 1
+    return found
 
 
 @subroutine

@@ -10,6 +10,9 @@ from typing import Self
 
 import numpy as np
 
+FIRST: dict[np.ufunc, float] = {np.add: 0.0, np.maximum: -np.inf, np.minimum: np.inf}
+"""The value with which each way of combining begins."""
+
 
 class Measure(IntEnum):
     """Rows of the array of measures (`len(Measure)`, L), each accumulated along the motion.
