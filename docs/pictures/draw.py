@@ -54,6 +54,15 @@ def method() -> None:
     save("method")
 
 
+def harris_map() -> None:
+    """The loaded transmission error of the pair of many papers with a tip relief."""
+    design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm",
+                           tip_relief={"amount": "12 um", "start_diameter": "152.3 mm"})
+    _, ax = plt.subplots(figsize=(6.5, 4.4), layout="constrained")
+    gc.plot.harris_map(design, [60, 120, 180, 240, 300], ax)
+    save("harris_map")
+
+
 def box(ax: Axes, x: float, y: float, words: str, colour: str) -> None:
     """A text in a frame."""
     frame = {"boxstyle": "round,pad=0.45", "facecolor": colour, "edgecolor": GREY}
@@ -187,5 +196,5 @@ def store() -> None:
 
 if __name__ == "__main__":
     mpl.use("Agg")
-    for draw in (model, method, verdicts, continuation, basins, gears, covering, store):
+    for draw in (model, method, verdicts, continuation, basins, gears, harris_map, covering, store):
         draw()
