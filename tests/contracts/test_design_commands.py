@@ -148,8 +148,8 @@ def test_the_torque_changes_the_stiffness_below_100_n_per_mm():
 
 
 def test_tip_relief_is_added_to_the_error_of_the_grade():
-    design = load_design(SPUR)
-    relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
+    design = replace(load_design(SPUR), helix_angle="12 deg", centre_distance=None)  # helical: one spring
+    relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "155 mm"})
     one, both = design.error_harmonics, relieved.error_harmonics
     tau = np.linspace(0, 1, 50)
     from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
