@@ -147,8 +147,8 @@ def test_the_torque_changes_the_stiffness_below_100_n_per_mm():
     assert energy.at(torque=0.0).to_pair().c0 == energy.at(torque=300.0).to_pair().c0
 
 
-def test_tip_relief_is_added_to_the_error_of_the_grade():
-    design = load_design(SPUR)
+def test_tip_relief_of_helical_gears_is_added_to_the_error_of_the_grade():
+    design = replace(load_design(SPUR), helix_angle="5 deg", centre_distance=None)
     relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
     one, both = design.error_harmonics, relieved.error_harmonics
     tau = np.linspace(0, 1, 50)
