@@ -6,8 +6,9 @@ At which speeds do the teeth of this pair separate, and how large is the mesh fo
 
 The pair is given as on its drawing. The motion from rest, those that slow sweeps of rising and falling speed pass, and
 those from random initial states are computed. The largest mesh force of each is divided by the static one. Dots mark
-motions in which the flanks separate and hit each other again. Up to 4200 rpm a slow run-up leads to a motion on both flanks
-with up to a hundred times the static force. No teeth bear that: it is a reason to avoid these speeds, not a load.
+motions in which the flanks separate and hit each other again. Up to 4200 rpm a slow run-up leads to a motion on both
+flanks with up to a hundred times the static force. No teeth bear that: it is a reason to avoid these
+speeds, not a load.
 """
 
 import gearchaos as gc

@@ -224,7 +224,8 @@ def test_every_number_of_the_verdict_has_its_unit():
         text = verdict_text(motion, view, units)
         assert text.where == "n₁ = 3000 rpm, M₁ = 100 N m"
         for name, value in text.rows:
-            assert name in ("contact", "mesh damping", "quasi-static ratio") or value.split("\N{NO-BREAK SPACE}")[-1] in (
+            unit = value.split("\N{NO-BREAK SPACE}")[-1]
+            assert name in ("contact", "mesh damping", "quasi-static ratio") or unit in (
                 "rpm", "Hz", "N m", "N", "mm/s", "µm", "1/s", "[–]", "Δ", "Δω₀", "ω₀"), (name, value)
     rows = dict(verdict_text(motion, view, Units(view.gears, True)).rows)
     assert (rows["mesh damping"], rows["quasi-static ratio"]) == ("in contact alone", "1.75")

@@ -234,7 +234,8 @@ def test_an_event_is_a_start_of_the_command():
 
 
 def test_in_physical_units_an_event_is_a_start_of_the_same_command():
-    design = ("branch", SPUR, "--set", "torque=200", "--axis", "speed=1800:3500", "--physical")
+    design = ("branch", SPUR, "--set", "torque=200", "--set", "damping_law=always", "--axis", "speed=1800:3500",
+              "--physical")
     document = json.loads(run(*design, "--set", "speed=2000", "--json"))
     assert document["units"] == {"value": "rpm"}
     fold = next(i for i, event in enumerate(document["events"]) if event["kind"] == "fold")

@@ -409,9 +409,9 @@ def test_axes_of_the_study_file_are_refined_by_name(tmp_path):
     assert [(a["name"], a["start"], a["count"]) for a in found["axes"]] == [("omega", 1.0, 2), ("q0", 0.1, 2)]
 
 
-def test_results_without_json_are_two_lines(tmp_path):
+def test_results_without_json_are_three_lines(tmp_path):
     result = run(*MAP, "--out", tmp_path / "z.nc")
-    assert result.exit_code == 0 and len(result.stdout.splitlines()) == 2 and "wrote" in result.stderr
+    assert result.exit_code == 0 and len(result.stdout.splitlines()) == 3 and "wrote" in result.stderr
 
 
 # --- paper ---------------------------------------------------------------------------------------------------------

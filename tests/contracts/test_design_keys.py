@@ -43,7 +43,7 @@ CHANGES = {
     "blank": ["solid", {"rim": "9 mm", "web": "12 mm"}], "inertia": ["1e-3 kg*m^2", "4e-3 kg*m^2"],
     "mass": ["1.1 kg", "2.2 kg"],
     "quality": {"standard": "ISO 1328-1:1995", "grade": 7}, "backlash": {"value": "0.2 mm", "of": "radial, half"},
-    "damping_ratio": 0.07, "damping_law": "contact", "stiffness": "potential energy", "transmission_error": "none",
+    "damping_ratio": 0.07, "damping_law": "always", "stiffness": "potential energy", "transmission_error": "none",
     "load_sharing": "tooth pairs",
     "eccentricity": "10 um",
     "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
@@ -95,7 +95,7 @@ PAIR = {
 }
 PAIR_CHANGES = {
     "n1": 26, "n2": 51, "I1": 6e-4, "I2": 7e-3, "R1": "35.1 mm", "R2": "70.1 mm", "c0": "300 N/um", "k": "400 N*s/m",
-    "damping_law": "contact",
+    "damping_law": "always",
     "backlash": "0.13 mm", "M10": "80 N*m", "M20": "150 N*m", "speed": "13000 rpm", "b1": 1e-4, "b2": 1e-4,
     "m1": "1 kg", "m2": "2 kg", "c1": "200 N/um", "c2": "200 N/um", "k1": "100 N*s/m", "k2": "100 N*s/m",
     "error_amplitudes": ["5 um"], "error_phases": ["30 deg"], "chi1": 0.2, "chi2": 0.2, "contact_ratio": 1.6,
