@@ -155,7 +155,7 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
         "tip_relief", "loaded_error_peak_to_peak"))
     assert dict(shared.facts)["load sharing"] == (
         f"tooth pairs, loaded transmission error {found.value:.3g} µm peak to peak; "
-        f"{least:.3g} µm with a relief of {first:.3g} / {second:.3g} µm")
+        f"least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
     assert "load sharing" not in dict(plain.facts)
     assert "Loaded transmission error" in sheet_html([shared])
     assert "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in sheet_html([shared])

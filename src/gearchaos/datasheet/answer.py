@@ -164,7 +164,7 @@ class Answer:
         if not isinstance(best.value, tuple):
             return ""
         amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
-        return f"; {self._value('best_loaded_error_peak_to_peak')} with a relief of {amounts} {best.unit}"
+        return f"; least with a relief of {amounts} {best.unit}: {self._value('best_loaded_error_peak_to_peak')}"
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""
