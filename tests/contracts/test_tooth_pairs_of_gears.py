@@ -79,6 +79,14 @@ def test_what_is_wrong_with_tooth_pairs_is_said(changes, field, words):
     assert refusal.value.field == f"tooth_pairs.{field}".rstrip(".") and words in str(refusal.value)
 
 
+def test_a_gap_that_only_another_unit_explains_is_warned_of():
+    for changes, warned in (({}, False), ({"crowning": 2.0}, True), ({"relief": {**RELIEF, "amount": [30, 20]}}, True),
+                            ({"relief": None}, False)):
+        found = GearPair(**PAIR, tooth_pairs={**PAIRS, **changes}).warnings
+        assert any("more than the backlash: a plain number is in m" in text for text in found) is warned
+    assert GearPair(**PAIR).warnings == ()
+
+
 def test_tooth_pairs_are_refused_beside_another_stiffness():
     with pytest.raises(InputError, match="must be left out beside tooth_pairs"):
         GearPair(**PAIR, tooth_pairs=PAIRS, stiffness_levels=["300 N/um"])
