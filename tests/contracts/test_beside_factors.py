@@ -54,6 +54,15 @@ def test_the_picture_beside_standards_names_the_law(law, tmp_path):
     plt.close("all")
 
 
+@pytest.mark.parametrize(("largest", "scale"), [(20.0, "linear"), (20.1, "log")])
+def test_large_factors_leave_room_for_those_of_the_standards(tmp_path, largest, scale):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    found = gc.dynamic_factor(gc.studyfile.load_design(tmp_path / "design.toml"), "1000:2000:3", "100 N*m")
+    found["dynamic_factor"][:] = [1.0, float("nan"), largest]
+    assert gc.plot.dynamic_factor(found).get_yscale() == scale
+    plt.close("all")
+
+
 def test_prints_and_cards_name_both():
     words = "mesh damping also across the gap, quasi-static ratio 1.67"
     sets = [part for name, value in LOADED.items() for part in ("--set", f"{name}={value}")]

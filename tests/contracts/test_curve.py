@@ -179,8 +179,8 @@ def test_a_curve_may_need_more_coordinates_than_its_start(y):
 def test_curves_over_torque_without_points_of_codimension_2_in_physical_units(tmp_path):
     """The unit of length of this design depends on the torque."""
     out, json_of = tmp_path / "fold.nc", ("--physical", "--json")
-    document = json.loads(run("curve", SPUR, "--set", "speed=2000", "--set", "damping_law=always", "--event", "fold", "--axis",
-                              "speed=1000:4000", "--axis", "torque=20:400", "--out", out, *json_of))
+    document = json.loads(run("curve", SPUR, "--set", "speed=2000", "--set", "damping_law=always", "--event", "fold",
+                              "--axis", "speed=1000:4000", "--axis", "torque=20:400", "--out", out, *json_of))
     assert document["units"] == {"speed": "rpm", "torque": "N*m"}
     scaled = gc.load(out)
     assert document["codimension2"] == [] and scaled.sizes["special"] == 0

@@ -147,9 +147,9 @@ def test_the_torque_changes_the_stiffness_below_100_n_per_mm():
     assert energy.at(torque=0.0).to_pair().c0 == energy.at(torque=300.0).to_pair().c0
 
 
-def test_tip_relief_of_helical_gears_is_added_to_the_error_of_the_grade():
-    design = replace(load_design(SPUR), helix_angle="5 deg", centre_distance=None)
-    relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "151 mm"})
+def test_tip_relief_is_added_to_the_error_of_the_grade():
+    design = replace(load_design(SPUR), helix_angle="12 deg", centre_distance=None)  # helical: one spring
+    relieved = replace(design, tip_relief={"amount": "20 um", "start_diameter": "155 mm"})
     one, both = design.error_harmonics, relieved.error_harmonics
     tau = np.linspace(0, 1, 50)
     from gearchaos.gears.transmission_error.tip_relief import from_tip_relief

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.mathtext import MathTextParser
 
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, ToothPairStiffness
 from gearchaos.quantities import (
     COORDINATES,
     HARMONICS,
@@ -129,6 +129,7 @@ def _rows(title: str) -> list[list[str]]:
 def test_the_documents_table_of_parameters_agrees():
     rows = [row for row in _rows("Parameters") if row[0] not in ("`kind`", "`damping_law`")]
     values, found = MeshModel.of("full", theta1=0.0).parameters() | MeshModel.of(c1=0.0).parameters(), set()
+    values |= ToothPairStiffness().parameters()
     for names, symbols, default, rule, _ in rows:
         for name, symbol in zip(re.findall(r"`(\w+)`", names.split(" …")[0]), symbols.split(", "), strict=True):
             q = quantity(name)

@@ -142,7 +142,7 @@ def _values() -> tuple[Quantity, ...]:
     """The parameters of all models; those of the mesh stiffness are known once its kinds are imported."""
     from gearchaos.model import STIFFNESS_KINDS
 
-    rows = (row for kind in STIFFNESS_KINDS.values() for row in kind.rows)
+    rows = {row.name: row for kind in STIFFNESS_KINDS.values() for row in kind.rows}.values()
     return (*PARAMETERS, *rows, *HARMONICS.values())
 
 

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
-from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.family import ParameterFamily, PeriodFlow
 from gearchaos.continuation.shooting import Cycle
-from gearchaos.flow import PeriodFlow
 
 _STEP = 1e-6  # step of the central differences, in half backlashes
 _ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
-from gearchaos.flow import DifferencedFlow, ExactFlow, PeriodFlow, SensitivityFlow, differentiate
+from gearchaos.flow import DifferencedFlow, ExactFlow, SensitivityFlow, differentiate
 from gearchaos.model import COORDINATES, Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -26,6 +27,9 @@ _FLOW_STEP = 1e-5  # step of the differences of motions, which are smooth only b
 _LEAST = 0.1
 """Least magnitude to which the step is relative, for parameters by which the equations do not divide; the largest is 1,
 since a phase of any size is an argument of sines."""
+
+PeriodFlow: TypeAlias = SensitivityFlow | DifferencedFlow
+"""The flow over one mesh period with derivatives, for one spring or for several contacts."""
 
 
 class ParameterFamily:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -200,10 +200,6 @@ class DifferencedFlow:
         none = np.zeros(count, np.int64)
         return PeriodResult(run.w.T, run.tangent.transpose(2, 1, 0), sensitivity, np.zeros((count, 0, 4)), none,
                             np.zeros((count, 0, 3 + d + q)), none, run.status)
-
-
-PeriodFlow: TypeAlias = SensitivityFlow | DifferencedFlow
-"""The flow over one mesh period with derivatives, for one spring or several contacts."""
 
 
 def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.ndarray) -> Derivatives:

@@ -37,6 +37,7 @@ _MOTIONS: dict[str, dict[str, Any]] = {
 }
 """The motions of a result of `gearchaos.speeds_to_avoid`."""
 
+_LARGE = 20.0  # A larger factor asks for a logarithmic scale: on another one K_v would be a line at the bottom
 _ROUNDING = 1e-9  # A quasi-static ratio that exceeds 1 by less is 1
 
 
@@ -47,8 +48,9 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     Dots mark the speeds at which the flanks separate. Where the stiffness jumps, thin lines are the quasi-static ratio,
     which the factor has at no speed, and the largest computed factor over it. This one is comparable with K_v, for
     which the load passes from pair to pair without a jump. A standard has no line where it gives no value; the legend
-    says where it has one. The ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below
-    shows the resonance ratio N.
+    says where it has one, and where the mesh damping acts. The scale is logarithmic where a factor exceeds 20. The
+    ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below shows the resonance ratio
+    N.
 
     Parameters
     ----------
@@ -99,6 +101,9 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     for handle in computed:
         ax.add_line(handle)
     computed += _quasi_static(ax, motions)
+    if np.nanmax(ds["dynamic_factor"].values, initial=0) > _LARGE:
+        ax.set_yscale("log", subs=(2, 5))
+        ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
     ax.autoscale_view()
     shaded = _ranges(ax, ds)
     ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor")

@@ -26,7 +26,8 @@ from gearchaos.quantities import HARMONICS, parse_harmonic
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
     ("Transmission error", ("eps", "theta")),
-    ("Mesh", ("zeta", *(q.name for kind in STIFFNESS_KINDS.values() for q in (*kind.rows, *kind.families)))),
+    ("Mesh", ("zeta", *dict.fromkeys(
+        q.name for kind in STIFFNESS_KINDS.values() for q in (*kind.rows, *kind.families)))),
     ("Wheels and bearings", ("J", "J1", "J2", "beta", "beta1", "beta2")),
     ("Supports", ("mu", "mu1", "mu2", "kappa", "kappa1", "kappa2", "zeta_support", "zeta_support1", "zeta_support2")),
 )
