@@ -14,7 +14,7 @@ from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.gears.loaded_error import loaded_error, peak_to_peak
+from gearchaos.gears.loaded_error import best_relief, loaded_error, peak_to_peak
 from tests.pictures import legend_words
 
 DESIGN = gc.GearDesign(teeth=(24, 36), module="3 mm", face_width="30 mm", torque="300 N*m")
@@ -64,6 +64,46 @@ def test_tooth_pairs_give_way_until_those_that_touch_carry_the_force():
     assert peak_to_peak(RELIEVED) == pytest.approx(np.ptp(loaded_error(RELIEVED, 300, positions)), rel=1e-2)
 
 
+@pytest.mark.parametrize("torque", [120, 300, 700])
+@pytest.mark.parametrize("relief", [
+    RELIEVED.tip_relief, {"amount": ["12 um", "0 um"], "start_diameter": ["75.2 mm", "111 mm"]},
+    {"amount": "5 um", "start_diameter": ["76 mm", "112 mm"]}], ids=["both", "wheel 1", "short"])
+def test_no_relief_in_the_given_ratio_makes_the_error_vary_less(relief, torque):
+    def with_amounts(amounts: list[float]) -> gc.GearDesign:
+        return replace(RELIEVED, torque=torque, tip_relief={**given, "amount": [f"{v} m" for v in amounts]})
+
+    design = replace(RELIEVED, torque=torque, tip_relief=relief)
+    given = {"start_diameter": [f"{v} m" for v in design.tip_relief.start_diameter], "shape": design.tip_relief.shape}
+    best, least = best_relief(design)
+    assert best[0] * design.tip_relief.amount[1] == pytest.approx(best[1] * design.tip_relief.amount[0], rel=1e-12)
+    assert peak_to_peak(with_amounts(best)) == pytest.approx(least, rel=1e-9)
+    most = 4 * torque / (design.geometry.base_diameter[0] / 2) / min(design.tooth_pairs.stiffness)
+    others = [peak_to_peak(with_amounts([share * v for v in design.tip_relief.amount]))
+              for share in np.linspace(0, most / max(design.tip_relief.amount), 121)]
+    assert least <= min(others) * (1 + 2e-3)
+
+
+def test_the_best_relief_down_to_single_contact_ends_the_variation():
+    """Both gaps add up to C_a all along double contact: there y = F/(1.75 c′ b) + C_a/2, and F/(c′ b) elsewhere."""
+    geometry = DESIGN.geometry
+    alone = 300 / (geometry.base_diameter[0] / 2) / (
+        DESIGN.tooth_stiffness.single_stiffness * geometry.common_face_width)
+    start = []
+    for tip, base in zip((0.078, 0.114), geometry.base_diameter, strict=True):
+        from_tangent = np.sqrt(tip**2 - base**2) / 2 - (geometry.path_of_contact - geometry.base_pitch)
+        start.append(f"{np.hypot(base, 2 * from_tangent)} m")
+    best, least = best_relief(replace(DESIGN, tip_relief={"amount": "1 um", "start_diameter": start}))
+    assert best == pytest.approx([6 / 7 * alone] * 2, rel=1e-3)
+    assert least < 1e-3 * alone
+
+
+def test_without_a_relief_that_tooth_pairs_have_none_is_the_best():
+    for design in (DESIGN, replace(DESIGN, load_sharing="tooth pairs")):
+        assert best_relief(design) is None
+        found = datasheet(design)["best_tip_relief"]
+        assert found.expected and found.reason == "There is no tip relief that tooth pairs have."
+
+
 def test_a_pair_of_a_design_gives_way_as_the_design_does():
     complete = replace(RELIEVED, backlash={"value": "0.2 mm", "of": "line of action, total"}, bore="30 mm",
                        damping_ratio=0.05, speed=3000)
@@ -111,8 +151,11 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
     assert (found.value, found.unit) == (pytest.approx(1e6 * peak_to_peak(RELIEVED)), "µm")
     assert datasheet(replace(RELIEVED, torque=None))["loaded_error_peak_to_peak"].reason.startswith("torque must be")
     shared, plain = Answer.of(RELIEVED), Answer.of(DESIGN)
+    (first, second), least = (datasheet(RELIEVED)[f"best_{n}"].value for n in (
+        "tip_relief", "loaded_error_peak_to_peak"))
     assert dict(shared.facts)["load sharing"] == (
-        f"tooth pairs, loaded transmission error {found.value:.3g} µm peak to peak")
+        f"tooth pairs, loaded transmission error {found.value:.3g} µm peak to peak; "
+        f"least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
     assert "load sharing" not in dict(plain.facts)
     assert "Loaded transmission error" in sheet_html([shared])
     assert "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in sheet_html([shared])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -79,6 +81,40 @@ def test_without_gaps_the_sum_is_the_prescribed_stiffness():
                                     stiffness=stiffness)
             flow = ExactFlow(switched_system(vary(model, {})))
             found.append(flow.advance(w, 8, points=np.zeros(3, int)).w)
+        assert np.abs(found[0] - found[1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_exchanged_wheels_meet_the_same_pairs_backwards(seed):
+    """With the path, and so the reliefs, from the other end both deflections and motions run backwards in time."""
+    pairs, rng = random_pairs(seed), np.random.default_rng(seed)
+    other = replace(
+        pairs, levels=pairs.levels[::-1], starts=(0.0, *(1 - start for start in pairs.starts[:0:-1])),
+        relief1=pairs.relief2, relief2=pairs.relief1, relief_length1=pairs.relief_length2,
+        relief_length2=pairs.relief_length1, back_phase=0.0)
+    phases = rng.uniform(0, 1, 20)
+    backwards = static_deflection(other, 0.4, pairs.contact_ratio - phases)
+    assert static_deflection(pairs, 0.4, phases) == pytest.approx(backwards, rel=1e-12)
+    both = [vary(gc.MeshModel.of(kind="single", omega=0.9, zeta=0.0, q0=0.4, stiffness=s), {}) for s in (
+        replace(pairs, contact_ratio=2.0, back_phase=0.0), replace(other, contact_ratio=2.0))]
+    first, second = map(switched_system, both)
+    w = np.array([[1.5], [0.1]])
+    there, back = ExactFlow(reversed_in_time(first)).advance(w, 2).w, ExactFlow(second).advance(w, 2).w
+    assert np.abs(there - back).max() < 1e-11
+
+
+@pytest.mark.parametrize("relief", [0.0, 0.3])
+def test_one_pair_alone_is_one_spring_with_its_gap(relief):
+    pairs = gc.ToothPairStiffness((0.8,), (0.0,), 1.0, relief, relief, 0.25, 0.25)
+    phases = np.array([0.05, 0.3, 0.6, 0.9])
+    gap = relief * np.array([0.8, 0.0, 0.0, 0.6])
+    assert static_deflection(pairs, 0.2, phases) == pytest.approx(1 + gap + 0.25, rel=1e-12)
+    model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.2, stiffness=pairs)
+    assert quasi_static_ratio(model) == pytest.approx(1.0)
+    if not relief:
+        steps = replace(model, stiffness=gc.SteppedStiffness((0.8,), (0.0,)))
+        found = [ExactFlow(switched_system(vary(each, {}))).advance(np.array([[1.4], [0.3]]), 6).w for each in (
+            model, steps)]
         assert np.abs(found[0] - found[1]).max() < 1e-12
 
 

@@ -82,7 +82,7 @@ class Answer:
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         if d.shares_load:
             variation = self._value("loaded_error_peak_to_peak")
-            yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak"
+            yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak{self._best_relief}"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
 
     @property
@@ -156,6 +156,15 @@ class Answer:
                       for name, e in self.entries.items()}
         return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions],
                 "speeds_to_avoid": None if self.speeds is None else self.speeds.document()}
+
+    @property
+    def _best_relief(self) -> str:
+        """The tip relief with the least loaded transmission error, after what it is now; empty without a relief."""
+        best = self.entries["best_tip_relief"]
+        if not isinstance(best.value, tuple):
+            return ""
+        amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
+        return f"; least with a relief of {amounts} {best.unit}: {self._value('best_loaded_error_peak_to_peak')}"
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""

@@ -18,7 +18,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.loaded_error import peak_to_peak
+from gearchaos.gears.loaded_error import best_relief, peak_to_peak
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
@@ -162,6 +162,14 @@ class _Results:
         (c1, c2), (m1, m2) = self.design.supports.stiffness, self.design.masses
         return math.sqrt(c1 / m1), math.sqrt(c2 / m2)
 
+    @cached_property
+    def best_relief(self) -> tuple[tuple[float, float], float]:
+        """The tip relief with the least loaded transmission error; raises `_NoValueError` without a relief to vary."""
+        found = best_relief(self.design)
+        if found is None:
+            raise _NoValueError("There is no tip relief that tooth pairs have.", True)
+        return found
+
     def factor(self, standard: Standard) -> DynamicFactor:
         """The dynamic factor by a standard, in method B without running-in; raises `_NoValueError` if there is none."""
         for name in standard.needs:
@@ -234,7 +242,14 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "loaded_error_peak_to_peak": _row(
             lambda results: peak_to_peak(results.design), "", "µm", 1e6, "loaded transmission error at the torque, "
             "peak to peak: deflection of the mesh at rest, of teeth exact but for a relief that tooth pairs have",
-            _MODEL)},
+            _MODEL),
+        "best_tip_relief": _row(
+            lambda results: results.best_relief[0], "C_a", "µm", 1e6, "amounts in the given ratio, over the given "
+            "lengths, up to four times what one pair bends, with which the loaded transmission error at the torque "
+            "varies least", _MODEL),
+        "best_loaded_error_peak_to_peak": _row(
+            lambda results: results.best_relief[1], "", "µm", 1e6, "loaded transmission error at the torque with "
+            "that relief, peak to peak", _MODEL)},
     "Supports": {
         "support_frequency": _row("support_frequencies", "f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel "
                                   "on its support, without the mesh", "Łuczko 2008, (2.1)")},
