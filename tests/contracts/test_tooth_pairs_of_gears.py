@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.text import design_values, pair_at
+from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.view.text import as_python, as_toml, design_values, from_query, pair_at, to_query
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import TransverseSection
-from gearchaos.gears.operating import gears_from_json, gears_json
+from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.tooth_pairs import back_phase
@@ -78,6 +79,14 @@ def test_what_is_wrong_with_tooth_pairs_is_said(changes, field, words):
     assert refusal.value.field == f"tooth_pairs.{field}".rstrip(".") and words in str(refusal.value)
 
 
+def test_a_gap_that_only_another_unit_explains_is_warned_of():
+    for changes, warned in (({}, False), ({"crowning": 2.0}, True), ({"relief": {**RELIEF, "amount": [30, 20]}}, True),
+                            ({"relief": None}, False)):
+        found = GearPair(**PAIR, tooth_pairs={**PAIRS, **changes}).warnings
+        assert any("more than the backlash: a plain number is in m" in text for text in found) is warned
+    assert GearPair(**PAIR).warnings == ()
+
+
 def test_tooth_pairs_are_refused_beside_another_stiffness():
     with pytest.raises(InputError, match="must be left out beside tooth_pairs"):
         GearPair(**PAIR, tooth_pairs=PAIRS, stiffness_levels=["300 N/um"])
@@ -101,6 +110,25 @@ def test_gears_with_tooth_pairs_are_made_again_from_json(gears):
     assert gears_from_json(gears_json(gears)) == gears and hash(gears_from_json(gears_json(gears))) == hash(gears)
     if isinstance(gears, GearDesign):
         assert GearDesign(**design_values(gears)) == gears
+
+
+@pytest.mark.parametrize("change", [
+    lambda view: view, lambda view: view.with_value("relief1", 0.25), lambda view: view.with_value("torque", 61.7),
+    lambda view: view.with_stiffness("steps").with_stiffness("tooth pairs")], ids=["plain", "relief", "torque", "kind"])
+@pytest.mark.parametrize("gears", [
+    GearPair(**PAIR, tooth_pairs=PAIRS), GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}),
+    GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})], ids=["relief", "no relief", "design"])
+def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_tooth_pairs(gears, change, tmp_path):
+    first = view_of(operating_model(gears))
+    view, path, made = change(first), tmp_path / "study.toml", {}
+    model = view.operating_point
+    assert from_query(to_query(view), first).operating_point == model
+    path.write_text(as_toml(view))
+    exec("\n".join(as_python(view).split("\n")[:5]), made)
+    for found in (load_study(path).model, made["model"]):
+        assert found.stiffness.kind == "tooth pairs"
+        assert found.parameters() == pytest.approx(model.parameters(), rel=1e-12)
+        assert found.stiffness.levels == pytest.approx(model.stiffness.levels, rel=1e-12)
 
 
 def test_a_pair_with_a_changed_relief_is_a_pair_again():
@@ -166,6 +194,15 @@ def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_erro
     (text,) = [text for text in replace(relieved, tip_relief="20 um", transmission_error="none").warnings
                if text.startswith("tip_relief")]
     assert "give its start_diameter, so that tooth pairs can share the load" in text
+
+
+@pytest.mark.parametrize("method", ["ISO 6336-1", "potential energy"])
+def test_the_levels_over_c0_are_the_same_at_every_torque(method):
+    design = GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF, "stiffness": method})
+    first, *others = [design.at(torque=torque).to_model() for torque in (20.0, 37.3, 61.7, 300.0)]
+    assert all(each.stiffness == first.stiffness for each in others)
+    pair = design.to_pair()
+    assert pair.to_model().stiffness.levels == pytest.approx(first.stiffness.levels, rel=1e-14)
 
 
 def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():

@@ -214,6 +214,8 @@ class GearPair(HasCard):
         """Sentences about values that are possible but unusual; studies warn of them, too."""
         damping, velocity = self.k / (2 * self.mass * self.omega0), self.speed * units.RPM * self.R1
         errors = max(map(abs, self.error_amplitudes), default=0.0)
+        pairs = self.tooth_pairs
+        gap = 0.0 if pairs is None else max(pairs.crowning, *(pairs.relief.amount if pairs.relief else ()), 0.0)
         phases = max((abs(phase) / j for series in (self.error_phases, self.stiffness_phases) for j, phase in enumerate(
             series, 1) if not isinstance(phase, units.Measured)), default=0.0)  # in angles of the first harmonic
         found = {
@@ -223,6 +225,8 @@ class GearPair(HasCard):
                 self.backlash > _MOST_BACKLASH,
             f"error_amplitudes has {errors * 1e6:.4g} µm, {errors / self.backlash:.4g} times the backlash: a plain "
             "number is in m.": errors > _MOST_ERROR * self.backlash,
+            f"tooth_pairs have a gap of {gap * 1e6:.4g} µm, more than the backlash: a plain number is in m.":
+                gap > self.backlash,
             f"A phase is {phases:.6g} rad of the first harmonic, more than a turn: a plain number is in rad.":
                 phases > 2 * math.pi,
             f"The base circles move at {velocity:.4g} m/s at {self.speed:.6g} rpm, unusually fast. A plain one is in "

@@ -324,7 +324,7 @@ def _named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any
     """Values by the names of symbols as arguments of `MeshModel.of`: single values, and waveforms by their field."""
     owners: dict[str, tuple[str, Any, str]] = {
         "eps": ("error", TransmissionError, "amplitudes"), "theta": ("error", TransmissionError, "phases")}
-    for kind in STIFFNESS_KINDS.values():
+    for kind in (kind for kind in STIFFNESS_KINDS.values() if not kind.shared):
         owners |= {_singular(kind.letters.get(key, key)): ("stiffness", kind, key) for key in kind.lists()}
     single, numbers = {}, dict[str, dict[int, float]]()
     for name, value in values.items():

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
@@ -185,9 +185,8 @@ def as_python(view: View) -> str:
     first, scaled = "", ""
     if isinstance(model, OperatingModel):
         gears, values = model.gears, {**models.changes(model), **model.initial}
-        made = f"gc.{gears!r}"
-        if isinstance(gears, GearDesign):
-            made = f"gc.GearDesign({', '.join(f'{n}={v!r}' for n, v in design_values(gears).items())})"
+        own = design_values(gears) if isinstance(gears, GearDesign) else pair_values(gears)
+        made = f"gc.{type(gears).__name__}({', '.join(f'{n}={v!r}' for n, v in own.items())})"
         first = "from gearchaos.gears.operating import operating_model\n"
         set_apart = f".with_values({_with_prefix(repr(values))})" if values else ""
         lines = f"gears = {made}\nmodel = operating_model(gears, {model.kind!r}){set_apart}\n"
@@ -249,9 +248,7 @@ def _tables(model: MeshModel) -> tuple[str, dict[str, Any]]:
             operation = {n: values.pop(n) for n in ("speed", "torque")}
             return comment, {"design": values, "operation": operation}
         if (pair := pair_at(gears.to_pair(), model)) is not None:
-            values = {f.name: getattr(pair, f.name) for f in fields(pair)}
-            given = {n: list(v) if isinstance(v, tuple) else v for n, v in values.items() if v not in (None, ())}
-            return comment, {"gearpair": {"kind": model.kind, **given}}
+            return comment, {"gearpair": {"kind": model.kind, **pair_values(pair)}}
         comment = "No pair of the same mass and kind of supports has these values."
     return comment, dimensionless
 
@@ -269,6 +266,11 @@ def design_values(design: GearDesign) -> dict[str, Any]:
             kept = {n: v for n, v in table.items() if v and n != "sha256"}
             values[name] = {**kept, key: str(Path(table[key]).absolute())}
     return values
+
+
+def pair_values(pair: GearPair) -> dict[str, Any]:
+    """The fields of a pair that are not left out, as numbers in SI, texts, lists and tables by name."""
+    return {name: _plain(value) for name, value in asdict(pair).items() if value not in (None, ())}
 
 
 def _plain(value: Any) -> Any:

@@ -192,7 +192,7 @@ class Drawing:
 
     @property
     def _one_pair(self) -> Callable[[Any], tuple[tuple[float, ...], tuple[float, ...]]] | None:
-        """How the method of the stiffness finds that of one tooth pair; None if it has the sum alone."""
+        """How the method of the stiffness finds that of one tooth pair over c0; None if it has the sum alone."""
         return None if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].pair
 
     @property
@@ -207,7 +207,8 @@ class Drawing:
             unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
             lengths = [min(length / path, 1.0) or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
-        return ToothPairs(stiffness=levels, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
+        stiffness = [level * self.mesh_stiffness.reference for level in levels]
+        return ToothPairs(stiffness=stiffness, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
                           back_phase=back_phase(self.geometry))
 
     @property

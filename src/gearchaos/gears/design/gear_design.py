@@ -19,7 +19,7 @@ from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.units import FREQUENCY, to_si
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, ToothPairStiffness
 from gearchaos.quantities import POSITIVE
 
 # the inputs of a design that the table ``[operation]`` of a study file may hold
@@ -227,8 +227,10 @@ class GearDesign(Drawing, HasCard):
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model at this speed and torque; see `GearPair.to_model`."""
-        model = self.to_pair().to_model(kind)
-        return model if self.shares_load else replace(model, stiffness=self.mesh_stiffness.waveform)
+        model, one_pair = self.to_pair().to_model(kind), self._one_pair
+        if isinstance(model.stiffness, ToothPairStiffness) and one_pair is not None:
+            return replace(model, stiffness=replace(model.stiffness, levels=one_pair(self)[0]))
+        return replace(model, stiffness=self.mesh_stiffness.waveform)
 
     @property
     def warnings(self) -> tuple[str, ...]:

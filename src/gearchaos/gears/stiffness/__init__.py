@@ -100,7 +100,7 @@ class StiffnessMethod:
     needs: tuple[str, ...] = ()  # inputs that a design may leave out, but not for this method
     spur_only: bool = False
     pair: Callable[[Drawing], tuple[tuple[float, ...], tuple[float, ...]]] | None = None  # stiffness of one tooth pair
-    # of a spur gear, N/m, and where on its path each part begins; None for a method that has the sum alone
+    # of a spur gear over the reference, and where on its path each part begins; None if there is the sum alone
     warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
 
 

@@ -260,9 +260,9 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
 
 
 def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """c′ b alone, and half of what two pairs have by the law of `from_iso` where there are two."""
-    ratio, geometry = design.geometry.contact_ratio, design.geometry
-    single = design.tooth_stiffness.mesh_stiffness / (0.75 * ratio + 0.25) * geometry.common_face_width
+    """c′ b alone, and half of what two pairs have by the law of `from_iso` where there are two, over c_γα b."""
+    ratio = design.geometry.contact_ratio
+    single = 1 / (0.75 * ratio + 0.25)
     parts = [(0.0, 0.875 * single), ((ratio - 1) / ratio, single), (1 / ratio, 0.875 * single)]
     ends = [start for start, _ in parts[1:]] + [1.0]
     kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > _SAME_POSITION]

@@ -320,10 +320,11 @@ def from_energy(geometry: Geometry, materials: tuple[Material, Material], bore: 
 
 
 def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Means of the stiffness of a pair over equal parts of its path."""
+    """Means of the stiffness of a pair over equal parts of its path, over the mean of the sum of all pairs."""
     pairs, ratio = ToothPairs(design.geometry, design.material, design.given("bore")), design.geometry.contact_ratio
     progress = ratio * (np.arange(_PARTS * 8) + 0.5) / (_PARTS * 8)
     means = pairs.stiffness(*pairs.pressure_angles(progress)).reshape(_PARTS, 8).mean(axis=1)
+    means /= from_energy(design.geometry, design.material, design.given("bore")).reference
     return tuple(means.tolist()), tuple((np.arange(_PARTS) / _PARTS).tolist())
 
 
