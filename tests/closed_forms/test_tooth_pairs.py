@@ -147,6 +147,17 @@ def test_deflection_at_rest_balances_the_force(seed):
             assert z == pytest.approx(brentq(excess, 0.9, 50), abs=1e-9)
 
 
+@pytest.mark.parametrize(("values", "message"), [
+    ({"force": [0.3, -0.1]}, "force must not be negative; got -0.1"), ({"force": "a lot"}, "force must be numbers"),
+    ({"force": np.nan}, "force must be a finite number"), ({"phases": [0.2, np.inf]}, "phases must be a finite number"),
+    ({"phases": 0.5}, "phases must be a list of positions"),
+    ({"stiffness": gc.MeshModel.of(stiffness=gc.ToothPairStiffness())}, "stiffness must be a mesh stiffness"),
+])
+def test_a_deflection_of_anything_else_is_refused(values, message):
+    with pytest.raises(gc.InputError, match=message):
+        static_deflection(**{"stiffness": gc.ToothPairStiffness(), "force": 0.2, "phases": [0.5], **values})
+
+
 def test_very_slow_motion_follows_the_deflection_at_rest():
     pairs = gc.ToothPairStiffness((0.7,), (0.0,), 1.6, 0.3, 0.3, 0.25, 0.25)
     model = gc.MeshModel.of(kind="single", omega=0.002, zeta=0.2, q0=0.2, damping_law="contact", stiffness=pairs)
