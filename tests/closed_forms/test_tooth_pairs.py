@@ -193,3 +193,13 @@ def test_bad_pairs_are_refused(values, field):
 def test_pairs_that_never_pull_are_refused():
     with pytest.raises(gc.InputError, match="one damper"):
         gc.MeshModel.of(stiffness=gc.ToothPairStiffness(), damping_law="unilateral")
+
+
+@pytest.mark.parametrize("ask", [
+    gc.prove, gc.prove_chaos, gc.to_sympy, lambda model: gc.prove_box(model, {"omega": 1e-6}),
+    lambda model: gc.prove_event(model, "fold", "omega", 0.8), lambda model: gc.script(model, "scipy"),
+    lambda model: gc.script(model, "dynamicalsystems.jl"),
+], ids=["orbit", "chaos", "SymPy", "box", "event", "SciPy", "Julia"])
+def test_what_has_one_spring_alone_refuses_tooth_pairs(ask):
+    with pytest.raises(gc.InputError, match=r"stiffness must be one spring for .*; got 'tooth pairs, "):
+        ask(gc.MeshModel.of(kind="single", stiffness=gc.ToothPairStiffness(relief1=0.1)))

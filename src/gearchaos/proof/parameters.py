@@ -27,7 +27,8 @@ from gearchaos.quantities import parse
 
 
 def check_provable(model: MeshModel) -> None:
-    """Raise `InputError` unless the mesh damping acts always, as in the equations for which there are proofs."""
+    """Raise `InputError` unless the mesh is one spring and its damping acts always, as in the equations of proofs."""
+    model.stiffness.check_one_spring("a proof")
     if model.damping_law != "always":
         raise InputError("damping_law", "must be always for a proof", model.damping_law,
                          "Proofs need a right side that is continuous at a contact switch. Classify the motion of this "

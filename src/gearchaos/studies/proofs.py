@@ -131,7 +131,7 @@ def box_parameters(model: MeshModel, name: str) -> tuple[str, ...]:
     from gearchaos.proof.parameters import exact_parameters
 
     if not model.stiffness.jumps:
-        forms = " or ".join(kind.form for kind in STIFFNESS_KINDS.values() if kind.example().jumps)
+        forms = " or ".join(kind.form for kind in STIFFNESS_KINDS.values() if kind.example().jumps and not kind.shared)
         raise InputError("stiffness", f"must be {forms} for a box of parameters", model.stiffness.form)
     parameters, harmonic, members = exact_parameters(model), parse_harmonic(name), tuple(model.set_by(name))
     if harmonic and harmonic.family == "eps":

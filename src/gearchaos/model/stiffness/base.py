@@ -72,7 +72,7 @@ class Stiffness(ABC):
     def check_one_spring(self, what: str) -> None:
         """Raise `InputError` if tooth pairs share the load, where ``what`` can only have one spring."""
         if self.shared:
-            raise InputError("stiffness", f"must be one spring for {what}", f"tooth pairs ({self.describe()})",
+            raise InputError("stiffness", f"must be one spring for {what}", self.describe(),
                              "Give the sum of the pairs as a SteppedStiffness; relief then has no effect.")
 
     def check(self, varied: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
