@@ -72,7 +72,7 @@ def test_a_kind_that_certificates_cannot_be_checked_for_is_refused(stiffness, mo
     if stiffness.form in parameters.STIFFNESS:
         assert parameters.exact_parameters(model)["stiffness"]["form"] == stiffness.form
     monkeypatch.delitem(parameters.STIFFNESS, stiffness.form, raising=False)
-    message = f"be of a form that can be verified.*'{stiffness.form}'" if not stiffness.shared else "be one spring for a"
+    message = "be one spring for a proof" if stiffness.shared else f"be of a form that can be verified.*'{stiffness.form}'"
     with pytest.raises(gc.InputError, match=f"stiffness must {message}"):
         parameters.exact_parameters(model)
 
