@@ -58,15 +58,20 @@ def test_contacts_are_those_of_the_pairs_on_their_paths(seed):
             assert np.allclose(found, touching(pairs, phase, side), atol=1e-12)
 
 
-def test_contacts_of_many_points_are_those_of_each():
-    pairs, ratio, relief = random_pairs(3), np.array([1.2, 1.45, 1.9]), np.array([0.0, 0.2, 0.5])
-    model = gc.MeshModel.of(kind="single", q0=0.4, stiffness=pairs)
-    values = {"contact_ratio": ratio, "relief1": relief, "omega": np.full(3, 0.8)}
-    together = ExactFlow(switched_system(vary(model, values)))
+@pytest.mark.parametrize("values", [
+    {"contact_ratio": [1.2, 1.45, 1.9], "relief1": [0.0, 0.2, 0.5]},
+    {"relief1": [0.0, 0.1, 0.4], "crowning": [0.1] * 3},
+    {"contact_ratio": [1.0, 1.6, 2.0], "relief1": [0.2, 0.3, 0.0], "relief2": [0.2, 0.0, 0.0]},
+    {"contact_ratio": [1.6, 1.7, 1.0], "relief_length1": [0.375, 0.3, 0.2], "relief2": [0.0, 0.1, 0.0]},
+])
+def test_a_point_has_the_same_bits_beside_any_others(values):
+    pairs = gc.ToothPairStiffness((0.7, 1.0, 0.7), (0.0, 0.375, 0.625), 1.6, 0.3, 0.3)
+    model = gc.MeshModel.of(kind="single", omega=0.8, zeta=0.05, q0=0.4, eps1=0.1, stiffness=pairs)
     w = np.array([[1.3] * 3, [0.1] * 3])
+    together = ExactFlow(switched_system(vary(model, values))).advance(w, 5).w
     for i in range(3):
-        alone = ExactFlow(switched_system(vary(model, {k: v[[i]] for k, v in values.items()})))
-        assert np.abs(together.advance(w, 5).w[:, i] - alone.advance(w[:, :1], 5).w[:, 0]).max() < 1e-12
+        alone = ExactFlow(switched_system(vary(model, {k: [v[i]] for k, v in values.items()})))
+        assert np.array_equal(together[:, i], alone.advance(w[:, :1], 5).w[:, 0])
 
 
 def test_without_gaps_the_sum_is_the_prescribed_stiffness():
@@ -140,6 +145,17 @@ def test_deflection_at_rest_balances_the_force(seed):
                 return sum(k * max(0.0, z - 1 - gap) for k, gap in touching(pairs, phase, 1)) - force
 
             assert z == pytest.approx(brentq(excess, 0.9, 50), abs=1e-9)
+
+
+@pytest.mark.parametrize(("values", "message"), [
+    ({"force": [0.3, -0.1]}, "force must not be negative; got -0.1"), ({"force": "a lot"}, "force must be numbers"),
+    ({"force": np.nan}, "force must be a finite number"), ({"phases": [0.2, np.inf]}, "phases must be a finite number"),
+    ({"phases": 0.5}, "phases must be a list of positions"),
+    ({"stiffness": gc.MeshModel.of(stiffness=gc.ToothPairStiffness())}, "stiffness must be a mesh stiffness"),
+])
+def test_a_deflection_of_anything_else_is_refused(values, message):
+    with pytest.raises(gc.InputError, match=message):
+        static_deflection(**{"stiffness": gc.ToothPairStiffness(), "force": 0.2, "phases": [0.5], **values})
 
 
 def test_very_slow_motion_follows_the_deflection_at_rest():

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gearchaos.errors import InputError
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.model.stiffness import Stiffness, ToothPairStiffness
+from gearchaos.quantities import NOT_NEGATIVE
+from gearchaos.validation import FINITE, check_rule
 
 
 def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike) -> np.ndarray:
@@ -25,6 +28,11 @@ def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike)
     (..., n)
         In half backlashes. The least gap of all pairs, without force.
 
+    Raises
+    ------
+    InputError
+        For anything else.
+
     Examples
     --------
     >>> import gearchaos as gc
@@ -32,12 +40,27 @@ def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike)
     >>> static_deflection(pairs, 0.25, [0.3, 0.8]).round(3).tolist()
     [1.256, 1.5]
     """
-    force, phases = np.asarray(force, float)[..., None], np.mod(np.asarray(phases, float), 1.0)
+    if not isinstance(stiffness, Stiffness):
+        raise InputError("stiffness", "must be a mesh stiffness", stiffness, "That of a model is model.stiffness.")
+    forces, at = _finite("force", force)[..., None], np.mod(_finite("phases", phases), 1.0)
+    check_rule("force", forces, NOT_NEGATIVE)
+    if at.ndim != 1:
+        raise InputError("phases", "must be a list of positions in the mesh cycle", at.tolist())
     if not isinstance(stiffness, ToothPairStiffness):
-        return 1.0 + force / stiffness.at(phases, 2 * np.pi)
+        return 1.0 + forces / stiffness.at(at, 2 * np.pi)
     contacts = stiffness.contacts(stiffness.numbers(), 1)
-    piece = np.searchsorted(contacts.edges[0], phases, side="right") - 1
-    return 1.0 + _deflection(*_springs(contacts, piece, phases - contacts.edges[0, piece]), force)
+    piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
+    return 1.0 + _deflection(*_springs(contacts, piece, at - contacts.edges[0, piece]), forces)
+
+
+def _finite(name: str, value: ArrayLike) -> np.ndarray:
+    """Finite numbers as an array; raises `InputError` for others."""
+    try:
+        found = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise InputError(name, "must be numbers", value) from None
+    check_rule(name, found, FINITE)
+    return found
 
 
 def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float]]:

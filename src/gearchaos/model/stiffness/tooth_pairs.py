@@ -23,6 +23,7 @@ _ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a sha
 _PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
+_SHORT = 1e-14  # length of a piece in mesh periods that is a rounding error
 SHAPES = {"linear": 1.0, "parabolic": 2.0}
 """Exponents of the shapes of a relief."""
 _RELIEF = Quantity("relief", "C_a", r"C_a", title="tip relief", unit="delta", range=Range(0.0, 1.0, 0.0, 10.0),
@@ -137,14 +138,11 @@ class ToothPairStiffness(Stiffness):
         slope = sides[None, :, None] / ratio
         first = np.where(sides[None, :, None] > 0, np.concatenate([front, rear])[None, :, None] / ratio,
                          1 + (back - np.concatenate([front, rear])[None, :, None]) / ratio)
-        marks = [np.zeros_like(ratio), np.ones_like(ratio), *[v["relief_length2"]] * bool(v["relief2"].any()),
-                 *[1 - v["relief_length1"]] * bool(v["relief1"].any()),
+        # without a relief its mark is the end of the path, so that a point has the same pieces beside any others
+        marks = [np.zeros_like(ratio), np.ones_like(ratio), np.where(v["relief2"] > 0, v["relief_length2"], 0.0),
+                 np.where(v["relief1"] > 0, 1 - v["relief_length1"], 1.0),
                  *(np.full_like(ratio, start) for start in values["starts"][1:])]
-        crossed = np.clip((np.concatenate(marks, axis=2) - first) / slope, 0.0, 1.0).reshape(size, -1)
-        edges = np.sort(np.hstack([np.zeros((size, 1)), crossed]), axis=1)
-        length = np.diff(edges, axis=1, append=1.0)
-        edges = edges[:, np.any(length > 1e-14, axis=0)]
-        edges[:, 0] = 0.0
+        edges = _pieces(((np.concatenate(marks, axis=2) - first) / slope).reshape(size, -1))
         middle = first + slope * (edges + np.diff(edges, axis=1, append=1.0) / 2)[:, None, :]
         begin = first + slope * edges[:, None, :]
         level = np.searchsorted(values["starts"], middle, side="right") - 1
@@ -202,3 +200,14 @@ class ToothPairStiffness(Stiffness):
     def describe(self) -> str:
         relief = f"relief {self.relief1:.4g} and {self.relief2:.4g}" if self.relief1 or self.relief2 else "no relief"
         return f"tooth pairs, contact ratio {self.contact_ratio:.4g}, {relief}"
+
+
+def _pieces(crossed: np.ndarray) -> np.ndarray:
+    """Where the pieces of the mesh period begin, (P, N), from the marks crossed in it; those as good as equal are one,
+    and pieces without length stay only beside a point that has one there.
+    """
+    inside = np.where((crossed > _SHORT) & (crossed < 1 - _SHORT), crossed, np.round(np.clip(crossed, 0.0, 1.0)))
+    edges = np.sort(np.hstack([np.zeros((len(crossed), 1)), inside]), axis=1)
+    for n in range(1, edges.shape[1]):
+        edges[:, n] = np.where(edges[:, n] - edges[:, n - 1] > _SHORT, edges[:, n], edges[:, n - 1])
+    return edges[:, np.any(np.diff(edges, axis=1, append=1.0) > 0, axis=0)]
