@@ -94,3 +94,10 @@ def test_a_proof_of_gears_says_what_to_set(tmp_path):
     assert "damping_law must be always for a proof; got 'contact'" in said and "--set damping_law=always" in said
     proved = run_json("regime", tmp_path / "design.toml", "--prove", "--set", "damping_law=always")
     assert proved["proof"]["proved"]
+
+
+def test_of_tooth_pairs_the_ratio_is_named_at_one_load_alone():
+    pairs = gc.ToothPairStiffness((0.7,), (0.0,), 1.6, 0.1, 0.1)
+    model = gc.MeshModel.of(kind="single", q0=0.14, stiffness=pairs)
+    assert "quasi-static ratio" in beside_factors(model, ("omega",))
+    assert "quasi-static ratio" not in beside_factors(model, ("omega", "q0"))

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
 def beside_factors(model: MeshModel, varied: Iterable[str] = ()) -> dict[str, str]:
     """Names and values to stand beside dynamic factors of a model of which quantities may be varied.
 
-    The quasi-static ratio is left out where it is 1 or none, or a parameter of the stiffness is varied.
+    The quasi-static ratio is left out where it is 1 or none, or something that it depends on is varied: a parameter of
+    the stiffness, and of tooth pairs also the load.
     """
     found = {"mesh damping": DAMPING_LAWS[model.damping_law]}
-    if (model.q1 or model.q2) and not {*varied} & {*model.stiffness.parameter_names()}:
+    load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()
+    if (model.q1 or model.q2) and not {*varied} & {*model.stiffness.parameter_names(), *load}:
         ratio = measured(quasi_static_ratio(model), 3)
         found |= {"quasi-static ratio": ratio} if ratio != "1" else {}
     return found
