@@ -178,8 +178,25 @@ def test_relief_that_takes_up_the_load_ends_the_jump_of_the_force():
     assert ratio(0.25) == 1.0  # more than the deflection 0.14/0.7 of one pair
 
 
+def test_the_peak_at_a_jump_is_the_force_of_all_pairs_that_touch_there():
+    pairs, force = gc.ToothPairStiffness((0.4, 1.0), (0.0, 0.8), 1.6, relief2=0.6), 0.04
+    phase = 0.8 * 1.6 - 1  # where the leading pair becomes stiffer
+    before = static_deflection(pairs, force, [phase - 1e-9])[0]
+    pushing = sum(k * max(0.0, before - 1 - gap) for k, gap in touching(pairs, phase + 1e-9, 1))
+    model = gc.MeshModel.of(kind="single", zeta=0.05, q0=force, stiffness=pairs)
+    assert pushing / force == pytest.approx(2.3125, abs=1e-3)
+    assert quasi_static_ratio(model) >= pushing / force - 1e-6
+
+
+def test_a_relief_of_one_wheel_may_be_as_long_as_the_path():
+    assert gc.ToothPairStiffness(relief1=0.3, relief_length1=1.0).relief_length1 == 1.0
+    with pytest.raises(gc.InputError, match="relief_length"):
+        gc.ToothPairStiffness(relief1=0.3, relief_length1=1.0, relief2=0.1)
+
+
 @pytest.mark.parametrize(("values", "field"), [
-    ({"relief1": -0.1}, "relief1"), ({"relief_length1": 0.7, "relief_length2": 0.5}, "relief_length"),
+    ({"relief1": -0.1}, "relief1"),
+    ({"relief1": 0.1, "relief2": 0.1, "relief_length1": 0.7, "relief_length2": 0.5}, "relief_length"),
     ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 2.5}, "contact_ratio"),
     ({"levels": (0.7, 0.0), "starts": (0.0, 0.5)}, "stiffness.levels"), ({"starts": (0.2,)}, "stiffness.starts"),
 ])

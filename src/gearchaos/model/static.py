@@ -63,8 +63,9 @@ def _finite(name: str, value: ArrayLike) -> np.ndarray:
     return found
 
 
-def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float]]:
-    """Where the deflection at rest jumps, in the mesh cycle: before, after, and the stiffness that acts after."""
+def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float, float]]:
+    """Where the deflection at rest jumps, in the mesh cycle: before and after, the stiffness that acts after, and the
+    force after while the deflection is still the one before."""
     contacts = stiffness.contacts(stiffness.numbers(), 1)
     edges, n = contacts.edges[0], np.arange(contacts.edges.shape[1])
     length = np.diff(edges, append=1.0)
@@ -73,7 +74,9 @@ def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[floa
     begins = _deflection(acting, gap, np.array(force))
     closed = np.where(gap < begins[:, None], acting, 0.0).sum(axis=1)
     before = np.roll(ends, 1)
-    return [(1 + before[i], 1 + begins[i], closed[i]) for i in n.tolist() if abs(before[i] - begins[i]) > 1e-12]
+    pushing = (acting * np.maximum(0.0, before[:, None] - np.where(np.isfinite(gap), gap, 0.0))).sum(axis=1)
+    return [(1 + before[i], 1 + begins[i], closed[i], pushing[i]) for i in n.tolist()
+            if abs(before[i] - begins[i]) > 1e-12]
 
 
 def _springs(contacts: OneSidedContacts, piece: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

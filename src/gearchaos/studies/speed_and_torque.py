@@ -261,9 +261,10 @@ def quasi_static_ratio(model: AnyModel) -> float:
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
     smooth = np.cos(phase) @ system.chi_cos[0] + np.sin(phase) @ system.chi_sin[0]
     if isinstance(model.stiffness, ToothPairStiffness):
-        equal = ((static / (static / level + before - after), level)  # one spring with the same jump
-                 for before, after, level in static_jumps(model.stiffness, static))
-        return max([1.0, *(_peak_after(system, *jump) / static for jump in equal)])
+        found = static_jumps(model.stiffness, static)
+        peaks = [force for *_, force in found]  # at the jump; then as one spring with the same jump overshoots
+        peaks += [_peak_after(system, static / (static / level + z - after), level) for z, after, level, _ in found]
+        return max([1.0, *(peak / static for peak in peaks)])
     jumps = zip((np.roll(level, 1) + smooth).tolist(), (level + smooth).tolist(), strict=True)
     peaks = [_peak_after(system, before, after) for before, after in jumps if before != after]
     return max([1.0, *(peak / static for peak in peaks)])

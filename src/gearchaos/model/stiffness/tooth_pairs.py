@@ -120,7 +120,7 @@ class ToothPairStiffness(Stiffness):
 
     @classmethod
     def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
-        total = np.asarray(values["relief_length1"]) + np.asarray(values["relief_length2"])
+        total = sum(np.where(np.asarray(values[f"relief{n}"]) > 0, values[f"relief_length{n}"], 0.0) for n in (1, 2))
         if np.any(total > 1 + 1e-12):
             raise InputError("relief_length", "must have a sum of both wheels of at most 1, the path of contact",
                              float(np.max(total)), "Shorten the relief of one wheel.")
