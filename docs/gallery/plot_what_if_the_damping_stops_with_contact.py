@@ -9,8 +9,9 @@ The damper of the paper's model also acts across the open gap. Oil does so a lit
 the damper works while flanks touch. With ``unilateral`` the flanks also never pull.
 
 The closed form says where the teeth begin to separate: where the drag falls below the moment of inertia times the
-angular acceleration of the wheel, here 0.1 N m. All laws agree on that. Below it they do not: the damping in the gap
-hides the impacts on the back flank, and the longer contact that it gives does not exist.
+angular acceleration of the wheel, here 0.1 N m. All laws agree on that. Just below it they do not: with damping in the
+gap the wheel stays near one flank, and its long contact does not exist with the others. Far below it all laws let the
+wheel hit both flanks.
 """
 
 import matplotlib.pyplot as plt
@@ -40,7 +41,8 @@ ax.set(xlabel="drag torque (N m)", ylabel="share of the time in contact (%)", ys
 ax.legend(fontsize="small")
 
 # %%
-# For a loaded pair the law matters where its teeth separate. Its dynamic factor by the laws, from rest:
+# For a loaded pair the law matters where its teeth separate. There several motions exist at one speed, and the law also
+# decides which of them is reached from rest: the factor jumps from speed to speed.
 
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
