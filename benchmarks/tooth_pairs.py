@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import heyoka as hy
@@ -20,7 +21,6 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import MeshModel, ToothPairStiffness, vary
-from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.model.switched import SwitchedAffine, switched_system
 
 LANES, FEW, ROUNDS = 512, 16, 5
@@ -49,14 +49,15 @@ class Pairs:
     def __init__(self, system: SwitchedAffine) -> None:
         if system.contacts is None:  # one spring is a contact on each flank
             levels = np.repeat(system.levels[:, None], 2, axis=1)
-            system = replace(system, contacts=OneSidedContacts(
-                np.array([1, -1]), system.starts, levels, np.zeros((*levels.shape, 3))))
+            system = replace(system, contacts=SimpleNamespace(
+                sides=np.array([1, -1]), edges=system.starts, stiffness=levels,
+                offset=np.zeros((*levels.shape, 3)) + [1.0, 0.0, 0.0]))
         self.system, m = system, len(system.contacts.sides)
         z, v = hy.make_vars("z", "v")
         par, own = hy.par, 5 * m
         damped, omega, damping, force, error = (par[own + i] for i in range(5))
         until = par[own + 5]
-        gaps = [side * z - 1.0 - par[5 * e + 2] - par[5 * e + 3] * (hy.time - par[5 * e + 4])
+        gaps = [side * z - par[5 * e + 2] - par[5 * e + 3] * (hy.time - par[5 * e + 4])
                 for e, side in enumerate(system.contacts.sides.tolist())]
         spring = sum((par[5 * e] * par[5 * e + 1] * side * gaps[e]
                       for e, side in enumerate(system.contacts.sides.tolist())), start=hy.expression(0.0))
@@ -96,9 +97,9 @@ class Pairs:
         n, start, end = self.pieces[self.number % len(self.pieces)]
         begin = (self.number // len(self.pieces) + start) * period
         for e, side in enumerate(contacts.sides.tolist()):
-            a, b, _ = contacts.gap[p, e, n]
+            a, b, _ = contacts.offset[p, e, n]
             stiffness = contacts.stiffness[p, e, n]
-            closed = side * ta.state[0] - 1.0 - a > 0 and stiffness > 0
+            closed = side * ta.state[0] - a > 0 and stiffness > 0
             ta.pars[5 * e : 5 * e + 5] = closed, stiffness, a, b / period, begin
         ta.pars[-1] = begin + (end - start) * period
         _damp(ta, self.system)

@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gearchaos.flow import OK, ExactFlow
-from gearchaos.model import MeshModel, SteppedStiffness, vary
-from gearchaos.model.switched import SwitchedAffine, switched_system
+from gearchaos.model import MeshModel, SteppedStiffness, ToothPairStiffness, vary
+from gearchaos.model.switched import switched_system
 from tests.oracles.several_contacts import Contacts, Mesh, after_periods
-
-
-class Several(SwitchedAffine):
-    """A switched system with given contacts."""
 
 
 def system_of(mesh: Mesh, count: int = 1):
     model = MeshModel.of(kind="single", omega=mesh.omega, zeta=mesh.zeta, q0=mesh.force, eps1=mesh.error,
                          damping_law=mesh.law)
-    found, total = switched_system(vary(model, {})), np.zeros(len(mesh.contacts.edges))
-    for side in (1, -1):
-        total = np.maximum(total, mesh.contacts.stiffness[mesh.contacts.sides == side].sum(axis=0))
-    values = {**vars(found), "levels": total[None] + 1e-9, "starts": mesh.contacts.edges[None]}
-    system = Several(**{k: v for k, v in values.items() if k != "contacts"})
-    object.__setattr__(system, "contacts", SimpleNamespace(
-        sides=mesh.contacts.sides, edges=mesh.contacts.edges[None], stiffness=mesh.contacts.stiffness[None],
-        gap=mesh.contacts.gap[None]))
-    return system
+    found = switched_system(vary(model.with_values({"stiffness": ToothPairStiffness()}), {}))
+    return replace(found, contacts=found.contacts._replace(
+        meshes=np.zeros(len(mesh.contacts.sides), np.int64), sides=mesh.contacts.sides, edges=mesh.contacts.edges[None],
+        stiffness=mesh.contacts.stiffness[None], offset=mesh.contacts.gap[None] + np.array([1.0, 0.0, 0.0])))
 
 
 def random_mesh(seed: int) -> tuple[Mesh, np.ndarray]:

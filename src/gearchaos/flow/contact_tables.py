@@ -14,13 +14,12 @@ _SAME_INSTANT = 1e-12  # a sample and a change of stiffness that are closer, as 
 
 
 def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoints, StepTables]:
-    """The points of a system whose only displacement z has several contacts, and empty tables for their steps.
+    """The points of a system with several contacts, and empty tables for their steps.
 
-    Contact e is closed while side z − 1 − gap is positive. If ``samples`` > 0, a step starts at each of ``samples``
-    equidistant instants of the period.
+    If ``samples`` > 0, a step starts at each of ``samples`` equidistant instants of the period.
     """
     contacts, (points, d) = system.contacts, system.b.shape
-    edges, stiffness, gap = contacts.edges, contacts.stiffness, contacts.gap
+    edges, stiffness, offset = contacts.edges, contacts.stiffness, contacts.offset
     edges = np.hstack([edges, np.ones((points, 1))])
     sample = np.full(edges.shape[1] - 1, -1)
     if samples:
@@ -28,25 +27,23 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
             raise ValueError("samples need the same contact ratio and relief lengths at all points")
         edges, piece, begin, sample = _split(edges[0], samples)
         edges = np.repeat(edges[None], points, axis=0)
-        stiffness, gap = stiffness[:, :, piece], gap[:, :, piece]
-        a, b, c = (gap[..., k] for k in range(OFFSETS))
-        gap = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
-    offset = gap + np.array([1.0, 0.0, 0.0])
+        stiffness, offset = stiffness[:, :, piece], offset[:, :, piece]
+        a, b, c = (offset[..., k] for k in range(OFFSETS))
+        offset = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts = np.maximum(counts, 1)
-    forcing = np.zeros((2, points, system.f_cos.shape[1], d))
-    forcing[0, :, :, 1], forcing[1, :, :, 1] = system.f_cos, system.f_sin
-    row, rate = np.eye(d)[None, 0], np.eye(d)[None, 1]
+    rows = contacts.rows
     found = ContactPoints(*map(np.ascontiguousarray, (
-        system.omega, system.A, system.f0, np.arange(1, system.f_cos.shape[1] + 1), *forcing, row, row, rate,
-        system.b[:, None], system.damping[:, None], np.array([int(system.damping_law != "always")]),
-        np.zeros(len(contacts.sides), np.int64), contacts.sides.astype(float), edges, stiffness.transpose(0, 2, 1),
-        offset.transpose(0, 2, 1, 3), counts, sample, np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
+        system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
+        rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
+        contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), edges,
+        stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
+        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
-    steps = int(counts.sum(axis=1).max())
-    one = new_tables(1, steps, steps * _SETS, d, len(contacts.sides), 1)
+    steps, sizes = int(counts.sum(axis=1).max()), (d, len(contacts.sides), len(rows))
+    one = new_tables(1, steps, steps * _SETS, *sizes)
     places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))
-    return found, new_tables(places, steps, steps * _SETS, d, len(contacts.sides), 1)
+    return found, new_tables(places, steps, steps * _SETS, *sizes)
 
 
 def _split(edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -56,9 +56,8 @@ class SwitchedSystem(Protocol):
     period : (P,)
         2π/ω.
     contacts : object or None
-        None for one spring; else the one-sided contacts that take its place, with arrays ``sides`` (M,), ``edges``
-        (P, N), ``stiffness`` (P, M, N) and ``gap`` (P, M, N, 3), see `gearchaos.model.contacts.OneSidedContacts`. Then
-        ``levels`` are those of their sum without gaps.
+        None for one spring; else the one-sided contacts of K meshes that take its place, and the forcing, with the
+        fields of `gearchaos.model.contacts.MeshContacts`. z is the displacement of the first mesh then.
 
     Examples
     --------
@@ -151,10 +150,16 @@ def fastest_rate(system: SwitchedSystem) -> np.ndarray:
     >>> fastest_rate(initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system).round(3).tolist()
     [1.143]
     """
-    contact = _damped(system)
-    contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
+    if (several := system.contacts) is not None:
+        damped = several.damping * several.in_contact
+        forces = several.stiffest[..., None] * several.rows + damped[..., None] * several.rates  # (P, K, d)
+        contact = system.A - np.einsum("pki,pkj->pij", several.pushes, forces)
+        highest = several.orders.max(initial=1)
+    else:
+        contact = _damped(system)
+        contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
+        highest = max(system.f_cos.shape[1], system.chi_cos.shape[1], 1)
     modes = np.maximum(_spectral_radius(system.A), _spectral_radius(contact))
-    highest = max(system.f_cos.shape[1], system.chi_cos.shape[1], 1)
     return np.maximum(modes, highest * system.omega)
 
 

@@ -1,8 +1,8 @@
-"""One-sided contacts of a mesh, which push where they are closed and never pull."""
+"""One-sided contacts, which push where they are closed and never pull: those of one mesh, and those of several."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -18,14 +18,48 @@ class OneSidedContacts(NamedTuple):
     stiffness: np.ndarray  # (P, M, N) over c0; 0 where a contact is absent
     gap: np.ndarray  # (P, M, N, 3) coefficients in the time since the piece began, in mesh periods; half backlashes
 
-    def take(self, index: np.ndarray) -> OneSidedContacts:
-        """The contacts at the points with these indices (K,), in that order."""
-        return self._replace(edges=self.edges[index], stiffness=self.stiffness[index], gap=self.gap[index])
 
-    def reversed_in_time(self) -> OneSidedContacts:
-        """The contacts at the phase 1 − φ."""
+class MeshContacts(NamedTuple):
+    """M contacts in K meshes at P points, on N pieces of the period, and the forcing of all d coordinates w.
+
+    The displacement of mesh m is row_m·w, its velocity rate_m·w. Contact e of mesh m is closed while its gap
+    g = side_e row_m·w − offset_e is positive; it adds −push_m side_e κ_e g to w', and, where the damping acts in
+    contact alone, the mesh −push_m D_m rate_m·w while any of its contacts is closed.
+    """
+
+    rows: np.ndarray  # (K, d)
+    rates: np.ndarray  # (K, d)
+    pushes: np.ndarray  # (P, K, d)
+    damping: np.ndarray  # (P, K) damping coefficient D of the mesh force
+    in_contact: np.ndarray  # (K,) bool, whether the damping acts in contact alone; else it is a part of A
+    meshes: np.ndarray  # (M,) int
+    sides: np.ndarray  # (M,) 1 on the front flank, -1 on the back flank
+    edges: np.ndarray  # (P, N) where pieces begin, ascending from 0, as fractions of the period
+    stiffness: np.ndarray  # (P, M, N); 0 where a contact is absent
+    offset: np.ndarray  # (P, M, N, 3) coefficients in the time since the piece began, in periods
+    orders: np.ndarray  # (H,) int, of the harmonics of the forcing
+    f_cos: np.ndarray  # (P, H, d)
+    f_sin: np.ndarray  # (P, H, d)
+
+    @property
+    def stiffest(self) -> np.ndarray:
+        """Upper bound (P, K) of the stiffness of each mesh: of its front or back flank, whichever is larger."""
+        flanks = [(self.meshes == m) & (self.sides == side) for m in range(len(self.rows)) for side in (1, -1)]
+        sums = [self.stiffness[:, flank].sum(axis=1).max(axis=1) for flank in flanks]
+        return np.maximum(sums[::2], sums[1::2]).T
+
+    def take(self, index: np.ndarray) -> Self:
+        """The contacts at the points with these indices, in that order."""
+        names = ("pushes", "damping", "edges", "stiffness", "offset", "f_cos", "f_sin")
+        return self._replace(**{name: getattr(self, name)[index] for name in names})
+
+    def reversed_in_time(self, signs: np.ndarray) -> Self:
+        """The contacts at the phase 1 − φ, in the coordinates times their ``signs`` (d,), −1 for velocities."""
         edges = np.hstack([self.edges, np.ones((len(self.edges), 1))])
         length = np.diff(edges, axis=1)[:, None, :]
-        a, b, c = (self.gap[..., k] for k in range(3))
-        gap = np.stack([a + length * (b + length * c), -b - 2 * length * c, c], axis=-1)
-        return self._replace(edges=1.0 - edges[:, :0:-1], stiffness=self.stiffness[:, :, ::-1], gap=gap[:, :, ::-1])
+        a, b, c = (self.offset[..., k] for k in range(3))
+        offset = np.stack([a + length * (b + length * c), -b - 2 * length * c, c], axis=-1)
+        return self._replace(
+            edges=1.0 - edges[:, :0:-1], stiffness=self.stiffness[:, :, ::-1], offset=offset[:, :, ::-1],
+            pushes=-signs * self.pushes, damping=np.where(self.in_contact, -self.damping, self.damping),
+            f_cos=-signs * self.f_cos, f_sin=signs * self.f_sin)

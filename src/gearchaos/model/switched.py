@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.contacts import OneSidedContacts
+from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.parameters import COORDINATES, STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
 from gearchaos.model.stiffness import ToothPairStiffness
 from gearchaos.quantities import parse_harmonic
@@ -114,7 +114,7 @@ class SwitchedAffine:
     damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
     damping_law: str  # where that acts: always, in contact, or unilateral
     static_force: np.ndarray  # (P,), mean of the mesh force 2ζz' + χ f(z) over a steady motion
-    contacts: OneSidedContacts | None = None  # of tooth pairs that share the load, in the place of the one spring
+    contacts: MeshContacts | None = None  # in the place of the one spring: of tooth pairs, or of several meshes
 
     @property
     def points(self) -> int:
@@ -158,7 +158,7 @@ def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
         A=-sign[:, None] * system.A * sign, b=-sign * system.b, f0=-sign * system.f0, f_sin=-system.f_sin,
         chi_sin=-system.chi_sin, levels=np.ascontiguousarray(system.levels[:, ::-1]),
         starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
-        contacts=None if system.contacts is None else system.contacts.reversed_in_time(),
+        contacts=None if system.contacts is None else system.contacts.reversed_in_time(sign),
     )
 
 
@@ -219,12 +219,24 @@ def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> Switc
     starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
                       for row in zip(*parts, strict=True))
     a, p = batch.harmonics("c", "alpha")
+    pairs = stiffness.contacts(numbers, batch.size) if isinstance(stiffness, ToothPairStiffness) else None
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
         chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
         damping_law=batch.model.damping_law, **_velocity(rows),
-        contacts=stiffness.contacts(numbers, batch.size) if isinstance(stiffness, ToothPairStiffness) else None)
+        contacts=None if pairs is None else _contacts_of_pairs(rows, pairs))
+
+
+def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
+    """The contacts of one mesh with the displacement z, whose flanks are at z = ±1 where tooth pairs have no gap."""
+    d, harmonics = len(rows.names), np.zeros((2, *rows.f_cos.shape, len(rows.names)))
+    harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
+    return MeshContacts(
+        rows=np.eye(d)[None, 0], rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
+        in_contact=np.array([rows.batch.model.damping_law != "always"]), meshes=np.zeros(len(pairs.sides), np.int64),
+        sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
+        orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])
 
 
 class _Rows:
