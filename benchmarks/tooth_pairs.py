@@ -51,7 +51,7 @@ class Pairs:
             levels = np.repeat(system.levels[:, None], 2, axis=1)
             system = replace(system, contacts=SimpleNamespace(
                 sides=np.array([1, -1]), edges=system.starts, stiffness=levels,
-                offset=np.zeros((*levels.shape, 3)) + [1.0, 0.0, 0.0]))
+                offset=np.broadcast_to([1.0, 0.0, 0.0], (*levels.shape, 3))))
         self.system, m = system, len(system.contacts.sides)
         z, v = hy.make_vars("z", "v")
         par, own = hy.par, 5 * m
