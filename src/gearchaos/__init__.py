@@ -18,6 +18,8 @@ _OTHERS = {
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "ToothPairStiffness": "model",
     "TransmissionError": "model",
     "TwoLevelStiffness": "model",
+    "Body": "gears.train.parts", "Mesh": "gears.train.parts", "Shaft": "gears.train.parts",
+    "Train": "gears.train.train",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.regime",
     "orbit": "continuation.orbit", "orbits": "continuation.orbit",

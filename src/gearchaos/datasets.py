@@ -20,7 +20,7 @@ from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
-from gearchaos.gears.operating import OperatingModel, gears_json
+from gearchaos.gears.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import parse, quantity
@@ -120,6 +120,8 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
 
 def model_json(model: MeshModel) -> str:
     """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
+    if model.kind == "train":
+        return json.dumps({"train": dataclasses.asdict(model.train), "initial": dict(model.initial)}, sort_keys=True)
     values = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
     parts = {"error": dataclasses.asdict(model.error), "stiffness": model.stiffness.record(),
              "stiffness_kind": model.stiffness.kind, "initial": dict(model.initial)}
@@ -130,6 +132,11 @@ def model_from_json(text: str) -> MeshModel:
     """The model that `model_json` wrote; raises `InputError` for anything else."""
     try:
         values = json.loads(text)
+        if "train" in values:
+            from gearchaos.gears.train.model import TrainModel
+            from gearchaos.gears.train.train import Train
+
+            return TrainModel(Train(**values["train"]), values["initial"])  # type: ignore[return-value]
         stiffness = STIFFNESS_KINDS[values.pop("stiffness_kind")].from_record(values["stiffness"])
         error = TransmissionError(**{name: tuple(found) for name, found in values["error"].items()})
         return MeshModel(**{**values, "error": error, "stiffness": stiffness})
@@ -144,13 +151,13 @@ def gridded_variable(dataset: xr.Dataset) -> str | None:
                  if v.dims and len(v.dims) <= 2 and all(dim in dataset.indexes for dim in v.dims)), None)
 
 
-def provenance(study: str, model: MeshModel, **settings: Any) -> dict[str, Any]:
+def provenance(study: str, model: Any, **settings: Any) -> dict[str, Any]:
     """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 
     An `OperatingModel` has gears, at its operating point. ``settings`` are the other arguments of the study, and its
     classification settings as ``classification``.
     """
-    gears = {"gears": gears_json(model.operating_gears)} if isinstance(model, OperatingModel) else {}
+    gears = {"gears": gears_json(model.operating_gears)} if gears_of(model) else {}
     return {"study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
             **_versions(), **gears}
 

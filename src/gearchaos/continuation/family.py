@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearchaos.flow import DifferencedFlow, ExactFlow, SensitivityFlow, differentiate
-from gearchaos.model import COORDINATES, Batch, MeshModel, vary
+from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
 from gearchaos.quantities import find
@@ -84,7 +84,7 @@ class ParameterFamily:
 
     def flow(self, values: np.ndarray) -> PeriodFlow:
         """The exact flow at values (P, Q), with derivatives by the Q parameters."""
-        several = self.model.stiffness.shared
+        several = self.model.kind == "train" or self.model.stiffness.shared
         if not self.axes:
             return (DifferencedFlow if several else SensitivityFlow)(self.system(values))
         points, steps = self._stencil(values, _FLOW_STEP if several else _STEP)
@@ -120,4 +120,4 @@ def as_initial_values(family: ParameterFamily, values: np.ndarray, states: np.nd
     batch = family.batch(values)
     error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))
     found = to_physical(batch, family.names, states, np.zeros(states.shape[:2]), error, error_dot)
-    return {name: found[name] for name in COORDINATES[batch.model.kind]}
+    return {name: found[name] for name in batch.model.coordinate_names}

@@ -19,7 +19,7 @@ from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import OK
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import MeshModel, state_names
+from gearchaos.model import MeshModel
 from gearchaos.validation import to_float
 
 LONGEST_PERIOD = 1024  # largest period of an orbit, in mesh periods
@@ -225,7 +225,7 @@ def checked_state(model: MeshModel, near: Any, field: str = "start") -> dict[str
     """A state by names of initial values; raises `InputError` for anything else."""
     if not isinstance(near, Mapping):
         raise InputError(field, "must give initial values by name", near, "E.g. {'z': 1.2, 'z_dot': 0.1}.")
-    known = state_names(model.kind)
+    known = model.state_names
     for name in near:
         if name not in known:
             raise unknown_name(field, str(name), known)

@@ -18,7 +18,7 @@ _HALF_WIDTH = {"": 3.0, "_dot": 2.0}
 
 def default_box(model: MeshModel) -> dict[str, tuple[float, float]]:
     """Ranges of the initial values on which the relative motion depends."""
-    names = {"z": "x1", "z_dot": "x1_dot", "y": "y1", "y_dot": "y1_dot"} if model.kind != "single" else {}
+    names = {"z": "x1", "z_dot": "x1_dot", "y": "y1", "y_dot": "y1_dot"} if model.kind in ("torsional", "full") else {}
     chosen = [names.get(n, n) for n in coordinates(vary(model, {}))]
     widths = {n: _HALF_WIDTH["_dot" if n.endswith("_dot") else ""] for n in chosen}
     return {n: (-w, w) for n, w in widths.items()}

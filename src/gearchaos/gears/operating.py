@@ -21,6 +21,7 @@ from gearchaos.validation import check, to_float
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
+    from gearchaos.gears.train.train import Train
 
 # the parameters of given gears beside those of the model: the speed in rpm and the torque in N m of wheel 1
 OPERATING_NAMES = tuple(q.name for q in OPERATION)
@@ -28,7 +29,7 @@ OPERATING_NAMES = tuple(q.name for q in OPERATION)
 # torque, the torque also changes the parameters that follow from it
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
 # what studies take as their model: a dimensionless model, or gears at an operating point
-AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign"
+AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign | Train"
 
 
 class Gears(Protocol):
@@ -162,8 +163,10 @@ def _point(gears: Gears, torque: float | None) -> _Point:
     return _Point(there.to_pair(), there.to_model().parameters())
 
 
-def pair_of(gears: Gears, torque: float | None = None) -> GearPair:
+def pair_of(gears: Any, torque: float | None = None) -> GearPair:
     """The pair of gears, at another torque of wheel 1 in N m if one is given; computed once for each torque."""
+    if is_train(gears):  # its units are the same at all torques
+        return gears  # type: ignore[return-value]
     return _point(gears, torque).pair
 
 
@@ -186,17 +189,31 @@ def is_design(value: Any) -> TypeGuard[GearDesign]:
     return isinstance(value, GearDesign)
 
 
+def is_train(value: Any) -> TypeGuard[Train]:
+    """Whether a value is a `Train`, whose modules are imported only if it is nothing else."""
+    if isinstance(value, (MeshModel, GearPair)) or type(value).__name__ != "Train":
+        return False
+    from gearchaos.gears.train.train import Train
+
+    return isinstance(value, Train)
+
+
 def gears_json(gears: Gears) -> str:
     """All fields of gears as JSON, from which `gears_from_json` makes equal gears."""
-    return json.dumps({"design" if is_design(gears) else "pair": asdict(gears)})  # type: ignore[call-overload]
+    kind = "train" if is_train(gears) else "design" if is_design(gears) else "pair"
+    return json.dumps({kind: asdict(gears)})  # type: ignore[call-overload]
 
 
-def gears_from_json(text: str) -> Gears:
+def gears_from_json(text: str) -> Any:
     """The gears that `gears_json` wrote; raises `InputError` for anything else."""
     try:
         ((kind, values),) = json.loads(text).items()
         if kind == "pair":
             return GearPair(**values)
+        if kind == "train":
+            from gearchaos.gears.train.train import Train
+
+            return Train(**values)
         from gearchaos.gears.design.gear_design import GearDesign  # many modules, for designs alone
 
         return {"design": GearDesign}[kind](**values)
@@ -207,17 +224,24 @@ def gears_from_json(text: str) -> Gears:
 
 def gears_of(model: MeshModel) -> Gears | None:
     """The gears of a model; None if it is dimensionless."""
-    return model.gears if isinstance(model, OperatingModel) else None
+    return getattr(model, "gears", None)
+
+
+def _train_model(train: Train) -> Any:
+    """The `TrainModel` of a train."""
+    from gearchaos.gears.train.model import TrainModel
+
+    return TrainModel(train)
 
 
 def as_model(model: Any) -> MeshModel:
-    """A `MeshModel` itself, or the model of gears; raises `InputError` for anything else."""
-    if is_design(model) or isinstance(model, GearPair):
-        found = operating_model(model)
+    """A model itself, or that of gears; raises `InputError` for anything else."""
+    if is_design(model) or isinstance(model, GearPair) or is_train(model):
+        found: Any = _train_model(model) if is_train(model) else operating_model(model)  # type: ignore[arg-type]
         for text in model.warnings:
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
         return found
-    if not isinstance(model, MeshModel):
-        raise InputError("model", "must be a MeshModel, a GearPair or a GearDesign", f"a {type(model).__name__}",
-                         "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1).")
+    if not isinstance(model, MeshModel) and getattr(model, "kind", "") != "train":
+        rule = "must be a MeshModel, a GearPair, a GearDesign or a Train"
+        raise InputError("model", rule, f"a {type(model).__name__}", "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1).")
     return model

@@ -131,7 +131,7 @@ def _initial(model: MeshModel) -> list[float]:
     batch = vary(model, {})
     x = {name: float(value[0]) for name, value in initial_values(batch).items()}
     if model.kind != "single":
-        return [x[name] for name in COORDINATES[model.kind]]
+        return [x[name] for name in model.coordinate_names]
     if model.initial.keys() & {"z", "z_dot"}:
         return [model.initial.get(name, 0.0) for name in ("z", "z_dot")]
     error, error_dot = (float(value[0]) for value in transmission_error_at_start(batch))

@@ -27,6 +27,8 @@ class MeshContacts(NamedTuple):
     contact alone, the mesh −push_m D_m rate_m·w while any of its contacts is closed.
     """
 
+    names: tuple[str, ...]  # of the K meshes
+    front: np.ndarray  # (K,) displacement at which the front flanks touch
     rows: np.ndarray  # (K, d)
     rates: np.ndarray  # (K, d)
     pushes: np.ndarray  # (P, K, d)
@@ -47,6 +49,24 @@ class MeshContacts(NamedTuple):
         flanks = [(self.meshes == m) & (self.sides == side) for m in range(len(self.rows)) for side in (1, -1)]
         sums = [self.stiffness[:, flank].sum(axis=1).max(axis=1) for flank in flanks]
         return np.maximum(sums[::2], sums[1::2]).T
+
+    def states(self, w: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Displacement, velocity, force and flank in contact (0, 1 or −1) of each mesh, each (S, K), in states w (S, d)
+        at phases (S,) of the period, at the first point."""
+        piece = np.searchsorted(self.edges[0], phase, side="right") - 1
+        powers = (phase - self.edges[0, piece])[:, None] ** np.arange(3)
+        displacement, velocity = w @ self.rows.T, w @ self.rates.T
+        gap = self.sides * displacement[:, self.meshes] - np.einsum("msk,sk->sm", self.offset[0][:, piece], powers)
+        stiffness = self.stiffness[0][:, piece].T
+        closed = (gap > 0) & (stiffness > 0)
+        force = np.zeros_like(displacement)
+        flank = np.zeros(displacement.shape, np.int8)
+        for m in range(len(self.rows)):
+            own = self.meshes == m
+            force[:, m] = (np.where(closed, self.sides * stiffness * gap, 0.0) * own).sum(axis=1)
+            flank[:, m] = np.sign((closed * own * self.sides).sum(axis=1))
+        damped = ~self.in_contact | (flank != 0)
+        return displacement, velocity, force + damped * self.damping[0] * velocity, flank
 
     def take(self, index: np.ndarray) -> Self:
         """The contacts at the points with these indices, in that order."""

@@ -12,6 +12,9 @@ Shapes: P points, S times, d coordinates of the dynamic state.
 
 from __future__ import annotations
 
+from functools import singledispatch
+from typing import Any
+
 import numpy as np
 
 from gearchaos.model.parameters import COORDINATES
@@ -20,7 +23,8 @@ from gearchaos.model.switched import Batch, SwitchedAffine, equal_ratios, rotati
 _WEAK_DECAY = 2e-3  # of the mean rotation, below which the first integral gives x2 with an error above 1e-11
 
 
-def initial_state(batch: Batch, system: SwitchedAffine) -> np.ndarray:
+@singledispatch
+def initial_state(batch: Any, system: SwitchedAffine) -> np.ndarray:
     """The dynamic state w at τ = 0, (P, d), from the initial values of the batch; by default x1 = 1, all others 0."""
     w = from_physical(system.names, initial_values(batch), *transmission_error_at_start(batch))
     given = {**batch.model.initial, **batch.values}
@@ -39,7 +43,8 @@ def initial_values(batch: Batch) -> dict[str, np.ndarray]:
     }
 
 
-def transmission_error_at_start(batch: Batch) -> tuple[np.ndarray, np.ndarray]:
+@singledispatch
+def transmission_error_at_start(batch: Any) -> tuple[np.ndarray, np.ndarray]:
     """ε and ε' at the start of every mesh period, τ = 0, T, 2T, …; each (P,)."""
     a, p = batch.harmonics("eps", "theta")
     order = np.arange(1, len(a) + 1)[:, None]
@@ -60,7 +65,9 @@ def from_physical(names: tuple[str, ...], x: dict[str, np.ndarray], error: np.nd
 
 def bearings_differ(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     """Whether β/J differs between the wheels, so that the mean rotation depends on the relative motion; bool (P,)."""
-    return np.broadcast_to(~np.asarray(equal_ratios(batch, "beta", "J")) & ("x2_dot" in names), batch.size)
+    if "x2_dot" not in names:
+        return np.zeros(batch.size, bool)
+    return np.broadcast_to(~np.asarray(equal_ratios(batch, "beta", "J")), batch.size)
 
 
 def weakly_damped(batch: Batch) -> np.ndarray:
@@ -85,8 +92,10 @@ def _rotation_difference(z: np.ndarray, error: np.ndarray, *lateral: np.ndarray 
 
 def rotation_drifts(batch: Batch, names: tuple[str, ...]) -> np.ndarray:
     """Whether the mean rotation can grow without bound, or does not follow from w to full precision; bool (P,)."""
+    if batch.model.kind not in ("torsional", "full"):
+        return np.zeros(batch.size, bool)
     unequal = np.asarray(batch["q1"]) != np.asarray(batch["q2"])
-    return (unequal | (bearings_differ(batch, names) & weakly_damped(batch))) & (batch.model.kind != "single")
+    return unequal | (bearings_differ(batch, names) & weakly_damped(batch))
 
 
 def reset_mean_rotation(batch: Batch, names: tuple[str, ...], w: np.ndarray, error: np.ndarray,
@@ -105,7 +114,8 @@ def reset_mean_rotation(batch: Batch, names: tuple[str, ...], w: np.ndarray, err
     return {"x1": x2 + difference, "x1_dot": x2_dot + difference_dot, "x2": x2, "x2_dot": x2_dot}
 
 
-def to_physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray,
+@singledispatch
+def to_physical(batch: Any, names: tuple[str, ...], w: np.ndarray, tau: np.ndarray, error: np.ndarray,
                 error_dot: np.ndarray, x2: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Physical coordinates of dynamic states by name, each (P, S): z and z_dot, and all of x and y that the model has.
 

@@ -289,6 +289,16 @@ class MeshModel(HasCard):
         return {**scalars, **harmonics(self.error, "eps", "theta"), **self.stiffness.parameters()}
 
     @property
+    def state_names(self) -> tuple[str, ...]:
+        """The coordinates for which it takes initial values."""
+        return state_names(self.kind)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """The coordinates for which results are given."""
+        return COORDINATES[self.kind]
+
+    @property
     def period(self) -> float:
         """The mesh period T = 2π/ω in units of τ."""
         return 2 * math.pi / self.omega

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, singledispatch
 from types import MappingProxyType
 from typing import Any
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
-from gearchaos.model.parameters import COORDINATES, STATE_NAMES, MeshModel, check_has_effect, check_initial_consistent
+from gearchaos.model.parameters import COORDINATES, STATE_NAMES, check_has_effect, check_initial_consistent
 from gearchaos.model.stiffness import ToothPairStiffness
 from gearchaos.quantities import parse_harmonic
 from gearchaos.validation import check
@@ -33,7 +33,7 @@ from gearchaos.validation import check
 class Batch:
     """A model with some of its values replaced by arrays of one length P: P parameter points."""
 
-    model: MeshModel  # has the values that all points share
+    model: Any  # `MeshModel` or `TrainModel`: has the values that all points share
     values: Mapping[str, np.ndarray]  # (P,), by the names of parameters (no pairs such as ``q0``) and initial values
     size: int  # P
 
@@ -68,7 +68,8 @@ class Batch:
         return Batch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
 
 
-def vary(model: MeshModel, values: Mapping[str, Any]) -> Batch:
+@singledispatch
+def vary(model: Any, values: Mapping[str, Any]) -> Batch:
     """A batch: a model with arrays (P,) for some of its parameters or initial values, checked like single values.
 
     Names are those of `MeshModel.with_values`; a scalar is an array of length 1. Raises `InputError` also for arrays of
@@ -167,7 +168,8 @@ def velocity_signs(names: tuple[str, ...]) -> np.ndarray:
     return np.array([-1.0 if name.endswith("_dot") else 1.0 for name in names])
 
 
-def coordinates(batch: Batch) -> tuple[str, ...]:
+@singledispatch
+def coordinates(batch: Any) -> tuple[str, ...]:
     """The names of the d coordinates of the dynamic state.
 
     If both wheels have the same β/J at all points, the mean rotation has no effect on z and is left out. If both
@@ -196,7 +198,8 @@ def rotation_decay(batch: Batch) -> np.ndarray:
     return np.broadcast_to(2 * friction / inertia, batch.size)
 
 
-def switched_system(batch: Batch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+@singledispatch
+def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> SwitchedAffine:
     """The switched affine system of a batch, by default in the smallest set of `coordinates`.
 
     If the last of the given ones is "x2", after "x2_dot", it is integrated with the others and has no effect on them.
@@ -233,7 +236,8 @@ def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
     d, harmonics = len(rows.names), np.zeros((2, *rows.f_cos.shape, len(rows.names)))
     harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
     return MeshContacts(
-        rows=np.eye(d)[None, 0], rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
+        names=("mesh",), front=np.ones(1), rows=np.eye(d)[None, 0],
+        rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
         in_contact=np.array([rows.batch.model.damping_law != "always"]), meshes=np.zeros(len(pairs.sides), np.int64),
         sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
         orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])

@@ -116,6 +116,16 @@ GEARS: tuple[Quantity, ...] = (
 )
 """Values of given gears that the explorer varies, beside those of `OPERATION`."""
 
+PARTS: dict[str, Quantity] = {q.name: q for q in (
+    Quantity("inertia", long_name="moment of inertia", axis_name="inertia", unit="kg*m^2", rule=POSITIVE),
+    Quantity("torque", long_name="mean torque", axis_name="torque", unit="N*m"),
+    Quantity("stiffness", long_name="mean stiffness", axis_name="stiffness", unit="N/m or N*m/rad", rule=POSITIVE),
+    Quantity("damping", long_name="damping", axis_name="damping", unit="N*s/m or N*m*s/rad", rule=_DAMPING),
+    Quantity("backlash", long_name="total backlash", axis_name="backlash", unit="m", rule=NOT_NEGATIVE),
+    Quantity("stop", long_name="angle of the stops", axis_name="angle of the stops", unit="rad", rule=NOT_NEGATIVE),
+)}
+"""Parameters of the parts of a gear train, in names such as ``loose.torque``: a part, a dot, and the parameter."""
+
 HARMONICS: dict[str, Quantity] = {q.name: q for q in (
     Quantity("eps", "ε", r"\varepsilon", axis_name="error amplitude", title="error amplitude",
              physical=replace(_LENGTH, symbol="e", tex="e"), range=Range(0.0, 0.3, -10.0, 10.0),
@@ -139,6 +149,7 @@ COORDINATES: tuple[Quantity, ...] = (
     _velocity("y1_dot", symbol="y₁′", tex=r"\dot{y}_{1}", **_STATE),
     _length("y2", symbol="y₂", tex="y_{2}", **_STATE),
     _velocity("y2_dot", symbol="y₂′", tex=r"\dot{y}_{2}", **_STATE),
+    _velocity("rotation_dot", "speed of turning as a whole", **_STATE),
 )
 """Coordinates and velocities, (2.10) and (2.14), in units of half the backlash: the relative displacement z, the
 rotations of the wheels as arc lengths x on the base circles, and the displacements y of their centres."""
@@ -197,6 +208,9 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("quasi_static_ratio", long_name="peak of the mesh force over the static one at no speed"),
     Quantity("resonance_ratio", "N", "N", long_name="resonance ratio at the mean mesh stiffness of the design"),
     Quantity("resonance_ratio_ISO_B", "N", "N", long_name="resonance ratio by ISO 6336-1, method B"),
+    _length("deflection", "deflection of the mesh, 0 where the front flanks touch", symbol="s", tex="s"),
+    _velocity("deflection_rate", "rate of the deflection of the mesh", symbol="s′", tex=r"\dot{s}"),
+    Quantity("mesh", long_name="mesh"),
     Quantity("mesh_force", "S", "S", long_name="mesh force", unit="c0*delta", physical=_FORCE),
     Quantity("inferred", long_name="whether a cell was inferred, not computed"),
     Quantity("proved", long_name="whether the periodic motion is proved"),
@@ -290,9 +304,15 @@ def find(name: str) -> Quantity | None:
 
     A name is that of a row of the tables (``omega``, ``x1_dot``), a family of harmonics with an order (``eps3``), or
     ``Kv_`` with a standard (``Kv_AGMA``), each with or without one of `PREFIXES` (``attractor_section_x1_dot``). The
-    quantity is the same with and without prefix.
+    quantity is the same with and without prefix. Of a part of a train, as in ``loose.torque``, it is that of `PARTS`,
+    or of a coordinate.
     """
     base = parse(name).base
+    owner, dot, own = base.rpartition(".")
+    if dot:
+        found = PARTS.get(own) or _BY_NAME.get(own)
+        return found and replace(found, name=base, long_name=f"{found.long_name or own} of {owner}", symbol="", tex="",
+                                 axis_name=f"{found.axis_name or own} of {owner}")
     if parts := parse_harmonic(base):
         return of_order(HARMONICS[parts.family], parts.order or 0)
     return replace(_BY_NAME["Kv_STANDARD"], name=base) if base.startswith("Kv_") else _BY_NAME.get(base)

@@ -19,7 +19,7 @@ from gearchaos.dynamics import ON_ATTRACTOR, Label, Reason, Verdicts
 from gearchaos.dynamics.initial_conditions import checked_box, default_box, spread
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
-from gearchaos.model import MeshModel, state_names, vary
+from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.attractor_set import Attractor, AttractorSet, AttractorStudy
 from gearchaos.studies.axis import Axis
@@ -182,7 +182,7 @@ attractors = function_of(Attractors)
 
 def _check_sweep(model: MeshModel, sweep: Axis) -> float:
     """The model's value of the swept parameter; raises `InputError` if sweeps from both sides cannot reach it."""
-    if sweep.name in state_names(model.kind):
+    if sweep.name in model.state_names:
         raise InputError(f"sweep {sweep.name}", "must be a parameter, not an initial value", sweep.name)
     whole_number(f"sweep {sweep.name} count", sweep.count, 2)
     vary(model, {sweep.name: sweep.values})  # checked before any work

@@ -114,7 +114,7 @@ def parse_axis(text: str, field: str = "axis") -> Axis:
 
     The ends of a speed or torque may have units: ``speed=600 rpm:9000 rpm:20``.
     """
-    match = re.fullmatch(r"\s*(\w+)\s*=([^:]*):([^:]*):([^:]*)", text)
+    match = re.fullmatch(r"\s*([^=:]*[^=:\s])\s*=([^:]*):([^:]*):([^:]*)", text)
     if not match:
         raise _unreadable(field, text)
     name, *ends, number = match.groups()
@@ -159,7 +159,7 @@ def axis_example(name: str) -> str:
 
 def _single_names(name: str) -> tuple[str, ...]:
     """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
-    if name in _WITH_UNITS:  # parameters of a model of given gears
+    if name in _WITH_UNITS or "." in name:  # parameters of a model of given gears, or of the parts of a train
         return (name,)
     models = [MeshModel(kind=kind, stiffness=found.example())  # type: ignore[arg-type]
               for found in STIFFNESS_KINDS.values() for kind in ("full", "single")]

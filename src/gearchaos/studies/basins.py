@@ -14,7 +14,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, variable
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.model import state_names, vary
+from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.attractor_set import NOT_COMPUTED, AttractorStudy
 from gearchaos.studies.axis import Axis, at_cells, check_plane
@@ -76,7 +76,7 @@ class Basins(AttractorStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names = state_names(self.model.kind)
+        names = self.model.state_names
         for axis in (self.x, self.y):
             if axis.name not in names:
                 raise InputError(f"axis {axis.name}", "must be an initial value of the model", axis.name,

@@ -21,6 +21,8 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = ()) -> dict[str, st
     the stiffness, and of tooth pairs also the load.
     """
     found = {"mesh damping": DAMPING_LAWS[model.damping_law]}
+    if model.kind == "train":
+        return found
     load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()
     if (model.q1 or model.q2) and not {*varied} & {*model.stiffness.parameter_names(), *load}:
         ratio = measured(quasi_static_ratio(model), 3)

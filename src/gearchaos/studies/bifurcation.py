@@ -12,7 +12,7 @@ from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory, max_items
 from gearchaos.execute.tiles import interleaved
-from gearchaos.model import COORDINATES, state_names, vary
+from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, corners, shared_coordinates
 from gearchaos.studies.batch_classification import classify_batch
@@ -88,7 +88,7 @@ class Bifurcation(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.mode != "fixed" and self.axis.name in state_names(self.model.kind):
+        if self.mode != "fixed" and self.axis.name in self.model.state_names:
             raise InputError("mode", "must be fixed where the axis is an initial value", self.mode)
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the model refuses
         if self.block[self.axis.name] * self.points > max_items(self._point_bytes):
@@ -103,7 +103,7 @@ class Bifurcation(ClassifyingStudy):
     @property
     def _point_bytes(self) -> int:
         """Memory that a stroboscopic point takes until it is saved."""
-        return _BYTES_PER_COORDINATE * (2 + len(COORDINATES[self.model.kind]))
+        return _BYTES_PER_COORDINATE * (2 + len(self.model.coordinate_names))
 
     @property
     def block(self) -> dict[str, int]:

@@ -97,7 +97,8 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     At ``samples`` equidistant instants of a mesh period steps must begin. Raises `InputError` if a mesh period needs
     more than `MAX_STEPS` steps, or the study more than a hundred years.
     """
-    needed, d, levels = min_steps_per_period(system), system.dimension, system.levels.shape[1]
+    needed, d = min_steps_per_period(system), system.dimension
+    levels = (system.levels if system.contacts is None else system.contacts.edges).shape[1]
     worst = int(np.argmax(needed))
     if not needed[worst] <= MAX_STEPS:
         raise InputError(

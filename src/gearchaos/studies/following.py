@@ -14,7 +14,7 @@ from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.continuation.orbit import check_period, checked_state
 from gearchaos.datasets import variables
 from gearchaos.errors import InputError
-from gearchaos.model import MeshModel, state_names
+from gearchaos.model import MeshModel
 from gearchaos.quantities import Rule
 from gearchaos.studies.axis import Axis, check_plane
 from gearchaos.studies.options import option
@@ -75,7 +75,7 @@ def parameter_plane(model: MeshModel, x: Axis, y: Axis) -> ParameterFamily:
 
 def check_is_parameter(model: MeshModel, axis: Axis, field: str = "axis") -> None:
     """Raise `InputError` for an axis that is an initial value."""
-    if axis.name in state_names(model.kind):
+    if axis.name in model.state_names:
         raise InputError(field, "must be a parameter", axis.name,
                          "An initial value only selects an orbit of the model: give it as start.")
 

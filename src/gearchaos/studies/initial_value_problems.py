@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 
 from gearchaos.flow import OK, ExactFlow
-from gearchaos.model import COORDINATES, Batch, MeshModel, vary
+from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.coordinates import (
     initial_state,
     reset_mean_rotation,
@@ -81,7 +81,7 @@ def swept_initial_values(
     """
     others = others or {}
     rows = len(next(iter(others.values()), [0]))
-    out = {n: np.empty((rows, axis.count)) for n in COORDINATES[model.kind]}
+    out = {n: np.empty((rows, axis.count)) for n in model.coordinate_names}
     state: dict[str, np.ndarray] = {}
     for column in range(axis.count) if up else range(axis.count)[::-1]:
         values = {**others, axis.name: np.full(rows, axis.values[column])}
@@ -107,4 +107,4 @@ def _physical(batch: Batch, names: tuple[str, ...], w: np.ndarray, tau: np.ndarr
     """Physical coordinates by name, each (P,), of states w (P, d) at the times τ (P,)."""
     error, error_dot = (e[:, None] for e in transmission_error_at_start(batch))
     values = to_physical(batch, names, w[:, None], tau[:, None], error, error_dot)
-    return {n: values[n][:, 0] for n in COORDINATES[batch.model.kind]}
+    return {n: values[n][:, 0] for n in batch.model.coordinate_names}

@@ -18,7 +18,7 @@ from gearchaos.dynamics.time_series import spectral_class
 from gearchaos.dynamics.verdicts import label_and_period
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import AnyModel, as_model
-from gearchaos.model import COORDINATES, MeshModel, vary
+from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.cost import Cost
@@ -326,7 +326,7 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
         raise InputError("verdict", "must be of a motion that stays bounded", verdict.label)
     periods = _ORBIT_PERIODS * verdict.period if verdict.period else _OTHER_PERIODS
     point: dict[str, float] = {name: values[-1] for name, values in verdict.section.items()}
-    initial, batch = {name: point[name] for name in COORDINATES[model.kind]}, vary(model, {})
+    initial, batch = {name: point[name] for name in model.coordinate_names}, vary(model, {})
     names = coordinates(batch)
     if rotation_drifts(batch, names)[0]:
         # reset to the initial mean rotation of the model, since z loses digits as the difference of large x1 and x2

@@ -18,6 +18,7 @@ from gearchaos.dynamics import Verdicts
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow, Measure
 from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error
+from gearchaos.model.contacts import MeshContacts
 from gearchaos.model.coordinates import (
     bearings_differ,
     initial_state,
@@ -27,7 +28,7 @@ from gearchaos.model.coordinates import (
     transmission_error_at_start,
     weakly_damped,
 )
-from gearchaos.model.switched import rotation_decay, switched_system
+from gearchaos.model.switched import SwitchedAffine, rotation_decay, switched_system
 from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import InitialValueProblems, initial_value_problems
@@ -120,8 +121,11 @@ class Simulate(Study):
         data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
         data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
         data["tau_section"] = variable("tau", ("period",), tau)
+        if contacts := train_contacts(self.model, self._problem.flow.system):
+            data.update(mesh_variables(contacts, "period", w, np.zeros(len(w)), "section_"))
         if self.samples:
-            data.update(_trajectory(batch, names, _bounded(found["samples"][0]), self.transient, x2))
+            samples = _bounded(found["samples"][0])
+            data.update(_trajectory(batch, names, samples, self.transient, x2, self._problem.flow.system))
         settings = {"periods": self.periods, "transient": self.transient, "samples": self.samples or 0}
         status = {"status": _STATUS.get(int(found["status"][0]), "not computed")}
         return new_dataset(data, attrs={**self.provenance(**settings), **status})
@@ -154,8 +158,26 @@ _FORCE_COMMENTS = {
 """Attribute ``comment`` of ``mesh_force``, by damping law."""
 
 
+def train_contacts(model: Any, system: SwitchedAffine) -> MeshContacts | None:
+    """The contacts of a train; None for a pair."""
+    return system.contacts if model.kind == "train" else None
+
+
+def mesh_variables(contacts: MeshContacts, dim: str, w: np.ndarray, phase: np.ndarray, prefix: str = "") -> dict:
+    """Variables of all meshes over ``dim`` and "mesh", from states w (S, d) at phases (S,) of the period.
+
+    The deflection is 0 where the front flanks touch, −backlash where the back flanks do.
+    """
+    displacement, velocity, force, flank = contacts.states(w, phase)
+    values = {"deflection": displacement - contacts.front, "deflection_rate": velocity, "mesh_force": force}
+    found = {f"{prefix}{n}": variable(n, (dim, "mesh"), v) for n, v in values.items()}
+    found[f"{prefix}contact"] = variable("contact", (dim, "mesh"), flank, coded=False)
+    return {**found, "mesh": ("mesh", list(contacts.names))}
+
+
 def _trajectory(
-    batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int, x2: np.ndarray | None
+    batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int, x2: np.ndarray | None,
+    system: SwitchedAffine,
 ) -> dict:
     """Variables over τ from samples (periods, samples, d + 1), whose last column is the contact state.
 
@@ -165,6 +187,10 @@ def _trajectory(
     flat = samples.reshape(periods * per_period, -1)
     share = np.tile(np.arange(per_period) / per_period, periods)
     tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
+    if contacts := train_contacts(model, system):
+        found = to_physical(batch, names, flat[None, :, :-1], tau[None], *transmission_error_at_start(batch))
+        data = {n: variable(n, ("tau",), v[0]) for n, v in found.items()}
+        return {**data, **mesh_variables(contacts, "tau", flat[:, :-1], share), "tau": variable("tau", ("tau",), tau)}
     phase = share * model.period
     error, error_dot = (transmission_error(model, phase, derivative) for derivative in (0, 1))
     known = None
@@ -193,8 +219,8 @@ def steady_sections(problems: InitialValueProblems, verdicts: Verdicts, count: i
     sections = flow.advance(verdicts.w, count, points=points, sections=count).sections
     x2 = np.full((len(points), count), np.nan)  # where it follows from the sections
     differ = bearings_differ(batch, flow.system.names)
-    integrated = np.flatnonzero(differ & ((verdicts.period > 0) | weakly_damped(batch)))
-    if len(integrated):
+    if differ.any():
+        integrated = np.flatnonzero(differ & ((verdicts.period > 0) | weakly_damped(batch)))
         x2[integrated] = rotation_at_sections(
             problems.take(integrated), verdicts.periods_run[integrated], sections[:, :, integrated],
             verdicts.w[:, integrated])[:, 1:]

@@ -15,7 +15,7 @@ from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.operating import Gears, OperatingModel, as_model
+from gearchaos.gears.operating import Gears, as_model, gears_of
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import OPERATION
@@ -205,7 +205,7 @@ class Study(HasCard, ABC):
     def gears(self) -> Gears | None:
         """The gears on which the result depends besides the model: those of an axis ``speed`` or ``torque``."""
         varied = {axis.name for axis in self._axes()} & {q.name for q in OPERATION}
-        return self.model.gears if varied and isinstance(self.model, OperatingModel) else None
+        return gears_of(self.model) if varied else None
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
         """Attributes of the Dataset: study, model and its gears, the settings given here, and versions."""

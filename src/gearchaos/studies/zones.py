@@ -18,7 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.execute import tiles
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
-from gearchaos.model import state_names, vary
+from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, at_cells, check_plane, corners, shared_coordinates
@@ -106,7 +106,7 @@ class Zones(ClassifyingStudy):
         super().__post_init__()
         check_plane(self.model, self.x, self.y)
         check_memory("cells of a row times starts", self.x.count * self.starts)
-        if self.starts > 1 and {self.x.name, self.y.name} & set(state_names(self.model.kind)):
+        if self.starts > 1 and {self.x.name, self.y.name} & set(self.model.state_names):
             raise InputError("starts", "must be 1 where an axis is an initial value", self.starts)
         if self.refine > SIDE // 2 or self.refine & (self.refine - 1):
             raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", self.refine)

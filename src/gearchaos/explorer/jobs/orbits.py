@@ -18,7 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.point import PointMotion, in_units
 from gearchaos.explorer.view.bounds import BRANCH_POINTS, SKELETON_LINES
 from gearchaos.explorer.view.state import View
-from gearchaos.model import COORDINATES, MeshModel, state_names
+from gearchaos.model import MeshModel
 from gearchaos.studies.branch import branch_dataset
 
 _BRANCH_SETTINGS = Settings(longest=2e-2, points=BRANCH_POINTS)
@@ -48,7 +48,7 @@ def periodic_motion(found: PointMotion) -> PeriodicMotion:
     verdict, reason = found.verdict, obstacle(found)
     if reason or verdict.period is None:
         raise InputError("motion", "must be periodic", verdict.label, reason)
-    state = tuple((n, float(verdict.section[n][0])) for n in COORDINATES[found.model.kind])
+    state = tuple((n, float(verdict.section[n][0])) for n in found.model.coordinate_names)
     return PeriodicMotion(found.model, verdict.label, verdict.period, state)
 
 
@@ -61,7 +61,7 @@ def branch(view: View, motion: PeriodicMotion) -> Generator[xr.Dataset]:
     found at the motion.
     """
     axis = view.line_axis
-    if axis.name in state_names(motion.model.kind):
+    if axis.name in motion.model.state_names:
         raise InputError("line", "must vary a parameter", axis.name,
                          "Along an initial value the orbit stays the same: choose another axis or the other line.")
     try:
@@ -113,7 +113,7 @@ def skeleton(view: View, period: int) -> Generator[Skeleton]:
     """
     axes = view.x, view.y
     for axis in axes:
-        if axis.name in state_names(view.model.kind):
+        if axis.name in view.model.state_names:
             raise InputError("axis", "must be a parameter for bifurcation curves", axis.name,
                              "Orbits do not depend on initial values: choose another axis.")
     names, bounds, lines = (view.x.name, view.y.name), ((view.x.start, view.x.stop), (view.y.start, view.y.stop)), []

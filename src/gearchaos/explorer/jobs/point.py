@@ -15,7 +15,7 @@ from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES, PORTRAIT_POINTS
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.results import physical
-from gearchaos.model import COORDINATES, MeshModel
+from gearchaos.model import MeshModel
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.basins import Basins
@@ -89,7 +89,7 @@ def _with_portrait(found: PointMotion) -> Generator[PointMotion]:
     """`PORTRAIT_POINTS` stroboscopic points of a motion that is not periodic."""
     verdict = found.verdict
     if verdict.period is None and verdict.section:
-        on_attractor = {n: verdict.section[n][-1] for n in COORDINATES[found.model.kind]}
+        on_attractor = {n: verdict.section[n][-1] for n in found.model.coordinate_names}
         yield replace(found, portrait=simulate(replace(found.model, initial=on_attractor), PORTRAIT_POINTS))
 
 

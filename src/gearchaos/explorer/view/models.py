@@ -17,7 +17,7 @@ from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pa
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.transmission_error import Quality, editions
 from gearchaos.gears.units import RPM
-from gearchaos.model import COORDINATES, PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
+from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
 from gearchaos.studies.axis import Axis
 
@@ -285,14 +285,14 @@ def axis_names(model: MeshModel) -> list[str]:
     out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
         order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
-        if order <= HIGHEST_HARMONIC and has_effect(name, model.kind) and name not in {*state_names(model.kind), *out}:
+        if order <= HIGHEST_HARMONIC and has_effect(name, model.kind) and name not in {*model.state_names, *out}:
             out.append(name)
     return out
 
 
 def initial_values(model: MeshModel) -> dict[str, float]:
     """Every coordinate of a model at τ = 0, by name: as given, otherwise x1 = 1 and all others 0, as in the paper."""
-    return {n: 1.0 if n == "x1" else 0.0 for n in COORDINATES[model.kind]} | dict(model.initial)
+    return {n: 1.0 if n == "x1" else 0.0 for n in model.coordinate_names} | dict(model.initial)
 
 
 def value_on(model: MeshModel, axis: Axis) -> float:
@@ -303,7 +303,7 @@ def value_on(model: MeshModel, axis: Axis) -> float:
     if isinstance(model, OperatingModel) and axis.name in gear_values(model):
         return gear_values(model)[axis.name]
     known = model.parameters() | initial_values(model)
-    missing = dict.fromkeys(state_names(model.kind))  # None for z, which follows from x1, x2, ... and is not in `known`
+    missing = dict.fromkeys(model.state_names)  # None for z, which follows from x1, x2, ... and is not in `known`
     values = {known.get(n, missing.get(n, 0.0)) for n in model.set_by(axis.name)}  # an absent harmonic is 0
     first = values.pop()
     return (axis.start + axis.stop) / 2 if first is None or values else first

@@ -8,7 +8,7 @@ from functools import cache
 from gearchaos.explorer.view.bounds import MAP_CELLS
 from gearchaos.explorer.view.state import View, view_of
 from gearchaos.gears.operating import gears_of
-from gearchaos.model import MeshModel, state_names
+from gearchaos.model import MeshModel
 from gearchaos.paper.settings import FigureStudy, all_figures
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis
@@ -68,7 +68,7 @@ def _view(study: FigureStudy) -> View:
     parameter and the mesh frequency, a single motion as a point of the map of figure 2.
     """
     model = study.mesh_model
-    scanned = {n: r for n, r in study.axes.items() if n not in state_names(model.kind)}
+    scanned = {n: r for n, r in study.axes.items() if n not in model.state_names}
     view = view_of(model)
     if len(scanned) == 2:
         x, y = (Axis(n, r.start, r.stop, c) for (n, r), c in zip(scanned.items(), MAP_CELLS, strict=True))

@@ -20,7 +20,7 @@ from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.explorer.view.text import as_python, as_toml, to_query
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.gears.operating import OperatingModel
-from gearchaos.model import COORDINATES, DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
+from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -133,7 +133,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
         has_button = heading in _BUTTONS and (heading != "Mesh" or view.model.stiffness.families)
         return Group(heading, tuple(fields), (_BUTTONS[heading],) if has_button else ())
 
-    initial = group("Initial values", COORDINATES[view.model.kind])
+    initial = group("Initial values", view.model.coordinate_names)
     if view.gears is None:
         return Form(menus, buttons, (*(group(*each) for each in _GROUPS), initial))
     of_gears = tuple(group(*each) for each in _GROUPS_OF_GEARS)

@@ -1,0 +1,552 @@
+"""The equations of a train: rows of its springs and meshes, the smallest coordinates, and the switched affine system.
+
+Angles and displacements of centres are deviations q from the steady rotation, in SI, of the n that are free to move.
+An element, a spring or a mesh, has a row: its deflection is row·q + h(t), where h has the prescribed motions and, for a
+mesh, the error. Deflections are the coordinates: those of the meshes first, then those of springs that do not follow
+from them. Turning as a whole, which deflects nothing, is left out, but for its speed where bearings damp it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears.train.parts import GROUND, Body, Mesh, Support, Units, parameter_owner
+from gearchaos.gears.units import RPM
+from gearchaos.model.contacts import MeshContacts, OneSidedContacts
+from gearchaos.model.switched import SwitchedAffine
+
+Train = Any
+"""A `Train`, whose module checks its trains by this one."""
+
+_RANK = 1e-9  # relative size of what is left of a row that depends on others
+_SAME = 1e-9  # relative difference of instants and errors that coincide
+_SMALLEST_LENGTH = 1e-6  # unit of length where no mesh has backlash, m
+
+Value = Callable[[str, str, float], np.ndarray]
+"""A parameter of a part, by the name of that, its field, and the value of the train: (P,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """A spring, a mesh or the stops of a shaft: its deflection is row·q + Σ prescribed[body] φ_body(t) − error."""
+
+    name: str
+    row: np.ndarray  # (n,)
+    prescribed: dict[str, float]  # factors of the angles of bodies whose motion is prescribed
+    owner: str = ""  # the part whose parameters are its stiffness and damping
+    stiffness: float = 0.0
+    damping: float = 0.0
+    backlash: float = 0.0
+    mesh: Mesh | None = None
+    stops: bool = False
+
+    @property
+    def contact(self) -> bool:
+        """Whether it pushes in contact alone."""
+        return self.mesh is not None or self.stops
+
+
+class Structure:
+    """What of a train does not depend on the values that can be varied: its elements and coordinates."""
+
+    def __init__(self, train: Train) -> None:
+        self.train = train
+        self.free = [body for body in train.bodies if not body.prescribed]
+        self._index: dict[tuple[str, str], int] = {}
+        for body in self.free:
+            self._index[body.name, "angle"] = len(self._index)
+        for body in train.bodies:
+            for axis in self._own_axes(body):
+                self._index[body.name, axis] = len(self._index)
+        self.contacts = [self._mesh(mesh) for mesh in train.meshes]
+        self.springs: list[Element] = []
+        for shaft in train.shafts:
+            row, prescribed = self._angles({name: sign for name, sign in zip(shaft.between, (1.0, -1.0), strict=True)})
+            if shaft.stiffness:
+                self.springs.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stiffness, shaft.damping))
+            if shaft.stop is not None:
+                self.contacts.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stop_stiffness,
+                                             shaft.stop_damping, 2 * shaft.stop, stops=True))
+        for body in train.bodies:
+            self.springs.extend(self._supports(body))
+        self._choose()
+
+    def _own_axes(self, body: Body) -> tuple[str, ...]:
+        """The axes along which the centre of a body moves by itself."""
+        held = body.support or body.pin
+        return () if held is None else ("along",) if held.direction is not None else ("x", "y")
+
+    def centre(self, body: Body) -> np.ndarray:
+        """The displacement of the centre of a body from q, (2, n)."""
+        out = np.zeros((2, len(self._index)))
+        axes = self._own_axes(body)
+        if axes == ("along",):
+            held: Any = body.support or body.pin
+            out[:, self._index[body.name, "along"]] = np.cos(held.direction), np.sin(held.direction)
+        elif axes:
+            out[0, self._index[body.name, "x"]] = out[1, self._index[body.name, "y"]] = 1.0
+        elif body.carrier is not None:
+            out = self._on_carrier(body)
+        return out
+
+    def _on_carrier(self, planet: Body) -> np.ndarray:
+        """The displacement of the place of a planet on its carrier from q, (2, n)."""
+        carrier = self.train.body(str(planet.carrier))
+        out = self.centre(carrier).copy()
+        if not carrier.prescribed:
+            tangent = -np.sin(planet.position), np.cos(planet.position)
+            out[:, self._index[carrier.name, "angle"]] += planet.orbit * np.array(tangent)
+        return out
+
+    def _angles(self, factors: dict[str, float]) -> tuple[np.ndarray, dict[str, float]]:
+        """A row from factors of angles by body, and those of the bodies whose motion is prescribed."""
+        row, prescribed = np.zeros(len(self._index)), dict[str, float]()
+        for name, factor in factors.items():
+            if name == GROUND or self.train.body(name).fixed:
+                continue
+            if self.train.body(name).prescribed:
+                prescribed[name] = prescribed.get(name, 0.0) + factor
+            else:
+                row[self._index[name, "angle"]] += factor
+        return row, prescribed
+
+    def _mesh(self, mesh: Mesh) -> Element:
+        """s = r_a φ_a − r_b φ_b − e + half the backlash, φ in the sense in which each wheel turns in the mesh."""
+        train, (a, b), (ra, rb) = self.train, map(self.train.body, mesh.between), mesh.base_radii
+        held = train.carrier(mesh)
+        sense = 1.0 if train.ratios[a.name] >= (train.ratios[held] if held else 0) else -1.0
+        other = -rb if mesh.internal else rb
+        factors = {a.name: sense * ra, b.name: sense * other}
+        normal = np.zeros(2)
+        if any(self.centre(body).any() for body in (a, b)):
+            direction, along = mesh.line_of_action or 0.0, 1.0
+            if held and mesh.line_of_action is None and mesh.pressure_angle is not None:
+                planet = a if a.carrier else b
+                # the line of action of a ring lies on the other side of the tangent to the orbit
+                tilt = mesh.pressure_angle if mesh.internal else -mesh.pressure_angle
+                direction, along = planet.position + np.pi / 2 + tilt, sense
+                if planet is a and not mesh.internal:
+                    along = -along
+            normal = along * np.array([np.cos(direction), np.sin(direction)])
+        elif held:  # the carrier is prescribed or held: no centre moves
+            factors[held] = factors.get(held, 0.0) - sense * (ra + other)
+        row, prescribed = self._angles(factors)
+        row = row + normal @ (self.centre(a) - self.centre(b))
+        return Element(mesh.name, row, prescribed, mesh.name, damping=mesh.damping, backlash=mesh.backlash, mesh=mesh)
+
+    def _supports(self, body: Body) -> list[Element]:
+        """The springs of a support, or of the pin of a planet in its carrier."""
+        held: Support | None = body.support or body.pin
+        if held is None:
+            return []
+        moved = self.centre(body) - (self._on_carrier(body) if body.pin else 0.0)
+        rows = moved if held.direction is None else np.array([[np.cos(held.direction), np.sin(held.direction)]]) @ moved
+        return [Element(body.name, row, {}, "", held.stiffness, held.damping) for row in rows]
+
+    def _choose(self) -> None:
+        """Choose the coordinates: independent rows, and the motions that deflect nothing."""
+        elements = [*self.contacts, *self.springs]
+        weight = 1 / np.sqrt(np.diag(self.mass(_as_given)[0]))
+        basis = np.zeros((0, len(weight)))
+        self.chosen: list[Element] = []
+        for element in elements:
+            row = element.row * weight
+            left = row - basis.T @ (basis @ row)
+            left -= basis.T @ (basis @ left)
+            if np.linalg.norm(left) > _RANK * np.linalg.norm(row):
+                basis = np.vstack([basis, left / np.linalg.norm(left)])
+                self.chosen.append(element)
+        self.S = np.array([element.row for element in self.chosen])
+        _, _, v = np.linalg.svd(self.S)
+        free = v[len(self.S):].T
+        radius = self.train.meshes[0].base_radii[0]
+        self.rigid = free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
+        damped = any(body.damping for body in self.free)
+        self.kept = self.rigid if damped else self.rigid[:, :0]
+        self.names = tuple(name for element in self.chosen for name in self._coordinate(element)) + tuple(
+            f"rotation{i or ''}_dot" for i in range(self.kept.shape[1]))
+
+    def _coordinate(self, element: Element) -> tuple[str, str]:
+        """The names of a deflection and its rate; those of the first mesh are z and z_dot."""
+        if element is self.contacts[0]:
+            return "z", "z_dot"
+        owner = parameter_owner(element.name)
+        number = [each for each in self.chosen if each.name == element.name].index(element)
+        owner += str(number + 1) if number else ""
+        return f"{owner}.z", f"{owner}.z_dot"
+
+    def mass(self, value: Value) -> np.ndarray:
+        """The mass matrix (P, n, n)."""
+        size = len(self._index)
+        inertia = {body.name: value(body.name, "inertia", body.inertia) for body in self.free}
+        out = np.zeros((max((len(v) for v in inertia.values()), default=1), size, size))
+        for body in self.train.bodies:
+            if not body.prescribed:
+                i = self._index[body.name, "angle"]
+                out[:, i, i] += inertia[body.name]
+            if body.mass is not None:
+                moved = self.centre(body)
+                out += body.mass * moved.T @ moved
+        return out
+
+    def torques(self, value: Value) -> np.ndarray:
+        """Mean generalised forces (P, n)."""
+        given = {body.name: value(body.name, "torque", body.torque) for body in self.free}
+        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self._index)))
+        for name, torque in given.items():
+            out[:, self._index[name, "angle"]] = torque * self.sense(name)
+        return out
+
+    def sense(self, name: str) -> float:
+        """1 or −1: the sense in which a body turns."""
+        return 1.0 if self.train.ratios[name] >= 0 else -1.0
+
+    def ground_damping(self, value: Value) -> np.ndarray:
+        """Damping of the angles to the housing, (P, n): the diagonal of a matrix."""
+        given = {body.name: value(body.name, "damping", body.damping) for body in self.free}
+        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self._index)))
+        for name, damping in given.items():
+            out[:, self._index[name, "angle"]] = damping
+        return out
+
+    @cached_property
+    def orders(self) -> np.ndarray:
+        """Orders of all excitations of the forcing as multiples of the common one, ascending, (H,) int."""
+        train, base = self.train, self.train.base_order
+        found = {each.ratio for body in train.bodies for each in (*(body.motion or ()), *body.torque_orders)}
+        for mesh in train.meshes:
+            found |= {(j + 1) * train.mesh_order(mesh) for j, e in enumerate(mesh.error_amplitudes) if e}
+        return np.array(sorted(int(order / base) for order in found if order), dtype=np.int64)
+
+    def _at(self, order: Any) -> int:
+        return int(np.searchsorted(self.orders, int(order / self.train.base_order)))
+
+    def torque_harmonics(self) -> np.ndarray:
+        """Complex amplitudes of the generalised forces at the orders, (H, n): the real part of each × exp(i order)."""
+        out = np.zeros((len(self.orders), len(self._index)), complex)
+        for body in self.free:
+            for each in body.torque_orders:
+                out[self._at(each.ratio), self._index[body.name, "angle"]] += (
+                    self.sense(body.name) * each.amplitude * np.exp(1j * each.phase))
+        return out
+
+    def deflection_harmonics(self, element: Element, speed: np.ndarray) -> np.ndarray:
+        """Complex amplitudes (P, H) of h(t), the prescribed part of a deflection; ``speed`` (P,) of body 1, rad/s."""
+        out = np.zeros((len(speed), len(self.orders)), complex)
+        for name, factor in element.prescribed.items():
+            for each in self.train.body(name).motion:
+                size = each.angle if each.angle is not None else (
+                    -each.acceleration / (each.order * speed) ** 2)
+                out[:, self._at(each.ratio)] += factor * self.sense(name) * size * np.exp(1j * each.phase)
+        if (mesh := element.mesh) is None:
+            return out
+        for j, amplitude in enumerate(mesh.error_amplitudes):
+            if amplitude and (order := (j + 1) * self.train.mesh_order(mesh)):
+                theta = mesh.error_phases[j] if j < len(mesh.error_phases) else 0.0
+                out[:, self._at(order)] -= amplitude * np.exp(1j * ((j + 1) * mesh.phase - theta))
+        return out
+
+
+def _as_given(owner: str, name: str, given: float) -> np.ndarray:
+    """The value that the train has."""
+    return np.array([given], dtype=float)
+
+
+@lru_cache(maxsize=64)
+def structure(train: Train) -> Structure:
+    """The structure of a train."""
+    return Structure(train)
+
+
+def mean_imbalance(train: Train) -> tuple[float, float, str]:
+    """The mean torque that is left over where the train turns as a whole, N m at a body, the sum of the magnitudes of
+    all, and that body: the last one with a torque, or the last one."""
+    found = Structure(train)
+    torques = found.torques(_as_given)[0]
+    for mode in found.rigid.T:
+        left, size = float(mode @ torques), float(np.abs(mode) @ np.abs(torques))
+        moved = [body for body in found.free if abs(mode[found._index[body.name, "angle"]]) > _RANK]
+        if abs(left) > 0 and moved:
+            body = [each for each in moved if each.torque][-1]
+            share = abs(mode[found._index[body.name, "angle"]])
+            sign = np.sign(mode[found._index[body.name, "angle"]]) * found.sense(body.name)
+            return float(sign * left / share), size / share, body.name
+    return 0.0, 1.0, ""
+
+
+class Assembly:
+    """The arrays of a train at P points, whose values ``value`` gives; ``speed`` (P,) in rpm.
+
+    The units are those of the train as given: half the first backlash, the frequency of the first mesh with the mean of
+    its stiffness, and the product of that stiffness and that length.
+    """
+
+    def __init__(self, found: Structure, units: Units, value: Value, speed: np.ndarray) -> None:
+        self.found, self.units, self.value, self.speed = found, units, value, speed * RPM
+        self.points = len(speed)
+
+    def _of(self, values: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(values, (self.points, *values.shape[1:]))
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        return self._of(self.found.mass(self.value))
+
+    @cached_property
+    def from_rates(self) -> tuple[np.ndarray, np.ndarray]:
+        """q' from the rates of the chosen deflections (P, n, r), and from the kept speeds of turning (P, n, n − r)."""
+        found, r = self.found, len(self.found.S)
+        momentum = np.einsum("nk,pnm->pkm", found.rigid, self.mass)
+        scaled = momentum / np.einsum("pkm,mk->pk", momentum, found.rigid)[:, :, None]
+        both = np.concatenate([np.broadcast_to(found.S, (self.points, *found.S.shape)), scaled], axis=1)
+        inverse = np.linalg.inv(both)
+        return inverse[:, :, :r], inverse[:, :, r : r + found.kept.shape[1]]
+
+    def coefficients(self, element: Element) -> np.ndarray:
+        """The deflection of an element from the chosen ones, (r,), but for its prescribed part."""
+        if element in self.found.chosen:
+            return np.eye(len(self.found.S))[self.found.chosen.index(element)]
+        c = np.linalg.lstsq(self.found.S.T, element.row, rcond=None)[0]
+        return np.where(np.abs(c) < _RANK * np.abs(c).max(), 0.0, c)
+
+    def stiffness(self, element: Element) -> np.ndarray:
+        """Mean stiffness of an element, (P,)."""
+        mean = mean_stiffness(element)
+        return self._of(self.value(element.owner, "stop_stiffness" if element.stops else "stiffness", mean))
+
+    def damping(self, element: Element) -> np.ndarray:
+        return self._of(self.value(element.owner, "stop_damping" if element.stops else "damping", element.damping))
+
+    def backlash(self, element: Element) -> np.ndarray:
+        if element.stops:
+            return 2 * self._of(self.value(element.owner, "stop", element.backlash / 2))
+        return self._of(self.value(element.owner, "backlash", element.backlash))
+
+    def _in_contact(self, element: Element) -> bool:
+        """Whether the damping of a mesh acts in contact alone; that of stops does."""
+        if element.mesh is None:
+            return True
+        return (element.mesh.damping_law or self.found.train.damping_law) != "always"
+
+    def system(self) -> SwitchedAffine:
+        """The switched affine system, in the units of the train."""
+        found, units, points = self.found, self.units, self.points
+        r, names = len(found.S), found.names
+        d, h = len(names), len(found.orders)
+        T, Tp = self.from_rates
+        inverse = np.linalg.inv(self.mass)
+        accelerate = np.einsum("rn,pnm->prm", found.S, inverse)  # deflections' accelerations from forces, (P, r, n)
+        turn = np.einsum("nk,pnm->pkm", found.kept, self.mass)
+        turned = found.kept.T[None] / np.einsum("pkm,mk->pk", turn, found.kept)[:, :, None]  # of the kept speeds
+        speeds = np.concatenate([accelerate, turned], axis=1)  # (P, r + k, n)
+        rates = np.concatenate([T, Tp], axis=2)  # (P, n, r + k)
+        place = np.array([2 * i + 1 for i in range(r)] + list(range(2 * r, d)))  # of r rates and k speeds in w
+        at, omega = 2 * np.arange(r), self.omega()
+        A, f0 = np.zeros((points, d, d)), np.zeros((points, d))
+        A[:, at, at + 1] = 1.0
+        f0[:, place] += np.einsum("pvn,pn->pv", speeds, self._of(found.torques(self.value)))
+        harmonics = np.zeros((points, h, d), complex)
+        harmonics[:, :, place] += np.einsum("pvn,hn->phv", speeds, found.torque_harmonics())
+        h_chosen = np.stack([found.deflection_harmonics(e, self.speed) for e in found.chosen], axis=1)  # (P, r, H)
+        w = found.orders * omega[:, None] * units.rate  # rad/s, (P, H)
+        harmonics[:, :, at + 1] += (h_chosen * -(w[:, None, :] ** 2)).transpose(0, 2, 1)
+        dampers = self._of(found.ground_damping(self.value))  # −D q', q' = T (y' − h') + Tp p
+        drag = -np.einsum("pvn,pn,pnu->pvu", speeds, dampers, rates)
+        A[:, place[:, None], place] += drag
+        harmonics[:, :, place] -= np.einsum("pvr,prh->phv", drag[:, :, :r], 1j * w[:, None, :] * h_chosen)
+        middle = np.stack([self.backlash(e) / 2 if e.mesh is not None else np.zeros(points) for e in found.chosen],
+                          axis=1)  # of the chosen deflections between their flanks, (P, r)
+        for spring in found.springs:
+            c, k, damper = self.coefficients(spring), self.stiffness(spring), self.damping(spring)
+            pull = np.einsum("pvn,n->pv", speeds, spring.row)
+            A[:, place[:, None], at] -= (k[:, None] * pull)[:, :, None] * c
+            A[:, place[:, None], at + 1] -= (damper[:, None] * pull)[:, :, None] * c
+            f0[:, place] += pull * (k * (middle @ c))[:, None]
+            rest = found.deflection_harmonics(spring, self.speed) - np.einsum("r,prh->ph", c, h_chosen)
+            force = (k[:, None] + 1j * w * damper[:, None]) * rest
+            harmonics[:, :, place] -= np.einsum("ph,pv->phv", force, pull)
+        rows = np.zeros((len(found.contacts), d))
+        rows_rate, pushes = rows.copy(), np.zeros((points, len(rows), d))
+        damping, offsets = np.zeros((points, len(rows))), np.zeros((points, len(rows), 2))
+        for m, element in enumerate(found.contacts):
+            c = self.coefficients(element)
+            rows[m, at], rows_rate[m, at + 1] = c, c
+            rest = found.deflection_harmonics(element, self.speed) - np.einsum("r,prh->ph", c, h_chosen)
+            if np.abs(rest).max(initial=0.0) > _SAME * max(np.abs(h_chosen).max(initial=0.0), 1e-300):
+                raise InputError(f"meshes {element.name}.error_amplitudes",
+                                 "must leave the flanks of a closed loop together", "errors that do not",
+                                 "Where meshes form a loop, as in a planetary set, an error of one must be that of the "
+                                 "others: give errors only to meshes outside of loops.")
+            pushes[:, m, place] = np.einsum("pvn,n->pv", speeds, element.row)
+            damping[:, m], whole = self.damping(element), self.backlash(element)
+            moved = middle @ c + (whole / 2 if element.stops else 0.0)
+            offsets[:, m] = np.stack([moved, whole - moved], axis=1)
+            if not self._in_contact(element):
+                A[:, place[:, None], at + 1] -= (damping[:, m, None] * pushes[:, m, place])[:, :, None] * c
+        return self._scaled(names, A, f0, harmonics, rows, rows_rate, pushes, damping, offsets, place, at)
+
+    def omega(self) -> np.ndarray:
+        """The frequency of the common period over the unit of frequency, (P,)."""
+        return float(self.found.train.base_order) * self.speed / self.units.rate
+
+    def _scaled(self, names: tuple[str, ...], A: np.ndarray, f0: np.ndarray, harmonics: np.ndarray, rows: np.ndarray,
+                rates: np.ndarray, pushes: np.ndarray, damping: np.ndarray, offsets: np.ndarray, place: np.ndarray,
+                at: np.ndarray) -> SwitchedAffine:
+        """The system in the units of the train, from its arrays in SI."""
+        found, units, points, d = self.found, self.units, self.points, len(names)
+        size = np.full(d, units.length * units.rate)
+        size[at] = units.length
+        A = A * size / size[:, None] / units.rate
+        f0, harmonics = f0 / (size * units.rate), harmonics / (size * units.rate)
+        static = self.static_forces() / units.force
+        made = MeshContacts(
+            names=tuple(element.name for element in found.contacts), front=offsets[0, :, 0] / units.length,
+            rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
+            damping=damping * units.rate / units.stiffness,
+            in_contact=np.array([self._in_contact(element) for element in found.contacts]),
+            orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
+        none, flat = np.zeros(points), np.zeros((points, 0))
+        velocity = np.zeros((points, d))
+        velocity[:, 1] = 1.0
+        law = "contact" if made.in_contact.any() else "always"
+        levels = np.ones((points, 2))
+        return SwitchedAffine(
+            names=names, omega=self.omega(), A=A, b=made.pushes[:, 0], f0=f0, f_cos=harmonics.real[:, :, 1],
+            f_sin=-harmonics.imag[:, :, 1], levels=levels, starts=np.array([[0.0, 0.5]] * points), same_starts=True,
+            chi_cos=flat, chi_sin=flat, velocity=velocity, velocity0=none,
+            velocity_cos=np.zeros((points, len(found.orders))), velocity_sin=np.zeros((points, len(found.orders))),
+            mean_velocity=none, rotation_decay=none, damping=made.damping[:, 0], damping_law=law,
+            static_force=static[:, 0], contacts=made)
+
+    def static_forces(self) -> np.ndarray:
+        """Mean forces of the meshes (P, K) in N, negative on the back flank: those of the mean torques.
+
+        Where meshes close a loop, they share the load by their mean stiffnesses.
+        """
+        return self._static()[:, : len(self.found.contacts)]
+
+    def _static(self) -> np.ndarray:
+        """Mean forces of all contacts and springs, (P, E)."""
+        found = self.found
+        elements = [*found.contacts, *found.springs]
+        rows = np.array([element.row for element in elements])
+        k = np.stack([self.stiffness(element) for element in elements], axis=1)
+        total = np.einsum("en,pe,em->pnm", rows, k, rows)
+        q = np.einsum("pnm,pm->pn", np.linalg.pinv(total, rcond=1e-12, hermitian=True),
+                      self._of(found.torques(self.value)))
+        return k * (q @ rows.T)
+
+    def imbalance(self) -> tuple[np.ndarray, np.ndarray]:
+        """The mean torque left over where the train turns as a whole, and the sum of the magnitudes of all, (P,)."""
+        torques, rigid = self._of(self.found.torques(self.value)), self.found.rigid
+        left, size = torques @ rigid, np.abs(torques) @ np.abs(rigid)
+        return np.abs(left).max(axis=1, initial=0.0), size.max(axis=1, initial=0.0)
+
+    def at_rest(self, system: SwitchedAffine) -> np.ndarray:
+        """The states (P, d) without speed, with the deflections under the mean torques at the phase 0."""
+        found, contacts = self.found, system.contacts
+        assert contacts is not None
+        w = np.zeros((self.points, len(system.names)))
+        forces = self.static_forces()
+        for i, element in enumerate(found.chosen):
+            if element.contact:
+                m, force = found.contacts.index(element), forces[:, found.contacts.index(element)] / self.units.force
+                side = np.where(force < 0, -1.0, 1.0)
+                spring = [contacts.stiffness[:, (contacts.meshes == m) & (contacts.sides == s), 0].sum(axis=1)
+                          for s in (1, -1)]
+                acting = np.where(side > 0, *spring)
+                flank = self.backlash(element) / (2 * self.units.length)
+                w[:, 2 * i] = side * flank + force / np.where(acting > 0, acting, 1.0)
+            else:
+                w[:, 2 * i] = self.spring_force(element) / self.stiffness(element) / self.units.length
+        return w
+
+    def spring_force(self, element: Element) -> np.ndarray:
+        """The mean force of a spring, (P,)."""
+        return self._static()[:, [*self.found.contacts, *self.found.springs].index(element)]
+
+    def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
+        """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""
+        parts = [_over_period(cycle(element), *self._cycles(element)) for element in self.found.contacts]
+        edges = _merged([part.edges[0] for part in parts])
+        length = np.diff(edges, append=1.0)
+        stiffness, offset, meshes, sides = [], [], [], []
+        for m, (element, part) in enumerate(zip(self.found.contacts, parts, strict=True)):
+            piece = np.searchsorted(part.edges[0], edges + length / 2, side="right") - 1
+            begun = edges - part.edges[0][piece]
+            a, b, c = (part.gap[0][:, piece, k] for k in range(3))
+            gap = np.stack([a + begun * (b + begun * c), b + 2 * begun * c, c], axis=-1)  # (M, N, 3)
+            scale = self.stiffness(element) / (mean_stiffness(element) * self.units.stiffness)
+            stiffness.append(part.stiffness[0][:, piece] * scale[:, None, None])
+            flank = offsets[:, m, np.where(part.sides > 0, 0, 1)]  # (P, M)
+            full = np.broadcast_to(gap, (self.points, *gap.shape)).copy()
+            full[..., 0] += flank[:, :, None]
+            offset.append(full / self.units.length)
+            meshes += [m] * len(part.sides)
+            sides.append(part.sides)
+        return {"edges": np.broadcast_to(edges, (self.points, len(edges))), "meshes": np.array(meshes),
+                "sides": np.concatenate(sides), "stiffness": np.concatenate(stiffness, axis=1),
+                "offset": np.concatenate(offset, axis=1)}
+
+    def _cycles(self, element: Element) -> tuple[int, float]:
+        """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""
+        mesh, train = element.mesh, self.found.train
+        if mesh is None or not mesh.varies:
+            return 1, 0.0
+        return int(train.mesh_order(mesh) / train.base_order), mesh.phase / (2 * np.pi) % 1.0
+
+
+def cycle(element: Element) -> OneSidedContacts:
+    """The contacts of one mesh cycle, in N/m and m; of stops in N m/rad and rad."""
+    if element.mesh is not None:
+        return element.mesh.contacts()
+    return OneSidedContacts(np.array([1, -1]), np.zeros((1, 1)), np.full((1, 2, 1), element.stiffness),
+                            np.zeros((1, 2, 1, 3)))
+
+
+@lru_cache(maxsize=256)
+def _mean_of(mesh: Mesh) -> float:
+    found = mesh.contacts()
+    length = np.diff(found.edges[0], append=1.0)
+    return float(found.stiffness[0][found.sides > 0].sum(axis=0) @ length)
+
+
+def mean_stiffness(element: Element) -> float:
+    """The stiffness of an element, the mean of a mesh over its cycle without gaps."""
+    return element.stiffness if element.mesh is None else _mean_of(element.mesh)
+
+
+def _over_period(one: OneSidedContacts, cycles: int, phase: float) -> OneSidedContacts:
+    """The contacts of one mesh cycle on the common period of several cycles, which begins at a phase of the cycle."""
+    starts = (one.edges[0][None, :] + np.arange(-1, cycles + 1)[:, None] - phase).ravel() / cycles
+    piece = np.tile(np.arange(one.edges.shape[1]), cycles + 2)
+    ends = np.append(starts[1:], np.inf)
+    inside = (ends > _SAME / cycles) & (starts < 1 - _SAME / cycles)
+    starts, piece = starts[inside], piece[inside]
+    begun = np.maximum(-starts, 0.0)
+    factors = np.array([1.0, cycles, cycles**2])
+    a, b, c = (one.gap[0][:, piece, k] * factors[k] for k in range(3))
+    gap = np.stack([a + begun * (b + begun * c), b + 2 * begun * c, c], axis=-1)
+    return OneSidedContacts(one.sides, np.maximum(starts, 0.0)[None], one.stiffness[:, :, piece], gap[None])
+
+
+def _merged(edges: list[np.ndarray]) -> np.ndarray:
+    """All instants of several lists in order, those that coincide once."""
+    every = np.unique(np.concatenate(edges))
+    return every[np.append(True, np.diff(every) > 1e-12)]
+
+
+def units_of(train: Train) -> Units:
+    """The units of a train."""
+    found = structure(train)
+    first = found.contacts[0]
+    length = next((mesh.backlash / 2 for mesh in train.meshes if mesh.backlash), _SMALLEST_LENGTH)
+    stiffness = mean_stiffness(first)
+    inverse = np.linalg.inv(found.mass(_as_given)[0])
+    return Units(length, float(np.sqrt(stiffness * first.row @ inverse @ first.row)), stiffness)

@@ -1,0 +1,251 @@
+"""`TrainModel`: what studies take a `Train` for, with the values that can be set and varied by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from gearchaos.display import HasCard
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.train.assembly import Assembly, mean_stiffness, structure, units_of
+from gearchaos.gears.train.parts import Body, Mesh, Units, parameter_owner
+from gearchaos.gears.train.train import BALANCE, Train
+from gearchaos.gears.units import SPEED, TORQUE, to_si
+from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.switched import Batch, SwitchedAffine, coordinates, switched_system, vary
+from gearchaos.validation import check, to_float
+
+_VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "damping", "stop"),
+           "meshes": ("stiffness", "damping", "backlash")}
+"""The fields of parts that can be set and varied by name, such as ``loose.torque``."""
+
+
+class _Parameter(NamedTuple):
+    kind: str  # field of the train: bodies, shafts or meshes
+    owner: str  # name of the part
+    field: str
+    value: float
+
+
+@dataclass(frozen=True)
+class TrainModel(HasCard):
+    """A train at its operating point.
+
+    Parameters
+    ----------
+    train : Train
+    initial : mapping of str to float
+        Initial values by name of coordinate, dimensionless; without them the train begins at rest, with the static
+        deflections of its mean torques.
+    """
+
+    kind: ClassVar[str] = "train"
+
+    train: Train
+    initial: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in self.initial:
+            if name not in self.state_names:
+                raise unknown_name("initial value of the train", name, self.state_names)
+        object.__setattr__(self, "initial", MappingProxyType({n: to_float(f"initial.{n}", v)
+                                                              for n, v in self.initial.items()}))
+
+    def __hash__(self) -> int:
+        return hash((self.train, tuple(sorted(self.initial.items()))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TrainModel, (self.train, dict(self.initial))
+
+    @property
+    def gears(self) -> Train:
+        """The train, as models of gears have them."""
+        return self.train
+
+    operating_gears = gears
+
+    @property
+    def units(self) -> Units:
+        """SI values of the units of results."""
+        return self.train.reference or units_of(self.train)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """The coordinates, for which a train takes initial values and has results."""
+        return structure(self.train).names
+
+    coordinate_names = state_names
+
+    @property
+    def damping_law(self) -> str:
+        """The damping law of the meshes, "contact" where they differ."""
+        laws = {mesh.damping_law or self.train.damping_law for mesh in self.train.meshes}
+        return laws.pop() if len(laws) == 1 else "contact"
+
+    @property
+    def omega(self) -> float:
+        """Frequency of the common period over that of the first mesh."""
+        return 2 * math.pi / (self.train.period * self.units.rate)
+
+    @property
+    def period(self) -> float:
+        """The common period in units of τ."""
+        return 2 * math.pi / self.omega
+
+    @cached_property
+    def _known(self) -> dict[str, _Parameter]:
+        """The parameters of parts by name."""
+        return {f"{parameter_owner(name)}.{own}": _Parameter(kind, name, own, value)
+                for kind, name, own, value in _parameters(self.train)}
+
+    def parameters(self) -> dict[str, float]:
+        """The value of every parameter by name, in SI, the speed in rpm."""
+        return {"speed": self.train.speed, **{name: found.value for name, found in self._known.items()}}
+
+    def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by the names of parameters and coordinates; raises `InputError` for a name that there is not."""
+        known = ("speed", "torque", *self._known, *self.state_names)
+        out = {}
+        for name, value in values.items():
+            owner, dot, own = str(name).rpartition(".")
+            found = f"{parameter_owner(owner)}.{own}" if dot else str(name)
+            if found not in known:
+                raise unknown_name("parameter", name, known)
+            out[found] = value
+        return out
+
+    def set_by(self, name: str) -> tuple[str, ...]:
+        """The names of the single parameters that a name sets."""
+        (found,) = self.expand({name: None})
+        return tuple(n for n in self._known if n.endswith(".torque")) if found == "torque" else (found,)
+
+    def value(self, name: str) -> float | None:
+        """The value of a parameter or of an initial value that is given; None for others."""
+        (found,) = self.expand({name: None})
+        if found == "torque":
+            return self.train.torque
+        return {**self.parameters(), **self.initial}.get(found)
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """This model with values replaced by name: ``speed``, ``torque``, parameters of parts such as
+        ``loose.torque``, ``damping_law``, and initial values by coordinate."""
+        law = {"damping_law": values["damping_law"]} if "damping_law" in values else {}
+        if "kind" in values:
+            raise InputError("kind", "must be left out for a train", values["kind"])
+        flat = self.expand({n: v for n, v in values.items() if n != "damping_law"})
+        initial = {**self.initial, **{n: v for n, v in flat.items() if n in self.state_names}}
+        train = replace(self.train, reference=self.units, **law)
+        point = {n: to_si(n, flat[n], unit) for n, unit in (("speed", SPEED), ("torque", TORQUE)) if n in flat}
+        train = train.at(**point) if point else train
+        for name, found in self._known.items():
+            if name in flat:
+                train = _with_part(train, found, flat[name])
+        train.check_balance()
+        return replace(self, train=train, initial=initial)
+
+
+def _parameters(train: Train) -> Iterator[_Parameter]:
+    for kind, names in _VARIED.items():
+        for part in getattr(train, kind):
+            for name in names:
+                if isinstance(part, Body) and part.prescribed:
+                    continue
+                value = getattr(part, name)
+                if isinstance(part, Mesh) and name == "stiffness":
+                    value = mean_stiffness(next(e for e in structure(train).contacts if e.mesh is part))
+                if value is not None:
+                    yield _Parameter(kind, part.name, name, float(value))
+
+
+def _with_part(train: Train, parameter: _Parameter, value: Any) -> Train:
+    """The train with one value of a part; a mesh stiffness that varies keeps its form."""
+    def changed(part: Any) -> Any:
+        if part.name != parameter.owner:
+            return part
+        if parameter.field == "stiffness" and isinstance(part, Mesh):
+            return part.with_mean_stiffness(value, parameter.value)
+        return replace(part, **{parameter.field: value})
+
+    parts = [changed(part) for part in getattr(train, parameter.kind)]
+    return train.unbalanced(**{parameter.kind: tuple(parts)})
+
+
+@dataclass(frozen=True)
+class TrainBatch(Batch):
+    """A train with some of its values replaced by arrays of one length P: P parameter points."""
+
+    model: TrainModel
+    values: Mapping[str, np.ndarray]  # (P,), by the names of parameters and coordinates
+    size: int
+
+    def take(self, index: np.ndarray) -> TrainBatch:
+        """The batch of the points with these indices (N,), in that order."""
+        return TrainBatch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        train, load = self.model.train, self.values.get("torque")
+
+        def value(owner: str, name: str, given: float) -> np.ndarray:
+            found = self.values.get(f"{parameter_owner(owner)}.{name}")
+            if found is None and load is not None and name == "torque":
+                return given * load / train.torque
+            return np.array([given], float) if found is None else found
+
+        speed = np.broadcast_to(np.asarray(self.values.get("speed", train.speed), float), self.size)
+        return Assembly(structure(train), self.model.units, value, speed)
+
+
+@vary.register
+def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in model.expand(values).items()}
+    sizes = {v.shape for v in flat.values()} or {(1,)}
+    if len(sizes) > 1 or any(len(s) != 1 for s in sizes):
+        raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
+    for name, value in flat.items():
+        check(name, value)
+    if "torque" in flat and model.train.torque == 0:
+        model.train.at(torque=1.0)  # raises: there is none to be varied
+    batch = TrainBatch(model, MappingProxyType(flat), next(iter(sizes))[0])
+    left, size = batch.assembly.imbalance()
+    for name in (n for n in flat if n.endswith(".torque")):
+        if np.any(np.abs(left) > BALANCE * size):
+            raise InputError(name, "must leave the mean torques in balance", float(flat[name][np.argmax(np.abs(left))]),
+                             "Vary torque, which changes all mean torques in one ratio.")
+    return batch
+
+
+@coordinates.register
+def _(batch: TrainBatch) -> tuple[str, ...]:
+    return structure(batch.model.train).names
+
+
+@switched_system.register
+def _(batch: TrainBatch, names: tuple[str, ...] | None = None) -> SwitchedAffine:
+    return batch.assembly.system()
+
+
+@initial_state.register
+def _(batch: TrainBatch, system: SwitchedAffine) -> np.ndarray:
+    w = batch.assembly.at_rest(system)
+    for i, name in enumerate(system.names):
+        given = batch.values.get(name, batch.model.initial.get(name))
+        if given is not None:
+            w[:, i] = given
+    return w
+
+
+@transmission_error_at_start.register
+def _(batch: TrainBatch) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros(batch.size), np.zeros(batch.size)
+
+
+@to_physical.register
+def _(batch: TrainBatch, names: tuple[str, ...], w: np.ndarray, *_: Any) -> dict[str, np.ndarray]:
+    return {name: w[..., i] for i, name in enumerate(names)}

@@ -1,0 +1,306 @@
+"""`Train`: bodies, shafts and meshes, how they turn steadily, and the period that all excitations have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+from gearchaos.display import HasCard
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears import units
+from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
+from gearchaos.gears.pair import Scales
+from gearchaos.gears.train.assembly import mean_imbalance, units_of
+from gearchaos.gears.train.parts import GROUND, LAWS, Body, Mesh, Shaft, Units, parameter_owner, parts
+from gearchaos.model import DEFAULT_LAW_OF_GEARS
+from gearchaos.quantities import POSITIVE
+
+MOST_CYCLES = 2000
+"""Most cycles of a mesh in the common period of all excitations."""
+
+BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train(HasCard):
+    """A gear train: bodies, shafts and meshes with play, in SI.
+
+    Angles are deviations from the steady rotation, which follows from the numbers of teeth. The first body's turn is
+    the time to which all orders refer; its sense of rotation is positive.
+
+    Parameters
+    ----------
+    speed : angular velocity
+        Of the first body; a plain number is in rpm.
+    bodies : list of Body or tables
+    shafts : list of Shaft or tables
+    meshes : list of Mesh or tables
+        At least one. Results without the name of a mesh are those of the first.
+    damping_law : {"always", "contact"}
+        Where the damping of the meshes acts, which do not say it themselves.
+    reference : Units, optional
+        The units of dimensionless results; by default half the first backlash, and the frequency and mean stiffness of
+        the first mesh.
+
+    Raises
+    ------
+    InputError
+        For a value that breaks a rule, or parts that do not go together.
+
+    Examples
+    --------
+    A loose wheel on a driver that moves with the second order of an engine:
+
+    >>> import gearchaos as gc
+    >>> driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": "300 rad/s^2"}])
+    >>> loose = gc.Body(name="loose", inertia="5e-4 kg*m^2", torque="-0.2 N*m")
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
+    >>> round(float(train.speeds["loose"]), 3), round(train.period, 4)
+    (533.333, 0.0375)
+    >>> gc.regime(train).contact
+    'permanent'
+    """
+
+    speed: Any = field(metadata=read_by(one(units.SPEED, POSITIVE)))
+    bodies: Any = field(metadata=read_by(parts(Body)))
+    meshes: Any = field(metadata=read_by(parts(Mesh)))
+    shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*LAWS)))
+    reference: Any = field(default=None, metadata=read_by(record(Units)))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+        for kind in ("bodies", "meshes"):
+            if not getattr(self, kind):
+                raise InputError(kind, "must have at least one entry", [])
+        self._check_names()
+        _ = self.ratios
+        self._check_period()
+        self.check_balance()
+
+    def unbalanced(self, **changed: Any) -> Train:
+        """This train with fields replaced by checked ones, whose mean torques need not balance yet."""
+        out = object.__new__(Train)
+        for f in fields(self):
+            object.__setattr__(out, f.name, changed.get(f.name, getattr(self, f.name)))
+        return out
+
+    def check_balance(self) -> None:
+        """Raise `InputError` unless the mean torques balance."""
+        left, size, body = mean_imbalance(self)
+        if abs(left) > BALANCE * size:
+            raise InputError(f"bodies {body}.torque", "must balance the other mean torques", self.body(body).torque,
+                             f"{left:.6g} N m are left over; {self.body(body).torque - left:.9g} N m would balance "
+                             "them. Drag and load torques are negative.")
+
+    def body(self, name: str) -> Body:
+        """The body of this name."""
+        return next(body for body in self.bodies if body.name == name)
+
+    def _check_names(self) -> None:
+        """Raise `InputError` for a name that two parts have, or that is of none."""
+        if self.bodies[0].fixed:
+            raise InputError("bodies[0].fixed", "must be false: the first body turns", True)
+        known = [body.name for body in self.bodies]
+        own = [part.name for part in (*self.bodies, *self.shafts, *self.meshes)]
+        for name in own:
+            if [parameter_owner(other) for other in own].count(parameter_owner(name)) > 1:
+                raise InputError("name", "must be that of one part", name, "Names differ in letters and digits.")
+        for part in (*self.shafts, *self.meshes):
+            allowed = [*known, GROUND] if isinstance(part, Shaft) else known
+            for name in part.between:
+                if name not in allowed:
+                    raise unknown_name(f"{part.name}.between: body", name, allowed)
+        for body in self.bodies:
+            if body.carrier is not None and body.carrier not in known:
+                raise unknown_name(f"{body.name}.carrier: body", body.carrier, known)
+            if body.carrier == body.name or (body.carrier and self.body(body.carrier).carrier):
+                raise InputError(f"{body.name}.carrier", "must be a body that is no planet", body.carrier)
+        for mesh in self.meshes:
+            a, b = map(self.body, mesh.between)
+            if a.prescribed and b.prescribed:
+                raise InputError(f"meshes {mesh.name}", "must have a body that is free to move", mesh.between,
+                                 "The motion of both is prescribed, so that nothing is left to compute.")
+            if (a.carrier or b.carrier) and mesh.line_of_action is None and mesh.pressure_angle is None:
+                raise InputError(f"meshes {mesh.name}.pressure_angle", "must be given for a mesh with a planet", None)
+            if mesh.pressure_angle is not None and not (a.carrier or b.carrier):
+                raise InputError(f"meshes {mesh.name}.pressure_angle", "must be left out without a planet",
+                                 mesh.pressure_angle, "It has no effect there.")
+            if mesh.line_of_action is not None and not any(x.support or x.carrier for x in (a, b)):
+                raise InputError(f"meshes {mesh.name}.line_of_action", "must be left out where both centres rest",
+                                 mesh.line_of_action, "It has no effect there.")
+
+    def carrier(self, mesh: Mesh) -> str | None:
+        """The body in whose frame the centres of both wheels of a mesh rest, if it turns."""
+        found = [body.carrier for body in map(self.body, mesh.between) if body.carrier]
+        return found[0] if found else None
+
+    @cached_property
+    def ratios(self) -> dict[str, Fraction]:
+        """The steady speed of each body over that of the first one; negative where it turns the other way."""
+        names = [body.name for body in self.bodies]
+        first = names[0]
+        equations = [(body.name, {body.name: Fraction(1)}) for body in self.bodies if body.fixed]
+        for shaft in self.shafts:
+            row = {name: Fraction(sign) for name, sign in zip(shaft.between, (1, -1), strict=True) if name != GROUND}
+            equations.append((shaft.name, row))
+        for mesh in self.meshes:
+            (a, b), (z1, z2) = mesh.between, mesh.teeth
+            other = Fraction(-z2 if mesh.internal else z2)
+            row = {a: Fraction(z1), b: other}
+            if held := self.carrier(mesh):
+                row[held] = row.get(held, Fraction(0)) - z1 - other
+            equations.append((mesh.name, row))
+        return _steady(names, first, equations)
+
+    @property
+    def speeds(self) -> dict[str, float]:
+        """The steady speed of each body, rpm; negative where it turns against the first one."""
+        return {name: float(ratio) * self.speed for name, ratio in self.ratios.items()}
+
+    def mesh_order(self, mesh: Mesh) -> Fraction:
+        """Mesh cycles in a turn of the first body."""
+        held = self.carrier(mesh)
+        return abs(self.ratios[mesh.between[0]] - (self.ratios[held] if held else 0)) * mesh.teeth[0]
+
+    def excitation_orders(self) -> dict[str, Fraction]:
+        """The orders of everything that varies with time, by what it is, of the turn of the first body."""
+        found = {f"mesh {mesh.name}": self.mesh_order(mesh) for mesh in self.meshes if mesh.varies}
+        for body in self.bodies:
+            for each in (*(body.motion or ()), *body.torque_orders):
+                found[f"order {each.order:g} of {body.name}"] = each.ratio
+        return {name: order for name, order in found.items() if order} or {
+            f"mesh {self.meshes[0].name}": self.mesh_order(self.meshes[0])}
+
+    @cached_property
+    def base_order(self) -> Fraction:
+        """Common periods in a turn of the first body: the greatest common divisor of all orders."""
+        return _common(self.excitation_orders().values())
+
+    @property
+    def period(self) -> float:
+        """The common period of all excitations, s."""
+        return 60.0 / self.speed / float(self.base_order)
+
+    @property
+    def cycles(self) -> dict[str, int]:
+        """Cycles of each mesh in the common period, for those that vary; fractions of others do not count."""
+        return {mesh.name: int(self.mesh_order(mesh) / self.base_order) for mesh in self.meshes if mesh.varies}
+
+    def _check_period(self) -> None:
+        """Raise `InputError` for a common period that is too long, with the numbers of teeth that make it shorter."""
+        found = self.excitation_orders()
+        longest = max(found, key=lambda name: found[name])
+        cycles = found[longest] / self.base_order
+        if cycles <= MOST_CYCLES:
+            return
+        better: list[tuple[Fraction, str]] = []
+        for i, mesh in enumerate(self.meshes):
+            for wheel, change in product((0, 1), (-1, 1)):
+                teeth = [z + change * (n == wheel) for n, z in enumerate(mesh.teeth)]
+                radii = [r * z / old for r, z, old in zip(mesh.base_radii, teeth, mesh.teeth, strict=True)]
+                near = replace(mesh, teeth=teeth, base_radii=radii)
+                other = self.unbalanced(meshes=tuple(near if n == i else m for n, m in enumerate(self.meshes)))
+                try:
+                    orders = other.excitation_orders()
+                except InputError:
+                    continue
+                better.append((max(orders.values()) / other.base_order,
+                               f"{teeth[0]}/{teeth[1]} teeth of {mesh.name}"))
+        fewest, choice = min(better, default=(cycles, ""))
+        advice = f"With {choice} it would have {int(fewest)}. " if fewest < cycles else ""
+        raise InputError("meshes", f"must repeat within {MOST_CYCLES} cycles of {longest}", int(cycles),
+                         f"{advice}Orders: " + ", ".join(f"{name} {order}" for name, order in found.items()) + ".")
+
+    def at(self, *, speed: float | None = None, torque: float | None = None) -> Train:
+        """The same train at another speed of the first body, rpm, or load: all mean torques change in the ratio of the
+        `torque`, N m."""
+        changed: dict[str, Any] = {} if speed is None else {"speed": speed}
+        if torque is not None:
+            if self.torque == 0:
+                raise InputError("torque", "must be given for a body, if the load is to be varied", 0.0,
+                                 "All mean torques change in the ratio of the first one.")
+            factor = torque / self.torque
+            changed["bodies"] = [body if body.prescribed else replace(body, torque=body.torque * factor)
+                                 for body in self.bodies]
+        return replace(self, **changed)
+
+    def to_pair(self) -> Train:
+        """The train itself, which has the scales of its results."""
+        return self
+
+    @property
+    def scales(self) -> Scales[float]:
+        """SI value of one unit of each dimensionless quantity; torques are those at the first mesh."""
+        units = self.reference or units_of(self)
+        first, second = self.meshes[0].base_radii
+        return Scales(length=units.length, time=1 / units.rate, velocity=units.length * units.rate, force=units.force,
+                      stiffness=units.stiffness, frequency=units.rate / (2 * math.pi), rate=units.rate,
+                      torque1=units.force * first, torque2=units.force * second)
+
+    @property
+    def torque(self) -> float:
+        """The first mean torque that is not 0, without its sign, N m: it stands for the load of the train."""
+        return next((abs(body.torque) for body in self.bodies if body.torque), 0.0)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about values that are possible but unusual."""
+        cycles = max(self.cycles.values(), default=1)
+        found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
+                 "periods and sections are counted.": cycles > 100}
+        found |= {f"The backlash of {mesh.name} is {mesh.backlash * 1e3:.4g} mm, unusually large: a plain number is in "
+                  "m.": mesh.backlash > 5e-3 for mesh in self.meshes}
+        return tuple(text for text, holds in found.items() if holds)
+
+
+def _steady(names: list[str], first: str, equations: Iterable[tuple[str, Mapping[str, Fraction]]]
+            ) -> dict[str, Fraction]:
+    """The speeds that satisfy linear equations Σ factor × speed = 0, each with the name of its part, the first being 1.
+
+    Raises `InputError` where they contradict each other, or leave one open.
+    """
+    solved: dict[str, dict[str, Fraction]] = {}  # a speed as a combination of others, which are not solved for
+    for part, row in equations:
+        left: dict[str, Fraction] = {}
+        for name, factor in row.items():
+            for other, share in solved.get(name, {name: Fraction(1)}).items():
+                left[other] = left.get(other, Fraction(0)) + factor * share
+        left = {name: factor for name, factor in left.items() if factor}
+        unknown = [name for name in left if name != first]
+        if not left:
+            continue
+        if not unknown:
+            raise InputError(part, "must turn with the ratio of the other parts", "0", "By its teeth, and those of "
+                             f"the loop that it closes, {first} could not turn.")
+        chosen = unknown[-1]
+        value = {name: -factor / left[chosen] for name, factor in left.items() if name != chosen}
+        for name, row_of in solved.items():
+            if chosen in row_of:
+                share = row_of.pop(chosen)
+                for other, factor in value.items():
+                    row_of[other] = row_of.get(other, Fraction(0)) + share * factor
+                solved[name] = {n: f for n, f in row_of.items() if f}
+        solved[chosen] = value
+    for name in names:
+        if name != first and (name not in solved or solved[name].keys() - {first}):
+            raise InputError(f"bodies {name}", f"must turn with {first} by meshes and shafts", name,
+                             "Its speed does not follow from the numbers of teeth. Hold a body with a shaft to "
+                             f"'{GROUND}', or leave this one out.")
+    return {name: Fraction(1) if name == first else solved[name].get(first, Fraction(0)) for name in names}
+
+
+def _common(orders: Iterable[Fraction]) -> Fraction:
+    """The greatest common divisor of fractions."""
+    found = Fraction(0)
+    for order in orders:
+        low = math.lcm(found.denominator, order.denominator)
+        found = Fraction(math.gcd(int(found * low), int(order * low)), low)
+    return found
