@@ -16,6 +16,9 @@ from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.design.values import ReliefDimensions
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.train.model import TrainModel
+from gearchaos.gears.train.parts import Body
+from gearchaos.gears.train.train import Train
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW, MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
@@ -38,6 +41,31 @@ def _model(model: MeshModel) -> Card:
     """Its parameters, and its stiffness and transmission error over two mesh periods."""
     title = _KINDS[model.kind] + (" of given gears" if isinstance(model, OperatingModel) else "")
     return Card(title, list(_model_rows(model)), _excitation(model))
+
+
+@card.register
+def _train(train: Train) -> Card:
+    """Its bodies, shafts and meshes, and how they turn."""
+    rows = [("operating point", f"{train.speed:.6g} rpm of {train.bodies[0].name}, {train.torque:.6g} N m")]
+    rows += [("body", f"{body.name}: {_of_body(body)}, {train.speeds[body.name]:.6g} rpm") for body in train.bodies]
+    rows += [("shaft", f"{shaft.name}: {shaft.stiffness:.4g} N m/rad") for shaft in train.shafts]
+    rows += [("mesh", f"{mesh.name}: {mesh.teeth[0]}/{mesh.teeth[1]} teeth, backlash {mesh.backlash * 1e3:.4g} mm")
+             for mesh in train.meshes]
+    rows += [("mesh damping", DAMPING_LAWS[train.damping_law]), ("common period", f"{train.period * 1e3:.6g} ms")]
+    return Card("Gear train", rows)
+
+
+def _of_body(body: Body) -> str:
+    """The inertia of a body, or how it moves."""
+    if body.inertia is not None:
+        return f"{body.inertia:.4g} kg m²"
+    return "held" if body.fixed else "prescribed motion"
+
+
+@card.register
+def _train_model(model: TrainModel) -> Card:
+    """The card of its train."""
+    return card(model.train)
 
 
 def _model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:

@@ -51,7 +51,7 @@ def _verdict(verdict: Verdict) -> Card:
         rows.append(("contact", verdict.contact))
     model = verdict.model
     point = f"{model.kind}, ω = {model.omega:.6g}"
-    if isinstance(model, OperatingModel):
+    if model.kind == "train" or isinstance(model, OperatingModel):
         point += f", {model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
     rows.append(("operating point", point))
     trajectory, picture = None, ""

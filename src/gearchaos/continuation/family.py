@@ -98,7 +98,7 @@ class ParameterFamily:
     def batch(self, values: np.ndarray) -> Batch:
         """The model at values (P, Q), which are not checked: a difference may step beyond the end of a range."""
         flat = self.model.expand(dict(zip(self.axes, values.T, strict=True)))
-        return Batch(self.model, MappingProxyType(flat), len(values))
+        return replace(vary(self.model, {}), values=MappingProxyType(flat), size=len(values))
 
     def _stencil(self, values: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
         """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q);

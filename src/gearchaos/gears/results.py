@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import Gears, gears_from_json, is_design, pair_of
+from gearchaos.gears.operating import Gears, gears_from_json, gears_json, is_design, is_train, pair_of
 from gearchaos.gears.pair import GearPair, Scales, Value
 from gearchaos.quantities import find
 
@@ -54,7 +54,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     gears = _checked_gears(dataset, pair)
     if is_physical(dataset):
         return dataset
-    out = dataset.assign_attrs(pair=json.dumps(asdict(pair_of(gears))))
+    out = dataset.assign_attrs(pair=gears_json(pair_of(gears)))
     for part in _parts(dataset):
         scales = _scales(part, gears)
         own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
@@ -112,10 +112,10 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}", advice)
     carried = gears_from_json(dataset.attrs["gears"]) if "gears" in dataset.attrs else None
     pair = carried if pair is None else pair
-    if not (isinstance(pair, GearPair) or is_design(pair)):
-        raise InputError("pair", "must be a GearPair or a GearDesign", f"a {type(pair).__name__}",
+    if not (isinstance(pair, GearPair) or is_design(pair) or is_train(pair)):
+        raise InputError("pair", "must be a GearPair, a GearDesign or a Train", f"a {type(pair).__name__}",
                          "A MeshModel alone has no units.")
-    if carried is None and is_physical(dataset) and json.dumps(asdict(pair_of(pair))) != dataset.attrs["pair"]:
+    if carried is None and is_physical(dataset) and gears_json(pair_of(pair)) != dataset.attrs["pair"]:
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result is in the units of other gears.")
     # the same at one speed, or where the torque can be varied at one operating point
@@ -123,7 +123,7 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
             carried.at(speed=1.0, torque=1.0) != pair.at(speed=1.0, torque=1.0)):
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result of a study of gears carries them: physical(dataset) uses them.")
-    return pair if carried is None else carried
+    return pair if carried is None else carried  # type: ignore[return-value]
 
 
 def is_physical(dataset: Any) -> bool:
@@ -135,8 +135,8 @@ def unit_in(dataset: xr.Dataset, name: str) -> float:
     if not is_physical(dataset):
         return 1.0
     try:
-        pair = GearPair(**json.loads(dataset.attrs["pair"]))
-    except (RecursionError, TypeError, ValueError) as error:
+        pair = gears_from_json(dataset.attrs["pair"])
+    except InputError as error:
         raise InputError("dataset", "must carry its gear pair as JSON in attrs['pair']", dataset.attrs["pair"],
                          f"gearchaos.physical writes it: scale the dimensionless result again. ({error})") from error
     unit = unit_of(name, pair.scales)

@@ -11,7 +11,7 @@ import jinja2
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
+from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, check_is_pair, has_effect, vary
 from gearchaos.model.coordinates import initial_values, transmission_error_at_start
 from gearchaos.quantities import quantity
 
@@ -59,6 +59,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
+    check_is_pair(found, "a script")
     found.stiffness.check_one_spring("a script")
     if found.damping_law != "always" and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,

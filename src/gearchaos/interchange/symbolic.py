@@ -21,6 +21,7 @@ from gearchaos.model import (
     HarmonicStiffness,
     MeshModel,
     Stiffness,
+    check_is_pair,
     has_effect,
 )
 from gearchaos.model.waveforms import TransmissionError, harmonics
@@ -177,6 +178,7 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     True
     """
     found = as_model(model)
+    check_is_pair(found, "SymPy")
     found.stiffness.check_one_spring("SymPy")
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
     values |= {**harmonics(found.error, "eps", "theta"), **_numbered(found.stiffness.numbers())}

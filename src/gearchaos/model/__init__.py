@@ -10,6 +10,7 @@ from gearchaos.model.parameters import (
     SUPPORTS,
     MeshModel,
     backlash,
+    check_is_pair,
     check_state_name,
     has_effect,
     known_names,
@@ -37,6 +38,6 @@ __all__ = [
     "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS",
     "SCALARS", "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "HarmonicStiffness", "MeshModel",
     "SteppedStiffness", "Stiffness", "ToothPairStiffness", "TransmissionError", "TwoLevelStiffness", "backlash",
-    "check", "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness", "state_names",
-    "transmission_error", "vary",
+    "check", "check_is_pair", "check_state_name", "default_stiffness", "has_effect", "known_names", "mesh_stiffness",
+    "state_names", "transmission_error", "vary",
 ]

@@ -83,6 +83,13 @@ def has_effect(name: str, kind: str) -> bool:
     return kind == "full" if family in SUPPORTS else not (family == "beta" and kind == "single")
 
 
+def check_is_pair(model: Any, what: str) -> None:
+    """Raise `InputError` for a train, where ``what`` is there for a pair alone."""
+    if model.kind == "train":
+        raise InputError("model", f"must be a single pair for {what}", "a train",
+                         "Regime, simulate, zones, bifurcation, basins, attractors and branch take a train.")
+
+
 @dataclass(frozen=True)
 class MeshModel(HasCard):
     """A gear pair in dimensionless form, (2.12)-(2.18).

@@ -20,7 +20,7 @@ import numpy as np
 from flint import arb
 
 from gearchaos.errors import InputError
-from gearchaos.model import SCALARS, STIFFNESS_FORMS, SUPPORTS, MeshModel
+from gearchaos.model import SCALARS, STIFFNESS_FORMS, SUPPORTS, MeshModel, check_is_pair
 from gearchaos.proof.balls import ball, from_text, to_text
 from gearchaos.proof.verifier import STIFFNESS
 from gearchaos.quantities import parse
@@ -28,6 +28,7 @@ from gearchaos.quantities import parse
 
 def check_provable(model: MeshModel) -> None:
     """Raise `InputError` unless the mesh is one spring and its damping acts always, as in the equations of proofs."""
+    check_is_pair(model, "a proof")
     model.stiffness.check_one_spring("a proof")
     if model.damping_law != "always":
         raise InputError("damping_law", "must be always for a proof", model.damping_law,

@@ -448,24 +448,26 @@ class Assembly:
         left, size = torques @ rigid, np.abs(torques) @ np.abs(rigid)
         return np.abs(left).max(axis=1, initial=0.0), size.max(axis=1, initial=0.0)
 
-    def at_rest(self, system: SwitchedAffine) -> np.ndarray:
+    def at_rest(self) -> np.ndarray:
         """The states (P, d) without speed, with the deflections under the mean torques at the phase 0."""
-        found, contacts = self.found, system.contacts
-        assert contacts is not None
-        w = np.zeros((self.points, len(system.names)))
+        found = self.found
+        w = np.zeros((self.points, len(found.names)))
         forces = self.static_forces()
         for i, element in enumerate(found.chosen):
             if element.contact:
-                m, force = found.contacts.index(element), forces[:, found.contacts.index(element)] / self.units.force
+                force = forces[:, found.contacts.index(element)] / self.units.force
                 side = np.where(force < 0, -1.0, 1.0)
-                spring = [contacts.stiffness[:, (contacts.meshes == m) & (contacts.sides == s), 0].sum(axis=1)
-                          for s in (1, -1)]
-                acting = np.where(side > 0, *spring)
                 flank = self.backlash(element) / (2 * self.units.length)
-                w[:, 2 * i] = side * flank + force / np.where(acting > 0, acting, 1.0)
+                w[:, 2 * i] = side * flank + force / self._at_start(element, side)
             else:
                 w[:, 2 * i] = self.spring_force(element) / self.stiffness(element) / self.units.length
         return w
+
+    def _at_start(self, element: Element, side: np.ndarray) -> np.ndarray:
+        """The stiffness of a flank (P,), 1 or −1, at the phase 0, over the unit of stiffness."""
+        part = _over_period(cycle(element), *self._cycles(element))
+        first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
+        return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element) / self.units.stiffness
 
     def spring_force(self, element: Element) -> np.ndarray:
         """The mean force of a spring, (P,)."""

@@ -158,7 +158,7 @@ def _parameters(train: Train) -> Iterator[_Parameter]:
                     continue
                 value = getattr(part, name)
                 if isinstance(part, Mesh) and name == "stiffness":
-                    value = mean_stiffness(next(e for e in structure(train).contacts if e.mesh is part))
+                    value = mean_stiffness(next(e for e in structure(train).contacts if e.name == part.name))
                 if value is not None:
                     yield _Parameter(kind, part.name, name, float(value))
 
@@ -233,7 +233,7 @@ def _(batch: TrainBatch, names: tuple[str, ...] | None = None) -> SwitchedAffine
 
 @initial_state.register
 def _(batch: TrainBatch, system: SwitchedAffine) -> np.ndarray:
-    w = batch.assembly.at_rest(system)
+    w = batch.assembly.at_rest()
     for i, name in enumerate(system.names):
         given = batch.values.get(name, batch.model.initial.get(name))
         if given is not None:
