@@ -82,7 +82,7 @@ $(VENV)/.installed-bench: $(VENV)/.installed
 
 bench: $(VENV)/.installed-bench
 	$(BIN)/python benchmarks/throughput.py --json bench.json --plot bench.png
-	$(BIN)/python benchmarks/tooth_pairs.py
+	$(BIN)/python benchmarks/several_contacts.py
 	$(BIN)/python benchmarks/limit.py
 	$(BIN)/python benchmarks/exactness.py
 

@@ -58,4 +58,4 @@ def test_equal_contacts_are_one_spring():
     a, b = several.advance(start, 10, **options), single.advance(start, 10, **options)
     assert np.abs(a.w - b.w).max() < 1e-12
     assert np.abs(a.tangent - b.tangent).max() < 1e-11 * np.abs(b.tangent).max()
-    assert np.allclose(a.measures, b.measures, rtol=1e-11, atol=1e-12)
+    assert np.allclose(a.measures[:15], b.measures[:15], rtol=1e-11, atol=1e-12)  # the others are of several alone

@@ -17,6 +17,7 @@ from gearchaos.flow import (
     SwitchedSystem,
     near_returns,
     newton_iteration,
+    of_meshes,
     start_newton_search,
 )
 
@@ -240,12 +241,13 @@ def mean_trace(
 ) -> np.ndarray:
     """Mean over time of the trace of the linear part along motions (L,), which is the sum of their exponents.
 
-    ``measures`` (len(Measure), L) over the ``duration`` are needed only where the damping acts in contact alone.
+    ``measures`` (K len(Measure), L) over the ``duration`` are needed only where damping acts in contact alone.
     """
     if measures is None or system.damping_law == "always":
         return system.trace[points]
-    share = (measures[Measure.FRONT_TIME] + measures[Measure.BACK_TIME]) / duration
-    return system.trace[points] + system.contact_trace[points] * share
+    meshes = of_meshes(measures)
+    share = (meshes[:, Measure.FRONT_TIME] + meshes[:, Measure.BACK_TIME]) / duration
+    return system.trace[points] + (system.contact_trace[points].T * share).sum(axis=0)
 
 
 def tangent_frame(d: int, count: int) -> np.ndarray:

@@ -5,7 +5,7 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures
+from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
 from gearchaos.flow.kernels.measure import Measure
@@ -19,6 +19,6 @@ __all__ = [
     "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "DifferencedFlow", "ExactFlow", "FlowResult",
     "Measure", "NewtonSearch", "PeriodResult", "Processor", "SensitivityFlow", "StoppedError",
     "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event", "combine_measures", "differentiate",
-    "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration", "on_compile", "processor",
+    "fastest_rate", "min_steps_per_period", "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor",
     "start_newton_search", "steps_share_matrices",
 ]

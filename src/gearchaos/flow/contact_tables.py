@@ -33,9 +33,15 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts = np.maximum(counts, 1)
     rows = contacts.rows
+    forces = np.concatenate([system.f0[:, None], contacts.f_cos, contacts.f_sin, contacts.pushes], axis=1)
+    integral = np.full(d, -1)
+    for i in range(d):
+        if np.count_nonzero(system.A[:, i].any(axis=0)) == 1 and not forces[:, :, i].any():
+            (j,) = np.flatnonzero(system.A[:, i].any(axis=0))
+            integral[i] = j if np.all(system.A[:, i, j] == 1.0) else -1
     found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
-        rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
+        integral, rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
         contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),

@@ -57,13 +57,19 @@ def raise_if_cancelled() -> None:
         raise StoppedError
 
 
-def empty_measures(w: np.ndarray) -> np.ndarray:
-    """The measures (len(Measure), L) of motions that are in the states w (d, L), before their first step."""
-    out = np.empty((len(Measure), w.shape[1]))
+def empty_measures(system: SwitchedSystem, w: np.ndarray) -> np.ndarray:
+    """The measures (K len(Measure), L) of motions that are in the states w (d, L), before their first step."""
+    displacements = w[:1] if system.contacts is None else system.contacts.rows @ w
+    out = np.empty((len(displacements), len(Measure), w.shape[1]))
     for measure in Measure:
-        out[measure] = FIRST[measure.combined]
-    out[Measure.Z_REFERENCE] = w[0]
-    return out
+        out[:, measure] = FIRST[measure.combined]
+    out[:, Measure.Z_REFERENCE] = displacements
+    return out.reshape(-1, w.shape[1])
+
+
+def of_meshes(measures: np.ndarray) -> np.ndarray:
+    """Measures (K len(Measure), L) by mesh, (K, len(Measure), L)."""
+    return measures.reshape(-1, len(Measure), measures.shape[1])
 
 
 def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarray) -> np.ndarray:
@@ -74,7 +80,7 @@ def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarr
 
     Parameters
     ----------
-    measures : (len(Measure), P)
+    measures : (K len(Measure), P)
         Measures of the P parts, those of a motion one after the other.
     duration : (P,)
         Duration of each part in units of τ.
@@ -83,7 +89,7 @@ def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarr
 
     Returns
     -------
-    (len(Measure), N)
+    (K len(Measure), N)
 
     Examples
     --------
@@ -99,13 +105,16 @@ def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarr
     >>> both[Measure.SWITCHES].tolist()
     [18.0]
     """
-    reference = measures[Measure.Z_REFERENCE]
-    common = np.repeat(reference[first], np.diff(first, append=len(reference)))
-    shift, about = reference - common, measures.copy()
-    about[Measure.Z] += shift * duration
-    about[Measure.Z_SQUARE] += shift * (2 * measures[Measure.Z] + shift * duration)
-    about[Measure.Z_REFERENCE] = common
-    return np.stack([measure.combined.reduceat(about[measure], first) for measure in Measure])
+    out = []
+    for part in of_meshes(measures):
+        reference = part[Measure.Z_REFERENCE]
+        common = np.repeat(reference[first], np.diff(first, append=len(reference)))
+        shift, about = reference - common, part.copy()
+        about[Measure.Z] += shift * duration
+        about[Measure.Z_SQUARE] += shift * (2 * part[Measure.Z] + shift * duration)
+        about[Measure.Z_REFERENCE] = common
+        out += [measure.combined.reduceat(about[measure], first) for measure in Measure]
+    return np.stack(out)
 
 
 _CACHE = 2 << 20
@@ -138,8 +147,8 @@ class FlowResult:
         Empty if not requested.
     sections : (S, d, L)
         Coordinates after each of a trajectory's last S periods; NaN for periods before its start.
-    measures : (len(Measure), L)
-        Rows as numbered by `Measure`; empty if not requested.
+    measures : (K len(Measure), L)
+        Rows as numbered by `Measure`, of the first of K meshes, then of the next; empty if not requested.
     samples : (periods, samples, d + 1, L)
         Coordinates and contact state at the sampled instants; empty if not requested.
     status : (L,)
@@ -259,7 +268,7 @@ class ExactFlow(Generic[System]):
             w=np.array(w, order="C", dtype=float), tangent=np.array(tangent, order="C", dtype=float),
             growth=np.zeros((longest if growth else 0, len(tangent), count)),
             sections=recorded,
-            measures=empty_measures(w) if measured else np.empty((0, count)),
+            measures=empty_measures(self.system, w) if measured else np.empty((0, count)),
             samples=np.zeros((longest if sample else 0, self._samples, self.dimension + 1, count)),
             status=np.zeros(count, dtype=np.int64),
         )

@@ -51,8 +51,8 @@ class SwitchedSystem(Protocol):
         The measured velocity: velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
     trace : (P,)
         Trace of A.
-    contact_trace : (P,)
-        What contact adds to the trace: −b[:, 1] D.
+    contact_trace : (P, K)
+        What contact of each mesh adds to the trace, of one spring −b[:, 1] D.
     period : (P,)
         2π/ω.
     contacts : object or None

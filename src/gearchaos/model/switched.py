@@ -137,8 +137,10 @@ class SwitchedAffine:
 
     @property
     def contact_trace(self) -> np.ndarray:
-        """What contact adds to the trace while it lasts, (P,)."""
-        return -self.b[:, 1] * self.damping * (self.damping_law != "always")
+        """What contact of each mesh adds to the trace while it lasts, (P, K)."""
+        if (several := self.contacts) is not None:
+            return -np.einsum("pki,ki->pk", several.pushes, several.rates) * several.damping * several.in_contact
+        return (-self.b[:, 1] * self.damping * (self.damping_law != "always"))[:, None]
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
         """The systems of the points with these indices (N,), in that order."""

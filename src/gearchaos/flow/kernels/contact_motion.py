@@ -25,6 +25,7 @@ from gearchaos.flow.kernels.constants import (
 from gearchaos.flow.kernels.contact import NO_ROOT, first_roots
 from gearchaos.flow.kernels.contact_sets import (
     OFFSETS,
+    add_harmonics,
     fill_steps,
     find_set,
     linear_series,
@@ -33,8 +34,9 @@ from gearchaos.flow.kernels.contact_sets import (
     value_at,
 )
 from gearchaos.flow.kernels.measure import FIRST, Measure
-from gearchaos.flow.kernels.measures import measure_segment
+from gearchaos.flow.kernels.measures import add_forces, measure_segment
 
+_FEW_HARMONICS = 3  # up to which they are evaluated anew, instead of their polynomials shifted
 _FIRST = np.array([FIRST[measure.combined] for measure in Measure])
 """With what each measure begins, which tells how parts combine: 0 are added, −∞ and ∞ give way to any other value."""
 
@@ -82,18 +84,10 @@ def _may_switch(dims, points, tables, place, entry, step, closed, before, after)
 
 
 @subroutine
-def _segment_equations(dims, points, p, tables, place, step, start, rest, closed, work):
-    """The equations on the rest of a step, from its fraction ``start`` on, with a contact set, in the workspace."""
-    d, source = len(dims), tables.force[place, step]
-    for e in range(len(points.mesh)):
-        o = tables.offset[place, step, e]
-        work.offset[e, 0] = o[0] + start * (o[1] + start * o[2])
-        work.offset[e, 1], work.offset[e, 2] = (o[1] + 2.0 * start * o[2]) * rest, o[2] * rest * rest
-    if start == 0.0:
-        set_equations(dims, points, p, tables.stiffness[place, step], closed, work.offset, source, work)
-        return
-    shifted = work.series[d]  # the polynomial of the forcing about ``start``, by repeated division
-    for i in range(d):
+def _shift_forcing(dims, source, start, rest, shifted):
+    """The polynomial (ORDER + 1, d) of a forcing about ``start``, over the ``rest`` of the step, by repeated
+    division."""
+    for i in range(len(dims)):
         for k in range(ORDER + 1):
             shifted[k, i] = source[k, i]
         if source[1, i] != 0.0 or source[2, i] != 0.0:
@@ -104,6 +98,29 @@ def _segment_equations(dims, points, p, tables, place, step, start, rest, closed
             for k in range(1, ORDER + 1):
                 scale *= rest
                 shifted[k, i] *= scale
+
+
+@subroutine
+def _segment_equations(dims, points, p, tables, place, step, start, rest, closed, work):
+    """The equations on the rest of a step, from its fraction ``start`` on, with a contact set, in the workspace."""
+    d, source = len(dims), tables.force[place, step]
+    for e in range(len(points.mesh)):
+        o = tables.offset[place, step, e]
+        work.offset[e, 0] = o[0] + start * (o[1] + start * o[2])
+        work.offset[e, 1], work.offset[e, 2] = (o[1] + 2.0 * start * o[2]) * rest, o[2] * rest * rest
+    if start == 0.0:
+        set_equations(dims, points, p, tables.stiffness[place, step], closed, work.offset, source, work)
+        return
+    shifted = work.series[d]  # the polynomial of the forcing about ``start``
+    if len(points.orders) <= _FEW_HARMONICS:
+        shifted[:] = 0.0
+        for i in range(d):
+            shifted[0, i] = points.f0[p, i]
+        share = tables.duration[place, step] * points.omega[p] / TWO_PI
+        add_harmonics(dims, points, p, tables.phase[place, step] + start * share,
+                      tables.duration[place, step] * rest, shifted)
+    else:
+        _shift_forcing(dims, source, start, rest, shifted)
     set_equations(dims, points, p, tables.stiffness[place, step], closed, work.offset, shifted, work)
 
 
@@ -162,6 +179,7 @@ def _measure_kept(work):
             ws[at.duration * WIDTH + l] = ws[at.end_fraction * WIDTH + l] = 0.0
             ws[at.next_sigma * WIDTH + l] = ws[at.sigma * WIDTH + l]
         measure_segment((0, 0), ws, work.measures[m], 0)
+        add_forces((0, 0), ws, work.measures[m], 0)
     work.progress[3] = 0
 
 
@@ -253,7 +271,7 @@ def _resolve(dims, points, p, tables, place, step, closed, measuring, work):
         motion = work.series[0]
         for i in range(d):
             motion[0, i] = work.w[i]
-        linear_series(dims, duration, work.linear, work.force, True, motion)
+        linear_series(dims, points.integral, duration, work.linear, work.force, True, motion)
         _displacements(dims, points, motion, work.displacement)
         _gap_series(points, tables.present[place, step], closed, switched, work)
         end, switching = _first_exit(work)
@@ -268,7 +286,7 @@ def _resolve(dims, points, p, tables, place, step, closed, measuring, work):
         for c in range(len(work.tangents)):
             for i in range(d):
                 series[0, i] = work.tangents[c, i]
-            linear_series(dims, duration, work.linear, work.force, False, series)
+            linear_series(dims, points.integral, duration, work.linear, work.force, False, series)
             for i in range(d):
                 work.tangents[c, i] = value_at(series, i, end)
         if not over and len(work.tangents) > 0:
@@ -361,7 +379,7 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
                 motion, duration = work.series[0], tables.duration[place, step]
                 for i in range(d):
                     motion[0, i] = work.w[i]
-                linear_series(dims, duration, work.linear, work.force, True, motion)
+                linear_series(dims, points.integral, duration, work.linear, work.force, True, motion)
                 _keep_segment(dims, points, p, tables, place, step, 0.0, duration, 1.0, closed, closed, motion, work)
             _advance_affine(dims, matrix, work)
         if len(call.growth) > 0 and (step + 1 == tables.steps[place] or (step + 1) % every == 0):
@@ -376,11 +394,12 @@ def _load_lane(dims, call, lane, work):
         work.w[i] = call.w[i, lane]
         for c in range(len(work.tangents)):
             work.tangents[c, i] = call.tangent[c, i, lane]
-    for row in range(len(call.measures)):
-        for m in range(len(work.measures)):
-            for l in range(WIDTH):
-                known = l == 0 or row == Measure.Z_REFERENCE
-                work.measures[m, row * WIDTH + l] = call.measures[row, lane] if known else _FIRST[row]
+    count = len(_FIRST)
+    for every in range(len(call.measures)):
+        m, row = every // count, every % count
+        for l in range(WIDTH):
+            known = l == 0 or row == Measure.Z_REFERENCE
+            work.measures[m, row * WIDTH + l] = call.measures[every, lane] if known else _FIRST[row]
 
 
 @inlined
@@ -392,13 +411,15 @@ def _store_lane(dims, call, lane, work):
             call.tangent[c, i, lane] = work.tangents[c, i]
     if len(call.measures) > 0 and work.progress[3] > 0:
         _measure_kept(work)
-    for row in range(len(call.measures)):
-        found = work.measures[0, row * WIDTH]
+    count = len(_FIRST)
+    for every in range(len(call.measures)):
+        m, row = every // count, every % count
+        found = work.measures[m, row * WIDTH]
         for l in range(1, WIDTH):
-            other = work.measures[0, row * WIDTH + l]
+            other = work.measures[m, row * WIDTH + l]
             found = found + other if _FIRST[row] == 0.0 else (
                 max(found, other) if _FIRST[row] < 0.0 else min(found, other))
-        call.measures[row, lane] = found
+        call.measures[every, lane] = found
 
 
 @main_kernel

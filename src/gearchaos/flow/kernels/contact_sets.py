@@ -37,6 +37,7 @@ class ContactPoints(NamedTuple):
     orders: np.ndarray  # (H,) int, of the harmonics
     f_cos: np.ndarray  # (P, H, d)
     f_sin: np.ndarray
+    integral: np.ndarray  # (d,) int, the coordinate of which one is the integral; -1 where it is of none
     row: np.ndarray  # (K, d) displacement of a mesh from the coordinates
     unit: np.ndarray  # (K, d) row over its square: coordinates at which the displacement is 1
     rate: np.ndarray  # (K, d) its derivative
@@ -123,7 +124,7 @@ def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
 
 
 @subroutine
-def _add_harmonics(dims, points, p, phase, duration, force):
+def add_harmonics(dims, points, p, phase, duration, force):
     """Add the polynomials of the harmonic forcing on a step to ``force`` (ORDER + 1, d)."""
     for h in range(len(points.orders)):
         angle, turn = TWO_PI * phase * points.orders[h], points.orders[h] * points.omega[p] * duration
@@ -165,7 +166,7 @@ def fill_steps(dims, points, p, tables, place):
             force[:] = 0.0
             for j in range(len(dims)):
                 force[0, j] = points.f0[p, j]
-            _add_harmonics(dims, points, p, tables.phase[place, step], tables.duration[place, step], force)
+            add_harmonics(dims, points, p, tables.phase[place, step], tables.duration[place, step], force)
             step += 1
     tables.steps[place] = step
 
@@ -209,16 +210,20 @@ def set_equations(dims, points, p, stiffness, closed, offset, force, work):
 
 
 @subroutine
-def linear_series(dims, duration, linear, force, forced, series):
+def linear_series(dims, integral, duration, linear, force, forced, series):
     """Taylor polynomials (ORDER + 1, d) in s of w' = linear w + force, from ``series[0]`` on, without forcing unless
-    ``forced``."""
+    ``forced``; ``integral`` (d,) is that of `ContactPoints`."""
     d = len(dims)
     for k in range(ORDER):
         scale = duration / (k + 1)
         for i in range(d):
-            total = force[k, i] if forced else 0.0
-            for j in range(d):
-                total += linear[i, j] * series[k, j]
+            total = 0.0
+            if integral[i] >= 0:
+                total = series[k, integral[i]]
+            else:
+                total = force[k, i] if forced else 0.0
+                for j in range(d):
+                    total += linear[i, j] * series[k, j]
             series[k + 1, i] = total * scale
 
 
@@ -273,7 +278,7 @@ def add_set(dims, points, p, tables, place, step, closed, work):
         series = work.series[j]
         for i in range(d):
             series[0, i] = 1.0 if i == j else 0.0
-        linear_series(dims, tables.duration[place, step], work.linear, work.force, j == d, series)
+        linear_series(dims, points.integral, tables.duration[place, step], work.linear, work.force, j == d, series)
         for i in range(d):
             tables.matrix[place, entry, j, i] = value_at(series, i, 1.0)
     start, deviation, series = work.after, tables.deviation[place, entry], work.series

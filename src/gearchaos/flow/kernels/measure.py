@@ -17,6 +17,8 @@ FIRST: dict[np.ufunc, float] = {np.add: 0.0, np.maximum: -np.inf, np.minimum: np
 class Measure(IntEnum):
     """Rows of the array of measures (`len(Measure)`, L), each accumulated along the motion.
 
+    A system of K meshes has K times as many: those of the first mesh, then those of the next.
+
     Times are in units of τ; z in half backlashes; the mesh force 2ζz' + χ f(z) as in (2.5) of the paper. The integrals
     of z are about a value that it has on the motion, so that the difference of which its variance is made is not one of
     large numbers.
@@ -70,3 +72,7 @@ class Measure(IntEnum):
     """Number of contact switches."""
     Z_REFERENCE = 14, np.maximum
     """z at the start of the motion."""
+    FORCE_SQUARE = 15, np.add
+    """Integral of the square of the mesh force; this and the next one for systems of several contacts alone, else 0."""
+    CONTACT_FORCE = 16, np.add
+    """Integral of the mesh force, positive where it presses the flanks together: the impulse of all contacts."""

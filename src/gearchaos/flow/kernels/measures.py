@@ -165,8 +165,26 @@ def _add_integrals(dims, ws, duration, end, measures, first):
 
 
 @subroutine
+def add_forces(dims, ws, measures, first):
+    """Add the integrals of the square of the mesh force, and of the force in the direction of the flank in contact,
+    over the segment, by Gauss–Legendre."""
+    at = rows(dims)
+    end, sigma, ff, f = load(ws, at.end_fraction), load(ws, at.sigma), broadcast(0.0), broadcast(0.0)
+    duration = load(ws, at.duration) * end
+    for g in range(0, _GAUSS, 3):
+        nodes = (end * broadcast(_NODES[g]), end * broadcast(_NODES[g + 1]), end * broadcast(_NODES[g + 2]))
+        force = horner3(ws, at.force, 1, nodes[0], nodes[1], nodes[2])
+        for i in range(3):
+            weight = duration * broadcast(_WEIGHTS[g + i])
+            ff, f = vfma(weight, force[i] * force[i], ff), vfma(weight, sigma * force[i], f)
+    _add(measures, first + Measure.FORCE_SQUARE, ff)
+    _add(measures, first + Measure.CONTACT_FORCE, f)
+
+
+@subroutine
 def measure_segment(dims, ws, measures, first):
-    """Add a segment, up to its contact switch, to the measures in rows ``first`` to ``first + len(Measure) - 1``."""
+    """Add a segment, up to its contact switch, to the measures in rows ``first`` to ``first + len(Measure) - 1``, but
+    for those of `add_forces`."""
     d = len(dims)
     at = rows(dims)
     end, sigma = load(ws, at.end_fraction), load(ws, at.sigma)

@@ -1,4 +1,5 @@
-"""Speed of gearchaos and of heyoka where tooth pairs share the load, and of the damping laws, on one core in one run.
+"""Speed of gearchaos and of heyoka where tooth pairs share the load, of damping laws and of trains, on one core in one
+run.
 
 Prints µs per trajectory and mesh period and their ratio, the median over rounds, with the largest difference of both
 states after a period; then how long each kernel takes to compile. heyoka has the same contacts: an event for
@@ -12,15 +13,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.train.parts import Body, Mesh, Shaft
+from gearchaos.gears.train.train import Train
 from gearchaos.model import MeshModel, ToothPairStiffness, vary
+from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, switched_system
 
 LANES, FEW, ROUNDS = 512, 16, 5
@@ -36,37 +39,68 @@ CASES: dict[str, MeshModel] = {
     "pairs, full contact": MeshModel.of(kind="single", zeta=0.15, q0=1.5, damping_law="contact",
                                         stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
 }
+STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}
+
+
+def _mesh(first: str, second: str, z1: int, z2: int, **values: Any) -> Mesh:
+    return Mesh(between=(first, second), teeth=(z1, z2), base_radii=(z1 * 1e-3, z2 * 1e-3), stiffness=STEPS,
+                damping=600.0, backlash=1e-4, error_amplitudes=[6e-6], **values)
+
+
+TRAINS: dict[str, Train] = {
+    "idler, d = 4": Train(
+        speed=3000.0, meshes=[_mesh("pump", "idler", 24, 30), _mesh("idler", "motor", 30, 36, phase=1.5)],
+        bodies=[Body(name="pump", inertia=1e-3, torque=20.0), Body(name="idler", inertia=4e-4),
+                Body(name="motor", inertia=2e-3, torque=-30.0)]),
+    "two stages, d = 6": Train(
+        speed=3000.0, meshes=[_mesh("motor", "wheel", 20, 40), _mesh("pinion", "load", 20, 50)],
+        shafts=[Shaft(between=("wheel", "pinion"), stiffness=5e4, damping=2.0)],
+        bodies=[Body(name="motor", inertia=1e-3, torque=20.0), Body(name="wheel", inertia=2e-3),
+                Body(name="pinion", inertia=4e-4), Body(name="load", inertia=4e-2, torque=-100.0)]),
+}
 hy.set_logger_level_error()
 
 
-class Pairs:
+class Contacts:
     """heyoka's Taylor integrator for contacts with constant stiffness and linear gaps on pieces of the period.
 
     Parameters of the integrator: of each contact whether it is closed, its stiffness, its gap when the piece began, the
-    rate of that, and when it began; then whether the mesh is damped, ω, 2ζ, force, error, and when the piece ends.
+    rate of that, and when it began; of each mesh whether it is damped; ω, when the piece ends, and the harmonics of
+    the forcing.
     """
 
     def __init__(self, system: SwitchedAffine) -> None:
-        if system.contacts is None:  # one spring is a contact on each flank
-            levels = np.repeat(system.levels[:, None], 2, axis=1)
-            system = replace(system, contacts=SimpleNamespace(
-                sides=np.array([1, -1]), edges=system.starts, stiffness=levels,
-                offset=np.broadcast_to([1.0, 0.0, 0.0], (*levels.shape, 3))))
-        self.system, m = system, len(system.contacts.sides)
-        z, v = hy.make_vars("z", "v")
-        par, own = hy.par, 5 * m
-        damped, omega, damping, force, error = (par[own + i] for i in range(5))
-        until = par[own + 5]
-        gaps = [side * z - par[5 * e + 2] - par[5 * e + 3] * (hy.time - par[5 * e + 4])
-                for e, side in enumerate(system.contacts.sides.tolist())]
-        spring = sum((par[5 * e] * par[5 * e + 1] * side * gaps[e]
-                      for e, side in enumerate(system.contacts.sides.tolist())), start=hy.expression(0.0))
-        events = [hy.t_event(gap, callback=_Flip(e, system)) for e, gap in enumerate(gaps)]
+        self.system, contacts = system, system.contacts
+        meshes, sides = contacts.meshes.tolist(), contacts.sides.tolist()
+        (k, d), m = contacts.rows.shape, len(sides)
+        w, par = hy.make_vars(*(f"w{i}" for i in range(d))), hy.par
+        self.damped = range(5 * m, 5 * m + k)
+        omega, until = par[5 * m + k], par[5 * m + k + 1]
+        self.forced = [(j, i) for j in range(len(contacts.orders)) for i in range(d)
+                       if contacts.f_cos[:, j, i].any() or contacts.f_sin[:, j, i].any()]
+        self.forcing = range(5 * m + k + 2, 5 * m + k + 2 + 2 * len(self.forced))
+        displacement, velocity = ([_dot(row, w) for row in rows] for rows in (contacts.rows, contacts.rates))
+        gaps = [side * displacement[n] - par[5 * e + 2] - par[5 * e + 3] * (hy.time - par[5 * e + 4])
+                for e, (n, side) in enumerate(zip(meshes, sides, strict=True))]
+        forces = [par[self.damped[n]] * contacts.damping[0, n] * velocity[n] for n in range(k)]
+        for e, (n, side) in enumerate(zip(meshes, sides, strict=True)):
+            forces[n] = forces[n] + par[5 * e] * par[5 * e + 1] * side * gaps[e]
+        right = []
+        for i in range(d):
+            total = hy.expression(float(system.f0[0, i])) + _dot(system.A[0, i], w)
+            for n in range(k):
+                if contacts.pushes[0, n, i]:
+                    total = total - contacts.pushes[0, n, i] * forces[n]
+            for at, (j, row) in zip(self.forcing[::2], self.forced, strict=True):
+                if row == i:
+                    angle = float(contacts.orders[j]) * omega * hy.time
+                    total = total + par[at] * hy.cos(angle) + par[at + 1] * hy.sin(angle)
+            right.append(total)
+        events = [hy.t_event(gap, callback=_Flip(e, self)) for e, gap in enumerate(gaps)]
         # heyoka copies callbacks, but not what a function refers to
         events.append(hy.t_event(hy.time - until, callback=lambda ta, sign: self._next(ta)))
-        right = force + error * hy.cos(omega * hy.time) - spring - damped * damping * v
-        self.integrator = hy.taylor_adaptive([(z, v), (v, right)], [0.0, 0.0], t_events=events,
-                                             pars=np.zeros(own + 6))
+        self.integrator = hy.taylor_adaptive(list(zip(w, right, strict=True)), [0.0] * d, t_events=events,
+                                             pars=np.zeros(self.forcing.stop))
 
     def advance(self, w: np.ndarray, periods: int) -> np.ndarray:
         out = np.empty_like(w)
@@ -75,11 +109,13 @@ class Pairs:
         return out
 
     def _one(self, state: np.ndarray, p: int, periods: int) -> np.ndarray:
-        ta, system, m = self.integrator, self.system, len(self.system.contacts.sides)
-        edges = np.append(system.contacts.edges[p], 1.0)
+        ta, system, contacts = self.integrator, self.system, self.system.contacts
+        edges = np.append(contacts.edges[p], 1.0)
         self.point, self.number, self.period = p, 0, 2 * np.pi / system.omega[p]
         self.pieces = [(n, edges[n], edges[n + 1]) for n in range(len(edges) - 1) if edges[n + 1] - edges[n] > 1e-13]
-        ta.pars[5 * m + 1 : 5 * m + 5] = system.omega[p], system.damping[p], system.f0[p, 1], system.f_cos[p, 0]
+        ta.pars[self.damped.stop] = system.omega[p]
+        forced = [(contacts.f_cos[p, j, i], contacts.f_sin[p, j, i]) for j, i in self.forced]
+        ta.pars[self.forcing.start :] = np.ravel(forced)
         ta.time, ta.state[:] = 0.0, state
         ta.reset_cooldowns()
         self._begin(ta)
@@ -96,33 +132,41 @@ class Pairs:
         contacts, period, p = self.system.contacts, self.period, self.point
         n, start, end = self.pieces[self.number % len(self.pieces)]
         begin = (self.number // len(self.pieces) + start) * period
+        displacement = contacts.rows @ ta.state
         for e, side in enumerate(contacts.sides.tolist()):
             a, b, _ = contacts.offset[p, e, n]
             stiffness = contacts.stiffness[p, e, n]
-            closed = side * ta.state[0] - a > 0 and stiffness > 0
+            closed = side * displacement[contacts.meshes[e]] - a > 0 and stiffness > 0
             ta.pars[5 * e : 5 * e + 5] = closed, stiffness, a, b / period, begin
-        ta.pars[-1] = begin + (end - start) * period
-        _damp(ta, self.system)
+        ta.pars[self.damped.stop + 1] = begin + (end - start) * period
+        self.damp(ta)
+
+    def damp(self, ta: Any) -> None:
+        contacts = self.system.contacts
+        closed = ta.pars[: 5 * len(contacts.sides) : 5] > 0
+        for n, at in enumerate(self.damped):
+            ta.pars[at] = float(contacts.in_contact[n] and closed[contacts.meshes == n].any())
+
+
+def _dot(row: np.ndarray, w: list[Any]) -> Any:
+    return sum((float(x) * v for x, v in zip(row, w, strict=True) if x), start=hy.expression(0.0))
 
 
 class _Flip:
     """Opens or closes a contact, and those of the same gap, since heyoka finds one event at an instant."""
 
-    def __init__(self, contact: int, system: SwitchedAffine) -> None:
-        self.contact, self.system, self.sides = contact, system, system.contacts.sides
+    def __init__(self, contact: int, peer: Contacts) -> None:
+        self.contact, self.peer = contact, peer
 
     def __call__(self, ta: Any, sign: int) -> bool:
-        own = ta.pars[5 * self.contact + 2 : 5 * self.contact + 5]
-        for e, side in enumerate(self.sides):
-            if side == self.sides[self.contact] and np.array_equal(ta.pars[5 * e + 2 : 5 * e + 5], own):
+        contacts, one = self.peer.system.contacts, self.contact
+        own = ta.pars[5 * one + 2 : 5 * one + 5]
+        for e, (mesh, side) in enumerate(zip(contacts.meshes, contacts.sides, strict=True)):
+            same = mesh == contacts.meshes[one] and side == contacts.sides[one]
+            if same and np.array_equal(ta.pars[5 * e + 2 : 5 * e + 5], own):
                 ta.pars[5 * e] = float(sign > 0 and ta.pars[5 * e + 1] > 0)
-        _damp(ta, self.system)
+        self.peer.damp(ta)
         return True
-
-
-def _damp(ta: Any, system: SwitchedAffine) -> None:
-    m = len(system.contacts.sides)
-    ta.pars[5 * m] = float(system.damping_law == "always" or ta.pars[: 5 * m : 5].any())
 
 
 def timed(advance: Any, w: np.ndarray, periods: int) -> float:
@@ -132,17 +176,18 @@ def timed(advance: Any, w: np.ndarray, periods: int) -> float:
     return (time.perf_counter() - begin) / w.shape[1] / periods * 1e6
 
 
-def compare(name: str, model: MeshModel) -> None:
-    system = switched_system(vary(model, {"omega": np.linspace(0.6, 1.6, LANES)}))
+def compare(name: str, model: Any, axis: str, values: np.ndarray) -> None:
+    batch = vary(model, {axis: values})
+    system = switched_system(batch)
     flow = ExactFlow(system)
-    w = flow.advance(np.array([[1.3], [0.0]]) * np.ones(LANES), 300).w
+    w = flow.advance(initial_state(batch, system).T.copy(), 300).w
     switches = flow.advance(w, 20, measured=True).measures[Measure.SWITCHES].mean() / 20
     ours = [timed(lambda w, n: flow.advance(w, n), w, 200) for _ in range(ROUNDS)]
-    if system.damping_law == "unilateral":  # contact ends with the force: no event of a gap
+    if system.contacts is None:  # compared in throughput.py, or without an event of a gap: contact ends with the force
         print(f"{name:24} {switches:9.2f} {np.median(ours):10.3f}")
         return
     few = np.arange(0, LANES, LANES // FEW)
-    peer, start = Pairs(system.take(few)), np.ascontiguousarray(w[:, few])
+    peer, start = Contacts(system.take(few)), np.ascontiguousarray(w[:, few])
     error = np.abs(peer.advance(start, 1) - flow.advance(start, 1, points=few).w).max()
     theirs = [timed(peer.advance, start, 20) for _ in range(ROUNDS)]
     ours = [timed(lambda w, n: flow.advance(w, n), w, 200) for _ in range(ROUNDS)]
@@ -166,7 +211,9 @@ def compile_seconds(law: str, pairs: bool) -> float:
 def main() -> None:
     print(f"{'':24} {'switches':>9} {'us/period':>10} {'heyoka':>10} {'ratio':>8} {'difference':>10}")
     for name, model in CASES.items():
-        compare(name, model)
+        compare(name, model, "omega", np.linspace(0.6, 1.6, LANES))
+    for name, train in TRAINS.items():
+        compare(name, as_model(train), "speed", np.linspace(2000.0, 9000.0, LANES))
     for law, pairs in (("always", False), ("contact", False), ("unilateral", False), ("contact", True)):
         print(f"compiled in {compile_seconds(law, pairs):5.1f} s: {'tooth pairs' if pairs else 'one spring'}, {law}")
 
