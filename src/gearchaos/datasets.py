@@ -45,6 +45,7 @@ def flag_attributes(meanings: dict[int, str]) -> dict[str, Any]:
 _CODE_ATTRIBUTES = {
     "label": flag_attributes({int(v): v.name.lower().replace("_", "-") for v in Label}),
     "contact": flag_attributes(dict(enumerate(CONTACTS))),
+    "mesh_contact": flag_attributes(dict(enumerate(CONTACTS))),
     "contact_worst": flag_attributes(dict(enumerate(CONTACTS))),
     "reason": {**flag_attributes({int(r): r.name.lower() for r in Reason}),
                "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},

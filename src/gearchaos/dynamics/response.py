@@ -12,10 +12,13 @@ from typing import Annotated, Any, Self, get_args, get_type_hints
 
 import numpy as np
 
-from gearchaos.flow import Measure
+from gearchaos.flow import Measure, of_meshes
 
 MOTION = "motion"
 """Name of the dimension of the L motions."""
+
+MESH = "mesh"
+"""Name of the dimension of the K meshes of a train; there are none of a pair."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ class Columns:
         """
         out: dict[str, np.ndarray] = {}
         for column, array in zip(self.declared().values(), self._arrays(), strict=True):
-            if column.variable is not None:
+            if column.variable is not None and array.size:
                 values = array if column.reduce is None else column.reduce(array)
                 dtype = column.stored or column.dtype
                 out[column.variable] = values.astype(float if double and dtype is np.float32 else dtype, copy=False)
@@ -147,6 +150,54 @@ class Response(Columns):
     mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]
 
 
+_OF_MESH = (MOTION, MESH)
+
+
+@dataclass
+class MeshResponse(Columns):
+    """Response measures of the K meshes of a train in L motions, each (L, K), over the same time as those of
+    `Response`."""
+
+    mesh_contact: Annotated[np.ndarray, Column(
+        "index into `CONTACTS`", np.int8, dims=_OF_MESH, missing=CONTACTS.index("none"), variable="mesh_contact")]
+    mesh_front_share: Annotated[np.ndarray, Column(
+        "share of the time on the front flank", dims=_OF_MESH, variable="mesh_front_share")]
+    mesh_back_share: Annotated[np.ndarray, Column(
+        "share of the time on the back flank", dims=_OF_MESH, variable="mesh_back_share")]
+    mesh_peak_force: Annotated[np.ndarray, Column("peak of |mesh force|", dims=_OF_MESH, variable="mesh_peak_force")]
+    mesh_rms_force: Annotated[np.ndarray, Column(
+        "root mean square of the mesh force", dims=_OF_MESH, variable="mesh_rms_force")]
+    mesh_impacts: Annotated[np.ndarray, Column(
+        "closings of the contact per unit of τ", dims=_OF_MESH, variable="mesh_impacts")]
+    mesh_impulse: Annotated[np.ndarray, Column(
+        "impulse of all contacts per unit of τ: mean of the force that presses the flanks together", dims=_OF_MESH,
+        variable="mesh_impulse")]
+    mesh_dynamic_factor: Annotated[np.ndarray, Column(
+        "peak of |mesh force| over the static mesh force; NaN without static load", dims=_OF_MESH,
+        variable="mesh_dynamic_factor")]
+
+
+def compute_mesh_response(measures: np.ndarray, duration: np.ndarray, static_forces: np.ndarray) -> MeshResponse:
+    """Response measures by mesh, from measures (K len(Measure), L) over a ``duration`` (L,), and the mesh forces of the
+    static load (L, K)."""
+    m = np.moveaxis(of_meshes(measures), 0, 2)  # (len(Measure), L, K)
+    time = duration[:, None]
+    peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
+    return MeshResponse(
+        mesh_contact=_contact(m, time), mesh_front_share=m[Measure.FRONT_TIME] / time,
+        mesh_back_share=m[Measure.BACK_TIME] / time, mesh_peak_force=peak,
+        mesh_rms_force=np.sqrt(m[Measure.FORCE_SQUARE] / time), mesh_impacts=m[Measure.SWITCHES] / 2 / time,
+        mesh_impulse=m[Measure.CONTACT_FORCE] / time,
+        mesh_dynamic_factor=peak / np.where(static_forces == 0, np.nan, np.abs(static_forces)))
+
+
+def _contact(measures: np.ndarray, duration: np.ndarray) -> np.ndarray:
+    """Index into `CONTACTS` of motions, from their measures (len(Measure), ...)."""
+    fraction = (measures[Measure.FRONT_TIME] + measures[Measure.BACK_TIME]) / duration
+    front, back = measures[Measure.FRONT_TIME] > 0, measures[Measure.BACK_TIME] > 0
+    return np.select([front & back, fraction > 1 - 1e-12, front | back], [2, 0, 1], default=3).astype(np.int8)
+
+
 def compute_response(
     measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray
 ) -> Response:
@@ -158,14 +209,12 @@ def compute_response(
     m = measures
     offset = m[Measure.Z] / duration  # of the mean of z from the reference
     fraction = np.clip((m[Measure.FRONT_TIME] + m[Measure.BACK_TIME]) / duration, 0.0, 1.0)
-    front, back, permanent = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0, fraction > 1 - 1e-12
-    contact = np.select([front & back, permanent, front | back], [2, 0, 1], default=3).astype(np.int8)
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
     static = np.where(static_force == 0, np.nan, np.abs(static_force))
     return Response(
         v_rms=np.sqrt(m[Measure.VELOCITY_SQUARE] / duration),
         contact_fraction=fraction,
-        contact=contact,
+        contact=_contact(m, duration),
         dynamic_factor=peak / static,
         z_rms=np.sqrt(np.maximum(m[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
         z_peak_to_peak=m[Measure.Z_MAX] - m[Measure.Z_MIN],

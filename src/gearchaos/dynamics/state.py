@@ -76,7 +76,8 @@ class ClassificationState:
     chaotic_so_far: np.ndarray = field(init=False)
 
     def __post_init__(self, w: np.ndarray) -> None:
-        self.verdicts = Verdicts.unresolved(w)
+        contacts = self.flow.system.contacts
+        self.verdicts = Verdicts.unresolved(w, 0 if contacts is None else len(contacts.names))
         self.chaotic_so_far = np.zeros(w.shape[1], dtype=bool)
 
     def take(self, motions: np.ndarray) -> ClassificationState:

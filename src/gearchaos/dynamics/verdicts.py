@@ -11,7 +11,7 @@ from typing import Annotated
 
 import numpy as np
 
-from gearchaos.dynamics.response import MOTION, Column, Columns, Response
+from gearchaos.dynamics.response import MESH, MOTION, Column, Columns, MeshResponse, Response
 
 
 class Label(IntEnum):
@@ -150,6 +150,8 @@ class Verdicts(Columns):
         A point of the orbit, or the last state of another motion, at phase 0.
     response : Response
         The response measures.
+    meshes : MeshResponse
+        Those of the K meshes of a train.
 
     Examples
     --------
@@ -198,10 +200,11 @@ class Verdicts(Columns):
     w: Annotated[np.ndarray, Column(
         "a point of the orbit, or the last state of another motion, at phase 0", dims=(COORDINATE, MOTION))]
     response: Response
+    meshes: MeshResponse
 
     @classmethod
-    def unresolved(cls, w: np.ndarray) -> Verdicts:
-        """The table of L unresolved motions that start from w (d, L)."""
-        verdicts = cls.empty(dict(zip((COORDINATE, MOTION), w.shape, strict=True)))
+    def unresolved(cls, w: np.ndarray, meshes: int = 0) -> Verdicts:
+        """The table of L unresolved motions that start from w (d, L), of a train with this number of meshes."""
+        verdicts = cls.empty({COORDINATE: len(w), MOTION: w.shape[1], MESH: meshes})
         verdicts.w[:] = w
         return verdicts

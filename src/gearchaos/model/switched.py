@@ -238,10 +238,11 @@ def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
     d, harmonics = len(rows.names), np.zeros((2, *rows.f_cos.shape, len(rows.names)))
     harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
     return MeshContacts(
-        names=("mesh",), front=np.ones(1), rows=np.eye(d)[None, 0],
+        names=(), front=np.ones(1), rows=np.eye(d)[None, 0],
         rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
         in_contact=np.array([rows.batch.model.damping_law != "always"]), meshes=np.zeros(len(pairs.sides), np.int64),
         sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
+        static_forces=np.zeros((rows.batch.size, 1)),
         orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])
 
 

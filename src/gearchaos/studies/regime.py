@@ -12,7 +12,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.display import HasCard
 from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
-from gearchaos.dynamics.response import CONTACTS, Response
+from gearchaos.dynamics.response import CONTACTS, MESH, Response
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.time_series import spectral_class
 from gearchaos.dynamics.verdicts import label_and_period
@@ -26,7 +26,7 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import Option
 from gearchaos.studies.simulate import simulate, steady_sections
-from gearchaos.studies.study import PROGRESS, ClassifyingStudy, Results
+from gearchaos.studies.study import PROGRESS, ClassifyingStudy, Results, mesh_coordinate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -152,6 +152,22 @@ class Verdict(HasCard):
         """Contact state, one of `CONTACTS`; None if the motion diverged."""
         return None if self._label == Label.DIVERGED else CONTACTS[int(self.verdicts.response.contact[0])]
 
+    @property
+    def meshes(self) -> dict[str, dict[str, Any]]:
+        """Of a train, by the name of the mesh: ``contact``, ``front_share`` and ``back_share`` of the time on each
+        flank, ``force_peak`` and ``force_rms`` in N, ``impacts_per_second``, ``impulse_per_second`` in N, and
+        ``dynamic_factor``; None where a number does not exist. Empty for a pair."""
+        if self.model.kind != "train" or self._label == Label.DIVERGED:
+            return {}
+        units, found = self.model.units, self.verdicts.meshes
+        numbers = {"front_share": found.mesh_front_share, "back_share": found.mesh_back_share,
+                   "force_peak": found.mesh_peak_force * units.force, "force_rms": found.mesh_rms_force * units.force,
+                   "impacts_per_second": found.mesh_impacts * units.rate,
+                   "impulse_per_second": found.mesh_impulse * units.force, "dynamic_factor": found.mesh_dynamic_factor}
+        return {name: {"contact": CONTACTS[int(found.mesh_contact[0, m])], **{
+            n: float(v[0, m]) if math.isfinite(v[0, m]) else None for n, v in numbers.items()}}
+                for m, name in enumerate(self.model.mesh_names)}
+
     def __getattr__(self, name: str) -> float | None:
         """A response measure by its name."""
         if name in Response.declared():
@@ -176,7 +192,9 @@ class Verdict(HasCard):
         """All attributes as JSON-ready values, None where a number does not exist; multipliers as [re, im]."""
         names = dict.fromkeys((*_JSON_ORDER, *Response.declared()))
         pairs = {"multipliers": [[m.real, m.imag] for m in self.multipliers]}
-        return {name: pairs[name] if name in pairs else getattr(self, name) for name in names}
+        train: dict[str, Any] = {} if self.model.kind != "train" else {
+            "common_period": self.model.train.period, "meshes": self.meshes}
+        return {name: pairs[name] if name in pairs else getattr(self, name) for name in names} | train
 
     def to_dataset(self) -> xr.Dataset:
         """The verdict as labelled variables.
@@ -191,7 +209,8 @@ class Verdict(HasCard):
             ``spectral_label``.
         """
         v = self.verdicts
-        scalars = {n: values[0] for n, values in v.variables(double=True).items()}
+        scalars = {n: values[0] for n, values in v.variables(double=True).items() if values.ndim == 1}
+        meshes = {n: values[0] for n, values in v.variables(double=True).items() if values.ndim > 1}
         scalars |= {n: v[n][0] for n, column in Response.declared().items() if column.variable is None}
         spectrum = {
             "lyapunov_spectrum": v.exponent[:, 0], "lyapunov_spectrum_lo": v.exponent_low[:, 0],
@@ -200,10 +219,11 @@ class Verdict(HasCard):
         }
         data = {n: variable(n, (), value) for n, value in scalars.items()}
         data |= {n: variable(n, ("exponent",), values) for n, values in spectrum.items()}
+        data |= {n: variable(n, (MESH,), values) for n, values in meshes.items()}
         data |= {f"section_{n}": variable(f"section_{n}", ("point",), np.array(x)) for n, x in self.section.items()}
         classes = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
         attributes = provenance("regime", self.model, classification=asdict(self.settings))
-        return new_dataset(data, attrs={**attributes, **classes})
+        return new_dataset(data, mesh_coordinate(self.model), {**attributes, **classes})
 
 
 @dataclass(frozen=True)
@@ -277,14 +297,15 @@ class Regime(ClassifyingStudy):
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         data = {}
         for name, values in found.items():
-            dims = () if values.ndim == 1 else ("point",) if name.startswith("section_") else ("exponent",)
+            kind = {"section_": "point", "mesh_": MESH}.get(name.partition("_")[0] + "_", "exponent")
+            dims = () if values.ndim == 1 else (kind,)
             if not name.startswith("spectral_"):
                 data[name] = variable(name, dims, values[0])
         classes = {}
         for name, prefix in (("motion", ""), ("spectral_label", "spectral_")):
             label, period = (int(found[f"{prefix}{n}"][0]) for n in ("label", "period"))
             classes[name] = motion_name(Label(label), period) if label else "none"
-        return new_dataset(data, attrs={**self.provenance(), **classes})
+        return new_dataset(data, mesh_coordinate(self.model), {**self.provenance(), **classes})
 
 
 regime = function_of(Regime)

@@ -13,6 +13,7 @@ import numpy as np
 from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, provenance, variable
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.response import MESH
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operating import Gears, as_model, gears_of
@@ -25,6 +26,11 @@ from gearchaos.studies.options import Option, options_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def mesh_coordinate(model: Any) -> dict[str, Any]:
+    """The names of the meshes of a train, as the coordinate of results over them; none of a pair."""
+    return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.kind == "train" else {}
 
 
 Results = dict[str, np.ndarray]
@@ -138,12 +144,12 @@ class Study(HasCard, ABC):
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         """The Dataset, from the results of `compute` for all items, arrays (N, ...) by name."""
-        shape, dims = tuple(self.grid.values()), (*self.grid, *self.item_dims)
+        shape = tuple(self.grid.values())
         data = {n: v.reshape(*shape, *v.shape[1:]) for n, v in found.items()}
-        return new_dataset(
-            {n: variable(n, dims[: v.ndim], v) for n, v in data.items()},
-            {axis.name: variable(axis.name, (axis.name,), axis.values) for axis in self.axes},
-            self.provenance(**self.recorded))
+        coords = {axis.name: variable(axis.name, (axis.name,), axis.values) for axis in self.axes}
+        of_items = {n: (MESH,) if n.startswith("mesh_") else self.item_dims for n in data}
+        return new_dataset({n: variable(n, (*self.grid, *of_items[n])[: v.ndim], v) for n, v in data.items()},
+                           coords | mesh_coordinate(self.model), self.provenance(**self.recorded))
 
     @property
     def recorded(self) -> dict[str, Any]:

@@ -410,7 +410,8 @@ class Assembly:
             rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
             damping=damping * units.rate / units.stiffness,
             in_contact=np.array([self._in_contact(element) for element in found.contacts]),
-            orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
+            static_forces=static, orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag,
+            **self._contacts(offsets))
         none, flat = np.zeros(points), np.zeros((points, 0))
         velocity = np.zeros((points, d))
         velocity[:, 1] = 1.0

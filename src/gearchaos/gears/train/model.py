@@ -83,6 +83,11 @@ class TrainModel(HasCard):
     coordinate_names = state_names
 
     @property
+    def mesh_names(self) -> tuple[str, ...]:
+        """The names of the meshes, and of shafts with stops, of which there are results."""
+        return tuple(element.name for element in structure(self.train).contacts)
+
+    @property
     def damping_law(self) -> str:
         """The damping law of the meshes, "contact" where they differ."""
         laws = {mesh.damping_law or self.train.damping_law for mesh in self.train.meshes}
