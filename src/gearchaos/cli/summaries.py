@@ -66,7 +66,7 @@ _SHOWN_ROWS = 20
 
 def _section(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     """The stroboscopic section of a simulation: τ and every coordinate by name, one value per mesh period."""
-    parts = map(parse, map(str, dataset.data_vars))
+    parts = map(parse, (str(name) for name, v in dataset.data_vars.items() if v.ndim == 1))
     names = {"tau": "tau_section", **{name.base: str(name) for name in parts if name.prefix == "section_"}}
     return {short: dataset[name] for short, name in names.items()}
 
@@ -75,12 +75,26 @@ def section_document(found: Found) -> dict[str, Any]:
     """The JSON document of a stroboscopic section: values by name, in physical units with these."""
     columns = _section(found.dataset)
     units = {"units": {name: values.attrs["units"] for name, values in columns.items()}} if found.physical else {}
-    return {**{name: values.values.tolist() for name, values in columns.items()}, **units}
+    return {**{name: values.values.tolist() for name, values in columns.items()}, **units, **_of_meshes(found)}
+
+
+def _of_meshes(found: Found) -> dict[str, Any]:
+    """Of a train, the deflections of the meshes in m, and their rates in m/s, at the end of each common period."""
+    if found.loaded.model.kind != "train":
+        return {}
+    units, section = found.loaded.model.units, found.plain
+    of = {"deflection": units.length, "deflection_rate": units.length * units.rate}
+    return {"meshes": {name: {n: (section[f"section_{n}"].values[:, m] * unit).tolist() for n, unit in of.items()}
+                       for m, name in enumerate(section["mesh"].values.tolist())}}
 
 
 def print_section(dataset: xr.Dataset) -> None:
-    """Print the last rows of a stroboscopic section."""
+    """Print the last rows of a stroboscopic section; of a train the deflections of its meshes."""
     columns = _section(dataset)
+    if "mesh" in dataset.dims:
+        deflections = dataset["section_deflection"]
+        columns = {"tau": columns["tau"], **{
+            f"s {name}": deflections[:, m] for m, name in enumerate(dataset["mesh"].values.tolist())}}
     rows = list(zip(*(values.values.tolist() for values in columns.values()), strict=True))
     text = measured if is_physical(dataset) else shown
     print(f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
@@ -93,7 +107,7 @@ def print_section(dataset: xr.Dataset) -> None:
     print_table(table)
 
 
-def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unproved | None = None) -> None:
+def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | None = None) -> None:
     """Print the verdict at one operating point: the motion, its proof, its evidence, and quantities with a title.
 
     Those of given gears are in their units.
@@ -104,9 +118,11 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
     if proof is not None:
         table.add_row("proof", proof.in_words())
     if scales is not None:
+        wheel = "wheel 1" if loaded.model.kind != "train" else loaded.model.train.bodies[0].name
         for q in OPERATION:
-            table.add_row(q.long_name, f"{shown(loaded.model.value(q.name))} {q.unit.replace('*', ' ')}")
-        table.add_row(quantity("omega").title, _measured("omega", loaded.model.omega, scales))
+            table.add_row(q.long_name.replace("wheel 1", wheel), f"{shown(loaded.model.value(q.name))} {q.unit.replace('*', ' ')}")
+        frequency = "frequency of the common period" if verdict.meshes else quantity("omega").title
+        table.add_row(frequency, _measured("omega", loaded.model.omega, scales))
     (factor, unit, digits) = (1.0, "", 5) if scales is None else (scales.rate, " 1/s", 1)
     exponents = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)]
                  for v, ends in zip(values["lyapunov"], values["lyapunov_ci"], strict=True)]
@@ -118,8 +134,28 @@ def print_regime(verdict: Verdict, loaded: LoadedStudy, proof: Certificate | Unp
         if q.name == "dynamic_factor" and values[q.name] is not None:
             for name, value in beside_factors(loaded.model).items():
                 table.add_row("", f"{name} {value}")
+    if verdict.meshes:
+        print_train(verdict)
     print_table(table)
     print("From the initial values given; `gearchaos attractors` finds other motions.")
+
+
+def print_train(verdict: Verdict) -> None:
+    """Print the answer for a train: the contact of each mesh, and a table of forces and impacts."""
+    model: Any = verdict.model
+    worst = {name: found["contact"] for name, found in verdict.meshes.items() if found["contact"] != "permanent"}
+    apart = "; ".join(f"{name} {contact}" for name, contact in worst.items())
+    print("\n".join(textwrap.wrap(f"{verdict.label}: " + (
+        f"contact is lost: {apart}" if worst else "all meshes stay in contact"), 79)))
+    cycles = ", ".join(f"{count} of {name}" for name, count in model.train.cycles.items())
+    print("\n".join(textwrap.wrap(f"{len(model.state_names)} coordinates; the common period is "
+                                  f"{model.train.period * 1e3:.4g} ms" + f", mesh cycles {cycles}" * bool(cycles), 79)))
+    table = plain_table("mesh", "contact", "front", "back", "peak (N)", "rms (N)", "impacts/s", "K_dyn", gap=1)
+    for name, found in verdict.meshes.items():
+        shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
+        numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
+        table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
+    print_table(table)
 
 
 def _measured(name: str, value: Any, scales: Scales | None) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, OperatingModel, is_design, operating_model
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, as_model, gears_of, is_design, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -28,7 +28,7 @@ from gearchaos.studies.axis import Axis, at_axis_starts
 from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
-from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, ModelTable, StudyFile, validated
+from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, InitialTable, ModelTable, StudyFile, validated
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -52,7 +52,7 @@ class LoadedStudy:
     @property
     def gears(self) -> Gears | None:
         """The gears at the operating point of the model; None if the file describes no gears."""
-        return self.model.gears if isinstance(self.model, OperatingModel) else None
+        return gears_of(self.model)
 
     @property
     def pair(self) -> GearPair | None:
@@ -98,6 +98,7 @@ def load_study(
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
     gears = _gears_of(tables, of_gears, Path(path or ".").parent, given)
+    model: Any  # a `MeshModel`, or a `TrainModel`
     options: dict[str, Any] = {} if tables.study is None else tables.study.model_dump(exclude_none=True)
     study_kind = options.pop("kind", None)
     known = file_options(study_class(study_kind)) if study_kind else {}
@@ -108,16 +109,20 @@ def load_study(
                for key, option in known.items() if key in options}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
-    if gears is not None:
+    if tables.train is not None:
+        model, initial = _train_model(tables, Path(path or ".").parent, kind)
+    elif gears is not None:
         gears = at_axis_starts(gears, axes)
-        model: MeshModel = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
+        model = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
         _refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES, "damping_law"})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
-    for name in tables.initial:
-        check_state_name(model.kind, name)
-    model = model.with_values(tables.initial).with_values(model_values)
+    if tables.train is None:
+        initial = validated(InitialTable, {"initial": tables.initial}).initial
+        for name in initial:
+            check_state_name(model.kind, name)
+    model = model.with_values(initial).with_values(model_values)
     settings = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
     settings = {name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()}
     return LoadedStudy(model, study_kind, options, settings, least)
@@ -218,13 +223,31 @@ def _gears_of(
     return gear_design.GearDesign.from_tables(design, {**default, **operation})
 
 
+def _train_model(tables: StudyFile, folder: Path, kind: Any) -> tuple[Any, dict[str, Any]]:
+    """The model of ``[train]`` of a study file in a folder, and its initial values."""
+    from gearchaos.gears.train.train_file import initial_of, read_train  # many modules, for trains alone
+
+    _refuse_beside(tables, "train", "model", "gearpair", "design", "operation")
+    if kind is not None:
+        raise InputError("kind", "must be left out for a train", kind, "The dimension follows from its parts.")
+
+    def pair(path: str) -> Gears:
+        found = _gears_of(_read(folder / path), {table: {} for table in _TABLES}, (folder / path).parent, {})
+        if found is None:
+            raise InputError("design", "must be the path of a file with [design] or [gearpair]", path)
+        return found
+
+    model: Any = as_model(read_train(tables.train or {}, pair))
+    return model, initial_of(model, tables.initial)
+
+
 def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:
     """Raise `InputError` for a table that determines the model, too."""
     for other in others:
         if (found := getattr(tables, other)) is not None:
             given = list(found) if isinstance(found, Mapping) else list(found.model_fields_set)
             raise InputError(f"[{other}]", f"must be left out beside [{table}]", given,
-                             "The gears determine the model.")
+                             f"[{table}] determines the model.")
 
 
 def _replaced(table: Mapping[str, Any], values: Mapping[str, Any], title: str) -> dict[str, Any]:

@@ -100,6 +100,12 @@ GearPairTable = create_model(
 )
 
 
+class InitialTable(_Table):
+    """``[initial]`` of a model or a pair: values by coordinate."""
+
+    initial: dict[str, float]
+
+
 class StudyFile(_Table):
     """The layout of a study file."""
 
@@ -107,7 +113,8 @@ class StudyFile(_Table):
     gearpair: GearPairTable | None = None  # type: ignore[valid-type]
     design: dict[str, Any] | None = None  # checked by `GearDesign`
     operation: dict[str, Any] | None = None
-    initial: dict[str, float] = {}
+    train: dict[str, Any] | None = None  # checked by `Train`
+    initial: dict[str, Any] = {}
     study: _StudyTable | None = None  # type: ignore[valid-type]
     classification: _ClassificationTable | None = None
 

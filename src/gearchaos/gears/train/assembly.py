@@ -67,7 +67,8 @@ class Structure:
         self.contacts = [self._mesh(mesh) for mesh in train.meshes]
         self.springs: list[Element] = []
         for shaft in train.shafts:
-            row, prescribed = self._angles({name: sign for name, sign in zip(shaft.between, (1.0, -1.0), strict=True)})
+            sense = self.sense(shaft.between[0])  # twist in the sense in which the shaft turns
+            row, prescribed = self._angles(dict(zip(shaft.between, (sense, -sense), strict=True)))
             if shaft.stiffness:
                 self.springs.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stiffness, shaft.damping))
             if shaft.stop is not None:

@@ -332,6 +332,7 @@ class Mesh(HasCard):
         of a file with ``[design]`` or ``[gearpair]``. What is given beside it replaces its value.
     teeth : two int
     base_radii : two lengths
+        In the ratio of the teeth to 1 %; the second one is taken to be in that ratio exactly.
     stiffness : force/length, or table
         Constant, or ``levels`` and where each ``starts`` in the mesh cycle.
     tooth_pairs : table
@@ -404,6 +405,7 @@ class Mesh(HasCard):
         if abs(r1 / r2 * z2 / z1 - 1) > _RATIO_TOLERANCE:
             raise InputError("base_radii", f"must be in the ratio of the teeth, {z1}/{z2} = {z1 / z2:.6g}, to 1 %",
                              round(r1 / r2, 6), "Base radii are m z cos(α)/2.")
+        object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
         object.__setattr__(self, "design", None)  # its values are those of the mesh
 
     def _of_design(self) -> dict[str, Any]:

@@ -1,0 +1,128 @@
+"""A planetary set written out as bodies and meshes of a train."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears import units
+from gearchaos.gears.fields import Record, one, read_by, record_values
+from gearchaos.gears.train.parts import Body, Mesh
+from gearchaos.quantities import POSITIVE
+
+_MOST_PLANETS = 12
+_ADDENDUM = 1.0  # over the module
+
+
+def _teeth(field: str, value: Any) -> tuple[int, int, int]:
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or len(value) != 3:
+        raise InputError(field, "must be a list of three numbers of teeth: sun, planet, ring", value)
+    sun, planet, ring = (units.teeth(f"{field}[{i}]", z) for i, z in enumerate(value))
+    return sun, planet, ring
+
+
+def _count(field: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_PLANETS:
+        raise InputError(field, f"must be a whole number from 1 to {_MOST_PLANETS}", value)
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanetarySet(Record):
+    """A planetary set with equally spaced planets, of gears without profile shift.
+
+    Parameters
+    ----------
+    count : int
+        Number of planets.
+    teeth : three int
+        Of sun, planet and ring.
+    module : length
+    pressure_angle : angle
+    sun, ring, carrier, planet : tables
+        Fields of a `Body` without its name; a ring that is held is ``{fixed = true}``.
+    sun_mesh, ring_mesh : tables
+        Fields of a `Mesh` without names, teeth and base radii, alike for all planets. Both waveforms begin at the same
+        position of their pitch points in the mesh cycle.
+
+    Raises
+    ------
+    InputError
+        For numbers of teeth that cannot be assembled, or planets that collide.
+
+    Notes
+    -----
+    Where the sun turns forwards in the frame of the carrier, the sun mesh of planet n, at the angle ψ_n, is z_s ψ_n
+    behind that of the first one, and its ring mesh z_r ψ_n ahead (R. G. Parker, J. Lin, *Mesh phasing relationships in
+    planetary and epicyclic gears*, J. Mech. Des. 126 (2004) 365). A planet meets sun and ring with opposite flanks at
+    opposite points of its pitch circle, so that they are half a cycle apart where its number of teeth is even.
+    """
+
+    count: int = field(metadata=read_by(_count))
+    teeth: Any = field(metadata=read_by(_teeth))
+    module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
+    pressure_angle: Any = field(default="20 deg", metadata=read_by(one(units.ANGLE, POSITIVE)))
+    sun: Any = None
+    ring: Any = None
+    carrier: Any = None
+    planet: Any = None
+    sun_mesh: Any = None
+    ring_mesh: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("sun", "ring", "carrier", "planet", "sun_mesh", "ring_mesh"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise InputError(name, "must be a table", getattr(self, name))
+        sun, planet, ring = self.teeth
+        if ring != sun + 2 * planet:
+            raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
+                             "The gears have no profile shift.")
+        if (sun + ring) % self.count:
+            fits = [n for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0]
+            raise InputError(
+                "count", f"must divide z_sun + z_ring = {sun + ring}, or planets at equal distances cannot be assembled",
+                self.count, f"Possible are {', '.join(map(str, fits))}." if fits else "")
+        gap = 2 * self.orbit * math.sin(math.pi / self.count) - self.module * (planet + 2 * _ADDENDUM)
+        if self.count > 1 and gap <= 0:
+            raise InputError("count", "must leave the tip circles of the planets apart", self.count,
+                             f"They overlap by {-gap * 1e3:.4g} mm.")
+
+    @property
+    def orbit(self) -> float:
+        """Distance of the planets' centres from the axis, m."""
+        return self.module * (self.teeth[0] + self.teeth[1]) / 2
+
+    @property
+    def positions(self) -> list[float]:
+        """Angles of the planets, rad."""
+        return [2 * math.pi * n / self.count for n in range(self.count)]
+
+    @property
+    def bodies(self) -> list[Body]:
+        """Sun, carrier, ring, and the planets."""
+        parts = [record_values(Body, name, {"name": name, **getattr(self, name)})
+                 for name in ("sun", "carrier", "ring")]
+        return parts + [record_values(Body, "planet", {
+            "name": f"planet{n}", "carrier": "carrier", "orbit": self.orbit, "position": position, **self.planet})
+                        for n, position in enumerate(self.positions, 1)]
+
+    @property
+    def meshes(self) -> list[Mesh]:
+        """Two meshes of each planet: with the sun, and with the ring."""
+        sun, planet, ring = self.teeth
+        base = self.module * math.cos(self.pressure_angle) / 2
+        out = []
+        for n, position in enumerate(self.positions, 1):
+            both = {"pressure_angle": self.pressure_angle}
+            out.append(record_values(Mesh, "sun_mesh", {
+                "between": ("sun", f"planet{n}"), "teeth": (sun, planet), "base_radii": (base * sun, base * planet),
+                "phase": -sun * position, **both, **self.sun_mesh}))
+            out.append(record_values(Mesh, "ring_mesh", {
+                "between": (f"planet{n}", "ring"), "teeth": (planet, ring), "internal": True,
+                "base_radii": (base * planet, base * ring), **both,
+                "phase": ring * position + math.pi * (planet + 1), **self.ring_mesh}))
+        return out
