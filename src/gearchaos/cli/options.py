@@ -5,6 +5,7 @@ This module imports only typer and rich; a command imports slow-loading modules 
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -101,12 +102,15 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False, axe
 
 
 def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] = ()) -> LoadedStudy:
-    """The content of a study file with the values of ``--set``; prints the warnings of its design."""
+    """The content of a study file with the values of ``--set``; prints the warnings of its gears, and what a train is
+    computed as: its coordinates and its common period."""
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []), axes=axes)
     for text in loaded.warnings:
         say(f"warning: {text}")
+    if loaded.model.kind == "train":
+        say(textwrap.fill(loaded.model.in_words, 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
 
 

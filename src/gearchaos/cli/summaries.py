@@ -117,12 +117,8 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
     table.add_row("motion", f"{verdict.label}: {verdict.reason}")
     if proof is not None:
         table.add_row("proof", proof.in_words())
-    if scales is not None:
-        wheel = "wheel 1" if loaded.model.kind != "train" else loaded.model.train.bodies[0].name
-        for q in OPERATION:
-            table.add_row(q.long_name.replace("wheel 1", wheel), f"{shown(loaded.model.value(q.name))} {q.unit.replace('*', ' ')}")
-        frequency = "frequency of the common period" if verdict.meshes else quantity("omega").title
-        table.add_row(frequency, _measured("omega", loaded.model.omega, scales))
+    for name, text in _operation(loaded.model, scales):
+        table.add_row(name, text)
     (factor, unit, digits) = (1.0, "", 5) if scales is None else (scales.rate, " 1/s", 1)
     exponents = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)]
                  for v, ends in zip(values["lyapunov"], values["lyapunov_ci"], strict=True)]
@@ -136,20 +132,37 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
                 table.add_row("", f"{name} {value}")
     if verdict.meshes:
         print_train(verdict)
+        print()
     print_table(table)
     print("From the initial values given; `gearchaos attractors` finds other motions.")
 
 
+def _operation(model: Any, scales: Scales | None) -> list[tuple[str, str]]:
+    """Speed, torque and frequency of an operating point of given gears, each with its words; none without scales."""
+    if scales is None:
+        return []
+    train = model.train if model.kind == "train" else None
+    wheels: dict[str, Any] = {}
+    if train:
+        loaded = (body.name for body in train.bodies if body.torque)
+        wheels = {"speed": train.bodies[0].name, "torque": next(loaded, None)}
+    rows = [(q.long_name.replace("wheel 1", wheel), f"{shown(model.value(q.name))} {q.unit.replace('*', ' ')}")
+            for q in OPERATION if (wheel := wheels.get(q.name, "wheel 1"))]
+    frequency = "frequency of the common period" if train else quantity("omega").title
+    return [*rows, (frequency, _measured("omega", model.omega, scales))]
+
+
 def print_train(verdict: Verdict) -> None:
     """Print the answer for a train: the contact of each mesh, and a table of forces and impacts."""
-    model: Any = verdict.model
-    worst = {name: found["contact"] for name, found in verdict.meshes.items() if found["contact"] != "permanent"}
-    apart = "; ".join(f"{name} {contact}" for name, contact in worst.items())
-    print("\n".join(textwrap.wrap(f"{verdict.label}: " + (
-        f"contact is lost: {apart}" if worst else "all meshes stay in contact"), 79)))
-    cycles = ", ".join(f"{count} of {name}" for name, count in model.train.cycles.items())
-    print("\n".join(textwrap.wrap(f"{len(model.state_names)} coordinates; the common period is "
-                                  f"{model.train.period * 1e3:.4g} ms" + f", mesh cycles {cycles}" * bool(cycles), 79)))
+    by_contact: dict[str, list[str]] = {}
+    for name, found in verdict.meshes.items():
+        by_contact.setdefault(found["contact"], []).append(name)
+    kept = by_contact.pop("permanent", [])
+    parts = [f"{_LOST[contact]} {', '.join(names)}" for contact, names in by_contact.items()]
+    if kept:
+        parts.append("all others keep contact" if parts else "all meshes keep contact")
+    answer = f"{verdict.label}: {'; '.join(parts)}"
+    print(textwrap.fill(answer, _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     table = plain_table("mesh", "contact", "front", "back", "peak (N)", "rms (N)", "impacts/s", "K_dyn", gap=1)
     for name, found in verdict.meshes.items():
         shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
@@ -225,7 +238,8 @@ _WIDTH = 80
 """Longest line, in characters."""
 
 _TEETH = {"permanent": "in contact", "one-sided": "separate", "two-sided": "hit both flanks", "none": "no contact"}
-"""Contact states in words."""
+_LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at", "none": "no contact at"}
+"""Contact states in words: of the teeth of a pair, and before the names of meshes."""
 
 
 def map_document(dataset: xr.Dataset) -> dict[str, Any]:

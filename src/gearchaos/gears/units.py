@@ -51,6 +51,7 @@ BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1
 TORSIONAL_STIFFNESS = Dimension("a torsional stiffness", "N*m/rad", "2e4 N*m/rad")
 ANGULAR_ACCELERATION = Dimension("an angular acceleration", "rad/s^2", "300 rad/s^2")
 VELOCITY = Dimension("a velocity", "m/s", "5 mm/s")
+ANGULAR_VELOCITY = Dimension("an angular velocity", "rad/s", "0.5 rad/s")  # of a vibration
 SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
@@ -59,7 +60,7 @@ DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")
 DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
 # powers of units of angles that a value of a dimension may have; 0 alone for the others
 _ANGLE_POWERS: dict[Dimension, tuple[int, ...]] = {ANGLE: (1,), SPEED: (1,), BEARING_FRICTION: (0, -1),
-    TORSIONAL_STIFFNESS: (0, -1), ANGULAR_ACCELERATION: (0, 1)}
+    TORSIONAL_STIFFNESS: (0, -1), ANGULAR_ACCELERATION: (0, 1), ANGULAR_VELOCITY: (0, 1)}
 
 
 class Measured(float):

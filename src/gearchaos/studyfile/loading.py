@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, as_model, gears_of, is_design, operating_model
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, operating_model
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -32,6 +32,7 @@ from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, InitialTable,
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
+    from gearchaos.gears.train.model import TrainModel
 
 AnyStudy = TypeVar("AnyStudy", bound=Study)
 
@@ -94,7 +95,7 @@ def load_study(
     file. Raises `InputError`.
     """
     tables = _read(Path(path)) if path is not None else StudyFile()
-    of_gears, model_values = _separated(values or {})
+    of_gears, model_values = _separated(values or {}) if tables.train is None else (_NONE, dict(values or {}))
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
     gears = _gears_of(tables, of_gears, Path(path or ".").parent, given)
@@ -110,7 +111,7 @@ def load_study(
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if tables.train is not None:
-        model, initial = _train_model(tables, Path(path or ".").parent, kind)
+        model = _train_model(tables, Path(path or ".").parent, kind, model_values)
     elif gears is not None:
         gears = at_axis_starts(gears, axes)
         model = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
@@ -122,7 +123,7 @@ def load_study(
         initial = validated(InitialTable, {"initial": tables.initial}).initial
         for name in initial:
             check_state_name(model.kind, name)
-    model = model.with_values(initial).with_values(model_values)
+        model = model.with_values(initial).with_values(model_values)
     settings = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
     settings = {name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()}
     return LoadedStudy(model, study_kind, options, settings, least)
@@ -161,6 +162,9 @@ def _read(path: Path) -> StudyFile:
 
 _TABLES = ("gearpair", "design", "operation")
 """The tables that describe gears; ``--set TABLE.KEY=VALUE`` replaces a value in them."""
+
+
+_NONE: dict[str, dict[str, Any]] = {table: {} for table in _TABLES}
 
 
 def _separated(values: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
@@ -223,22 +227,26 @@ def _gears_of(
     return gear_design.GearDesign.from_tables(design, {**default, **operation})
 
 
-def _train_model(tables: StudyFile, folder: Path, kind: Any) -> tuple[Any, dict[str, Any]]:
-    """The model of ``[train]`` of a study file in a folder, and its initial values."""
-    from gearchaos.gears.train.train_file import initial_of, read_train  # many modules, for trains alone
+def _train_model(tables: StudyFile, folder: Path, kind: Any, values: Mapping[str, Any]) -> TrainModel:
+    """The model of ``[train]`` of a study file in a folder, with values replaced by name and its initial values."""
+    from gearchaos.gears.train.model import TrainModel  # many modules, for trains alone
+    from gearchaos.gears.train.train_file import initial_of, read_train
 
     _refuse_beside(tables, "train", "model", "gearpair", "design", "operation")
     if kind is not None:
-        raise InputError("kind", "must be left out for a train", kind, "The dimension follows from its parts.")
+        raise InputError("kind", "must be left out for a train", kind, "Its coordinates follow from its parts.")
 
     def pair(path: str) -> Gears:
-        found = _gears_of(_read(folder / path), {table: {} for table in _TABLES}, (folder / path).parent, {})
+        try:
+            found = _gears_of(_read(folder / path), _NONE, (folder / path).parent, {})
+        except InputError as error:
+            raise InputError(f"{path}: {error.field}", error.rule, error.value, error.advice) from None
         if found is None:
             raise InputError("design", "must be the path of a file with [design] or [gearpair]", path)
         return found
 
-    model: Any = as_model(read_train(tables.train or {}, pair))
-    return model, initial_of(model, tables.initial)
+    model = TrainModel(read_train(tables.train or {}, pair)).with_values(values)
+    return replace(model, initial={**initial_of(model, tables.initial), **model.initial})
 
 
 def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:

@@ -170,10 +170,10 @@ class Structure:
         self.rigid = free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
         damped = any(body.damping for body in self.free)
         self.kept = self.rigid if damped else self.rigid[:, :0]
-        self.names = tuple(name for element in self.chosen for name in self._coordinate(element)) + tuple(
+        self.names = tuple(name for element in self.chosen for name in self.coordinate(element)) + tuple(
             f"rotation{i or ''}_dot" for i in range(self.kept.shape[1]))
 
-    def _coordinate(self, element: Element) -> tuple[str, str]:
+    def coordinate(self, element: Element) -> tuple[str, str]:
         """The names of a deflection and its rate; those of the first mesh are z and z_dot."""
         if element is self.contacts[0]:
             return "z", "z_dot"
@@ -380,7 +380,7 @@ class Assembly:
             rows[m, at], rows_rate[m, at + 1] = c, c
             rest = found.deflection_harmonics(element, self.speed) - np.einsum("r,prh->ph", c, h_chosen)
             if np.abs(rest).max(initial=0.0) > _SAME * max(np.abs(h_chosen).max(initial=0.0), 1e-300):
-                raise InputError(f"meshes {element.name}.error_amplitudes",
+                raise InputError(f"mesh {element.name}: error_amplitudes",
                                  "must leave the flanks of a closed loop together", "errors that do not",
                                  "Where meshes form a loop, as in a planetary set, an error of one must be that of the "
                                  "others: give errors only to meshes outside of loops.")

@@ -14,7 +14,7 @@ import numpy as np
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.train.assembly import Assembly, mean_stiffness, structure, units_of
-from gearchaos.gears.train.parts import Body, Mesh, Units, parameter_owner
+from gearchaos.gears.train.parts import Body, Mesh, Units, field_of, parameter_owner
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
@@ -103,6 +103,17 @@ class TrainModel(HasCard):
         """The common period in units of τ."""
         return 2 * math.pi / self.omega
 
+    @property
+    def in_words(self) -> str:
+        """A sentence that says how many coordinates it has, and when everything repeats."""
+        train = self.train
+        counts = {"body/bodies": len(train.bodies), "shaft/shafts": len(train.shafts),
+                  "contact with play/contacts with play": len(structure(train).contacts),
+                  "coordinate/coordinates": len(self.state_names)}
+        parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
+        return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
+                f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}, the period of results")
+
     @cached_property
     def _known(self) -> dict[str, _Parameter]:
         """The parameters of parts by name."""
@@ -155,6 +166,15 @@ class TrainModel(HasCard):
         return replace(self, train=train, initial=initial)
 
 
+def _cycles(cycles: Mapping[str, int]) -> str:
+    """How many cycles of meshes are in the common period, those with the same number together."""
+    alike: dict[int, list[str]] = {}
+    for name, count in cycles.items():
+        alike.setdefault(count, []).append(name)
+    return ", ".join(f"{count} mesh cycle{'s' * (count > 1)} of {' and '.join(names) if len(names) < 3 else names[0]}"
+                     f"{f' and {len(names) - 1} others' * (len(names) > 2)}" for count, names in alike.items())
+
+
 def _parameters(train: Train) -> Iterator[_Parameter]:
     for kind, names in _VARIED.items():
         for part in getattr(train, kind):
@@ -173,9 +193,12 @@ def _with_part(train: Train, parameter: _Parameter, value: Any) -> Train:
     def changed(part: Any) -> Any:
         if part.name != parameter.owner:
             return part
-        if parameter.field == "stiffness" and isinstance(part, Mesh):
-            return part.with_mean_stiffness(value, parameter.value)
-        return replace(part, **{parameter.field: value})
+        try:
+            if parameter.field == "stiffness" and isinstance(part, Mesh):
+                return part.with_mean_stiffness(value, parameter.value)
+            return replace(part, **{parameter.field: value})
+        except InputError as error:
+            raise InputError(field_of(part, error.field), error.rule, error.value, error.advice) from None
 
     parts = [changed(part) for part in getattr(train, parameter.kind)]
     return train.unbalanced(**{parameter.kind: tuple(parts)})

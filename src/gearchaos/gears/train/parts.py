@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from types import SimpleNamespace
@@ -22,6 +22,7 @@ from gearchaos.gears.fields import (
     number,
     one,
     read_by,
+    record,
     record_values,
     two,
 )
@@ -36,6 +37,7 @@ GROUND = "ground"
 """The name of the housing in the ends of a shaft."""
 
 LAWS = tuple(law for law in DAMPING_LAWS if law != "unilateral")
+_JOINED = {"shaft": "-", "mesh": "/"}  # between the names of both ends in the name of a part
 _MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of one
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 Part = TypeVar("Part")
@@ -46,18 +48,49 @@ def parameter_owner(name: str) -> str:
     return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
 
 
+def field_of(part: Any, name: str) -> str:
+    """A field of a part as it stands in messages: ``mesh z1/z2: backlash``."""
+    return f"{type(part).__name__.lower()} {part.name}: {name}"
+
+
+def read_part(kind: type[Part], number: int, value: Any) -> Part:
+    """A body, shaft or mesh from a table of its fields, or itself; the n-th of a list, counted from 0.
+
+    The field of an error is that of `field_of`, of a part without a name the number in place of this.
+    """
+    if isinstance(value, kind):
+        return value
+    word = kind.__name__.lower()
+    own = value.get("name") if isinstance(value, Mapping) else None
+    ends = value.get("between") if isinstance(value, Mapping) else None
+    if own is None and isinstance(ends, (list, tuple)) and all(isinstance(end, str) for end in ends):
+        own = _JOINED.get(word, " ").join(ends)
+    label = f"{word} {own}" if isinstance(own, str) and own.strip() else f"{word} number {number + 1}"
+    if not isinstance(value, Mapping):
+        raise InputError(label, f"must be a {kind.__name__} or a table", value)
+    try:
+        return record_values(kind, label, value)
+    except InputError as error:
+        rest = error.field.removeprefix(label).removeprefix(".")
+        raise InputError(f"{label}: {rest}" if rest else label, error.rule, error.value, error.advice) from None
+
+
 def parts(kind: type[Part]) -> Convert:
     """A list of parts, each an object of this class or a table with its fields."""
     def convert(name: str, values: Any) -> tuple[Part, ...]:
         if isinstance(values, (str, bytes, Mapping)) or not hasattr(values, "__iter__"):
+            raise InputError(name, f"must be a list of {kind.__name__} or tables", values)
+        return tuple(read_part(kind, i, value) for i, value in enumerate(values))
+    return convert
+
+
+def _terms(kind: type[Part]) -> Convert:
+    """A list of terms of a sum, each an object of this class or a table with its fields."""
+    def convert(name: str, values: Any) -> tuple[Part, ...]:
+        if isinstance(values, (str, bytes, Mapping)) or not hasattr(values, "__iter__"):
             known = ", ".join(f.name for f in fields(kind))  # type: ignore[arg-type]
             raise InputError(name, f"must be a list of tables with {known}", values)
-        found = []
-        for i, value in enumerate(values):
-            if not isinstance(value, (kind, Mapping)):
-                raise InputError(f"{name}[{i}]", f"must be a {kind.__name__} or a table", value)
-            found.append(record_values(kind, f"{name}[{i}]", value) if isinstance(value, Mapping) else value)
-        return tuple(found)
+        return tuple(record(kind)(f"{name}[{i}]", value) for i, value in enumerate(values))
     return convert
 
 
@@ -144,16 +177,6 @@ class Units(Record):
         return self.stiffness * self.length
 
 
-def _record(kind: type[Part]) -> Convert:
-    def convert(name: str, value: Any) -> Part:
-        if isinstance(value, kind):
-            return value
-        if not isinstance(value, Mapping):
-            raise InputError(name, f"must be a table with {', '.join(f.name for f in fields(kind))}", value)  # type: ignore[arg-type]
-        return record_values(kind, name, value)
-    return convert
-
-
 @dataclass(frozen=True, kw_only=True)
 class Body(HasCard):
     """A rotating body of a `Train`: a wheel with its shaft, a motor, a load, a carrier.
@@ -201,17 +224,17 @@ class Body(HasCard):
 
     name: str = field(metadata=read_by(_name))
     inertia: Any = field(default=None, metadata=read_by(one(units.INERTIA, POSITIVE)))
-    motion: Any = field(default=None, metadata=read_by(parts(MotionOrder)))
+    motion: Any = field(default=None, metadata=read_by(_terms(MotionOrder)))
     fixed: bool = False
     torque: Any = field(default=0.0, metadata=read_by(one(units.TORQUE)))
-    torque_orders: Any = field(default=(), metadata=read_by(parts(TorqueOrder)))
+    torque_orders: Any = field(default=(), metadata=read_by(_terms(TorqueOrder)))
     damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
     mass: Any = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
-    support: Any = field(default=None, metadata=read_by(_record(Support)))
+    support: Any = field(default=None, metadata=read_by(record(Support)))
     carrier: Any = field(default=None, metadata=read_by(_name))
     orbit: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
     position: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
-    pin: Any = field(default=None, metadata=read_by(_record(Support)))
+    pin: Any = field(default=None, metadata=read_by(record(Support)))
 
     def __post_init__(self) -> None:
         convert_fields(self)
@@ -233,8 +256,10 @@ class Body(HasCard):
             raise InputError("orbit", "must be given with carrier, and only with it", self.orbit)
         if self.carrier is not None and self.support is not None:
             raise InputError("support", "must be left out for a planet", "given", "A planet has a pin in its carrier.")
-        if self.pin is not None and self.carrier is None:
-            raise InputError("pin", "must be left out without carrier", "given")
+        for name in ("pin", "position") if self.carrier is None else ():
+            if getattr(self, name):
+                raise InputError(name, "must be left out without carrier", getattr(self, name),
+                                 "It is that of a planet, and has no effect here.")
         if self.mass is None and (self.support is not None or self.carrier is not None):
             raise InputError("mass", "must be given where the centre moves", None, f"That of {self.name}.")
         if self.mass is not None and self.support is None and self.carrier is None:
@@ -284,11 +309,15 @@ class Shaft(HasCard):
 
     def __post_init__(self) -> None:
         convert_fields(self)
-        object.__setattr__(self, "name", self.name or "-".join(self.between))
+        object.__setattr__(self, "name", self.name or _JOINED["shaft"].join(self.between))
         if (self.stop is None) != (self.stop_stiffness is None):
             raise InputError("stop_stiffness", "must be given with stop, and only with it", self.stop_stiffness)
         if self.stop is None and self.stop_damping:
-            raise InputError("stop_damping", "must be left out without stop", self.stop_damping)
+            raise InputError("stop_damping", "must be left out without stop", self.stop_damping,
+                             "It has no effect.")
+        if self.stiffness == 0 and self.damping:
+            raise InputError("damping", "must be left out without stiffness", self.damping,
+                             "It belongs to the spring and has no effect; stop_damping is that of the stops.")
         if self.stiffness == 0 and self.stop is None:
             raise InputError("stiffness", "must be greater than 0, or stop and stop_stiffness be given", 0.0,
                              "A shaft transmits torque. For a rigid one let both bodies be one.")
@@ -306,6 +335,40 @@ def _stiffness(field: str, value: Any) -> Any:
                          "levels.")
     levels = each(units.STIFFNESS)(f"{field}.levels", value["levels"])
     return SteppedStiffness(levels, to_floats(f"{field}.starts", value["starts"]))
+
+
+_OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "backlash", "error_amplitudes",
+              "error_phases")
+"""The fields of a mesh that a design has."""
+
+
+def _points(design: Any) -> list[Any]:
+    """A design at its speed and torque; one that lacks them at two of each, between which it must not differ."""
+    lacks = {name: values for name, values in (("speed", (600.0, 900.0)), ("torque", (50.0, 75.0)))
+             if getattr(design, name, values) is None}
+    if not lacks:
+        return [design]
+    return [design.at(**{name: values[i] for name, values in lacks.items()}) for i in (0, 1)]
+
+
+def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
+    """The values of a mesh by name that a design or a pair has, those left out that are not wanted."""
+    pair: GearPair = design.to_pair()
+    found: dict[str, Any] = {
+        "teeth": (pair.n1, pair.n2), "base_radii": (pair.R1, pair.R2), "damping": pair.k, "backlash": pair.backlash,
+        "error_amplitudes": pair.error_amplitudes, "error_phases": pair.error_phases}
+    stiffness = design.to_model().stiffness
+    if "stiffness" not in without:
+        if isinstance(stiffness, ToothPairStiffness):
+            found["tooth_pairs"] = pair.tooth_pairs
+        elif not stiffness.jumps:
+            raise InputError("design", "must have a mesh stiffness in steps", stiffness.form,
+                             "Choose another method of the stiffness, or give stiffness.")
+        else:
+            parts = stiffness.parts(stiffness.numbers())
+            found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
+                                                  tuple(float(start) for start, _ in parts))
+    return {name: value for name, value in found.items() if name not in without}
 
 
 def _design(field: str, value: Any) -> Any:
@@ -369,7 +432,7 @@ class Mesh(HasCard):
     teeth: Any = field(default=None, metadata=read_by(two(units.teeth, "must be a list of two numbers of teeth")))
     base_radii: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE), "must be a list of two")))
     stiffness: Any = field(default=None, metadata=read_by(_stiffness))
-    tooth_pairs: Any = field(default=None, metadata=read_by(_record(ToothPairs)))
+    tooth_pairs: Any = field(default=None, metadata=read_by(record(ToothPairs)))
     damping: Any = field(default=None, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
     backlash: Any = field(default=None, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
     error_amplitudes: Any = field(default=None, metadata=read_by(each(units.LENGTH)))
@@ -382,15 +445,14 @@ class Mesh(HasCard):
 
     def __post_init__(self) -> None:
         convert_fields(self)
-        object.__setattr__(self, "name", self.name or "/".join(self.between))
+        object.__setattr__(self, "name", self.name or _JOINED["mesh"].join(self.between))
         if not isinstance(self.internal, bool):
             raise InputError("internal", "must be true or false", self.internal)
         if self.stiffness is not None and self.tooth_pairs is not None:
-            raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness)
-        own = self._of_design()
-        for name in ("teeth", "base_radii", "stiffness", "damping", "backlash", "error_amplitudes", "error_phases"):
-            if getattr(self, name) is None and name in own:
-                object.__setattr__(self, name, own[name])
+            raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness,
+                             "The stiffness of the mesh is that of its tooth pairs.")
+        for name, value in self._of_design().items():
+            object.__setattr__(self, name, value)
         for name in ("teeth", "base_radii", "backlash"):
             if getattr(self, name) is None:
                 raise InputError(name, "must be given", None, "Or give a design.")
@@ -407,30 +469,27 @@ class Mesh(HasCard):
                              round(r1 / r2, 6), "Base radii are m z cos(α)/2.")
         object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
         object.__setattr__(self, "design", None)  # its values are those of the mesh
+        if self.phase and not self.varies:
+            raise InputError("phase", "must be left out for a mesh of constant stiffness without error", self.phase,
+                             "It has no effect.")
 
     def _of_design(self) -> dict[str, Any]:
         """The values of the design, by the names of fields."""
         if self.design is None:
             return {}
-        pair: GearPair = self.design.to_pair()
-        found: dict[str, Any] = {
-            "teeth": (pair.n1, pair.n2), "base_radii": (pair.R1, pair.R2), "damping": pair.k,
-            "backlash": pair.backlash, "error_amplitudes": pair.error_amplitudes, "error_phases": pair.error_phases}
-        stiffness = self.design.to_model().stiffness
-        if self.stiffness is None and self.tooth_pairs is None:
-            if isinstance(stiffness, ToothPairStiffness):
-                object.__setattr__(self, "tooth_pairs", pair.tooth_pairs)
-            elif not stiffness.jumps:
-                raise InputError("design", "must have a mesh stiffness in steps", stiffness.form,
-                                 "Choose another method of the stiffness, or give stiffness.")
-            else:
-                parts = stiffness.parts(stiffness.numbers())
-                found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
-                                                      tuple(float(start) for start, _ in parts))
-        return found
+        own = {name for name in _OF_DESIGN if getattr(self, name) is not None}
+        own |= {"stiffness", "tooth_pairs"} if own & {"stiffness", "tooth_pairs"} else set()
+        points = [_values_of(point, own) for point in _points(self.design)]
+        for name, value in points[0].items():
+            if any(point[name] != value for point in points[1:]):
+                raise InputError("design", "must have a speed and a torque", "none",
+                                 f"Its {name} depends on them: write [operation] with speed and torque in its file, or "
+                                 f"give {name} beside it.")
+        return points[0]
 
-    def with_mean_stiffness(self, mean: float, own: float) -> Mesh:
+    def with_mean_stiffness(self, mean: Any, own: float) -> Mesh:
         """This mesh with another mean stiffness than its ``own`` one, and a stiffness of the same form."""
+        mean = units.to_si("stiffness", mean, units.STIFFNESS, POSITIVE)
         if self.tooth_pairs is not None:
             levels = tuple(level * mean / own for level in self.tooth_pairs.stiffness)
             return replace(self, tooth_pairs=replace(self.tooth_pairs, stiffness=levels))

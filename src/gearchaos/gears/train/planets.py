@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gearchaos.errors import InputError
@@ -32,14 +32,18 @@ def _count(field: str, value: Any) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanetarySet(Record):
-    """A planetary set with equally spaced planets, of gears without profile shift.
+    """A planetary set with equally spaced planets, of gears without profile shift, for a `Train`.
+
+    Its ``bodies`` are ``sun``, ``carrier``, ``ring``, ``planet1``, …, those that are held last, and its ``meshes``
+    ``sun/planet1``, ``planet1/ring``, …. Other bodies are joined to it by shafts, such as a ring that is held
+    elastically, by a shaft to ``"ground"``.
 
     Parameters
     ----------
     count : int
         Number of planets.
     teeth : three int
-        Of sun, planet and ring.
+        Of sun, planet and ring: z_r = z_s + 2 z_p, and z_s + z_r is a multiple of the number of planets.
     module : length
     pressure_angle : angle
     sun, ring, carrier, planet : tables
@@ -55,10 +59,24 @@ class PlanetarySet(Record):
 
     Notes
     -----
-    Where the sun turns forwards in the frame of the carrier, the sun mesh of planet n, at the angle ψ_n, is z_s ψ_n
-    behind that of the first one, and its ring mesh z_r ψ_n ahead (R. G. Parker, J. Lin, *Mesh phasing relationships in
-    planetary and epicyclic gears*, J. Mech. Des. 126 (2004) 365). A planet meets sun and ring with opposite flanks at
-    opposite points of its pitch circle, so that they are half a cycle apart where its number of teeth is even.
+    Where the sun turns forwards in the frame of the carrier, as it does unless it is held, the sun mesh of planet n, at
+    the angle ψ_n, is z_s ψ_n behind that of the first one, and its ring mesh z_r ψ_n ahead (R. G. Parker, J. Lin, *Mesh
+    phasing relationships in planetary and epicyclic gears*, J. Mech. Des. 126 (2004) 365). A planet meets sun and ring
+    with opposite flanks at opposite points of its pitch circle, so that they are half a cycle apart where its number of
+    teeth is even.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> steel = {"mass": 0.5, "inertia": "5e-4 kg*m^2"}
+    >>> mesh = {"stiffness": "5e8 N/m", "backlash": "0.1 mm", "damping": "800 N*s/m"}
+    >>> planets = gc.PlanetarySet(
+    ...     count=3, teeth=(27, 36, 99), module="2.8 mm", sun={"inertia": "5e-4 kg*m^2", "torque": 30},
+    ...     ring={"fixed": True}, carrier={"inertia": "5e-2 kg*m^2", "torque": -140}, planet=steel,
+    ...     sun_mesh=mesh, ring_mesh=mesh)
+    >>> train = gc.Train(speed=1500, bodies=planets.bodies, meshes=planets.meshes)
+    >>> {name: round(float(speed), 1) for name, speed in train.speeds.items()}["carrier"]
+    321.4
     """
 
     count: int = field(metadata=read_by(_count))
@@ -76,20 +94,20 @@ class PlanetarySet(Record):
         super().__post_init__()
         for name in ("sun", "ring", "carrier", "planet", "sun_mesh", "ring_mesh"):
             if not isinstance(getattr(self, name), Mapping):
-                raise InputError(name, "must be a table", getattr(self, name))
+                raise InputError(name, "must be given, a table", getattr(self, name))
         sun, planet, ring = self.teeth
         if ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              "The gears have no profile shift.")
         if (sun + ring) % self.count:
-            fits = [n for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0]
-            raise InputError(
-                "count", f"must divide z_sun + z_ring = {sun + ring}, or planets at equal distances cannot be assembled",
-                self.count, f"Possible are {', '.join(map(str, fits))}." if fits else "")
+            fits = [str(n) for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0]
+            raise InputError("count", f"must divide z_sun + z_ring = {sun + ring}", self.count,
+                             "Planets at equal distances could not be assembled." + (
+                                 f" Possible are {', '.join(fits)}." if fits else ""))
         gap = 2 * self.orbit * math.sin(math.pi / self.count) - self.module * (planet + 2 * _ADDENDUM)
         if self.count > 1 and gap <= 0:
             raise InputError("count", "must leave the tip circles of the planets apart", self.count,
-                             f"They overlap by {-gap * 1e3:.4g} mm.")
+                             f"They would overlap by {-gap * 1e3:.4g} mm: take fewer planets, or smaller ones.")
 
     @property
     def orbit(self) -> float:
@@ -103,10 +121,10 @@ class PlanetarySet(Record):
 
     @property
     def bodies(self) -> list[Body]:
-        """Sun, carrier, ring, and the planets."""
-        parts = [record_values(Body, name, {"name": name, **getattr(self, name)})
-                 for name in ("sun", "carrier", "ring")]
-        return parts + [record_values(Body, "planet", {
+        """Sun, carrier, ring, those that are held last, and the planets."""
+        names = sorted(("sun", "carrier", "ring"), key=lambda name: bool(getattr(self, name).get("fixed")))
+        found = [_part(Body, name, {"name": name, **getattr(self, name)}) for name in names]
+        return found + [_part(Body, "planet", {
             "name": f"planet{n}", "carrier": "carrier", "orbit": self.orbit, "position": position, **self.planet})
                         for n, position in enumerate(self.positions, 1)]
 
@@ -115,14 +133,26 @@ class PlanetarySet(Record):
         """Two meshes of each planet: with the sun, and with the ring."""
         sun, planet, ring = self.teeth
         base = self.module * math.cos(self.pressure_angle) / 2
+        sense = -1 if self.sun.get("fixed") else 1  # in which the sun turns in the frame of the carrier
         out = []
         for n, position in enumerate(self.positions, 1):
             both = {"pressure_angle": self.pressure_angle}
-            out.append(record_values(Mesh, "sun_mesh", {
+            with_sun = _part(Mesh, "sun_mesh", {
                 "between": ("sun", f"planet{n}"), "teeth": (sun, planet), "base_radii": (base * sun, base * planet),
-                "phase": -sun * position, **both, **self.sun_mesh}))
-            out.append(record_values(Mesh, "ring_mesh", {
+                **both, **self.sun_mesh})
+            with_ring = _part(Mesh, "ring_mesh", {
                 "between": (f"planet{n}", "ring"), "teeth": (planet, ring), "internal": True,
-                "base_radii": (base * planet, base * ring), **both,
-                "phase": ring * position + math.pi * (planet + 1), **self.ring_mesh}))
+                "base_radii": (base * planet, base * ring), **both, **self.ring_mesh})
+            out += [_ahead(with_sun, -sense * sun * position),
+                    _ahead(with_ring, sense * ring * position + math.pi * (planet + 1))]
         return out
+
+
+def _part(kind: type[Any], name: str, values: Mapping[str, Any]) -> Any:
+    """A body or mesh of the set from the table of this name."""
+    return record_values(kind, f"planets: {name}", values)
+
+
+def _ahead(mesh: Mesh, phase: float) -> Mesh:
+    """A mesh that is ahead of its own phase, if anything of it varies."""
+    return replace(mesh, phase=mesh.phase + phase) if mesh.varies else mesh

@@ -16,7 +16,7 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.train.assembly import mean_imbalance, units_of
-from gearchaos.gears.train.parts import GROUND, LAWS, Body, Mesh, Shaft, Units, parameter_owner, parts
+from gearchaos.gears.train.parts import GROUND, LAWS, Body, Mesh, Shaft, Units, field_of, parameter_owner, parts
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import POSITIVE
 
@@ -94,11 +94,18 @@ class Train(HasCard):
 
     def check_balance(self) -> None:
         """Raise `InputError` unless the mean torques balance."""
-        left, size, body = mean_imbalance(self)
-        if abs(left) > BALANCE * size:
-            raise InputError(f"bodies {body}.torque", "must balance the other mean torques", self.body(body).torque,
-                             f"{left:.6g} N m are left over; {self.body(body).torque - left:.9g} N m would balance "
-                             "them. Drag and load torques are negative.")
+        left, size, name = mean_imbalance(self)
+        if abs(left) <= BALANCE * size:
+            return
+        own = self.body(name).torque
+        others = [body for body in self.bodies if not body.prescribed and body.name != name and self.ratios[body.name]]
+        advice = f"{left:.6g} N m are left over; {own - left:.9g} N m would balance them."
+        if others and not any(body.torque for body in others):
+            other = others[-1].name
+            load = -left * abs(self.ratios[name] / self.ratios[other])
+            advice = f"{left:.6g} N m are left over; {load:.9g} N m at {other} would balance them."
+        raise InputError(f"body {name}: torque", "must balance the other mean torques", own,
+                         f"{advice} Loads and drag are negative.")
 
     def body(self, name: str) -> Body:
         """The body of this name."""
@@ -106,36 +113,45 @@ class Train(HasCard):
 
     def _check_names(self) -> None:
         """Raise `InputError` for a name that two parts have, or that is of none."""
-        if self.bodies[0].fixed:
-            raise InputError("bodies[0].fixed", "must be false: the first body turns", True)
+        first = self.bodies[0]
+        if first.fixed:
+            raise InputError(field_of(first, "fixed"), "must be false", True,
+                             "The first body turns: the speed and all orders are those of its rotation.")
         known = [body.name for body in self.bodies]
-        own = [part.name for part in (*self.bodies, *self.shafts, *self.meshes)]
-        for name in own:
-            if [parameter_owner(other) for other in own].count(parameter_owner(name)) > 1:
-                raise InputError("name", "must be that of one part", name, "Names differ in letters and digits.")
+        own: dict[str, Any] = {}
+        for part in (*self.bodies, *self.shafts, *self.meshes):
+            if (name := parameter_owner(part.name)) in own:
+                raise InputError(field_of(part, "name"), "must be that of no other part", own[name].name,
+                                 "Give each a name. Names must differ in letters, digits, - and _.")
+            own[name] = part
         for part in (*self.shafts, *self.meshes):
             allowed = [*known, GROUND] if isinstance(part, Shaft) else known
             for name in part.between:
                 if name not in allowed:
-                    raise unknown_name(f"{part.name}.between: body", name, allowed)
+                    raise unknown_name(field_of(part, "between"), name, allowed)
         for body in self.bodies:
             if body.carrier is not None and body.carrier not in known:
-                raise unknown_name(f"{body.name}.carrier: body", body.carrier, known)
+                raise unknown_name(field_of(body, "carrier"), body.carrier, known)
             if body.carrier == body.name or (body.carrier and self.body(body.carrier).carrier):
-                raise InputError(f"{body.name}.carrier", "must be a body that is no planet", body.carrier)
+                raise InputError(field_of(body, "carrier"), "must be a body that is no planet", body.carrier)
         for mesh in self.meshes:
-            a, b = map(self.body, mesh.between)
-            if a.prescribed and b.prescribed:
-                raise InputError(f"meshes {mesh.name}", "must have a body that is free to move", mesh.between,
-                                 "The motion of both is prescribed, so that nothing is left to compute.")
-            if (a.carrier or b.carrier) and mesh.line_of_action is None and mesh.pressure_angle is None:
-                raise InputError(f"meshes {mesh.name}.pressure_angle", "must be given for a mesh with a planet", None)
-            if mesh.pressure_angle is not None and not (a.carrier or b.carrier):
-                raise InputError(f"meshes {mesh.name}.pressure_angle", "must be left out without a planet",
-                                 mesh.pressure_angle, "It has no effect there.")
-            if mesh.line_of_action is not None and not any(x.support or x.carrier for x in (a, b)):
-                raise InputError(f"meshes {mesh.name}.line_of_action", "must be left out where both centres rest",
-                                 mesh.line_of_action, "It has no effect there.")
+            self._check_mesh(mesh)
+
+    def _check_mesh(self, mesh: Mesh) -> None:
+        """Raise `InputError` for a mesh that does not go with its bodies."""
+        a, b = map(self.body, mesh.between)
+        if a.prescribed and b.prescribed:
+            raise InputError(field_of(mesh, "between"), "must have a body that is free to move", list(mesh.between),
+                             "The motion of both is prescribed, so that nothing is left to compute.")
+        planet = a.carrier or b.carrier
+        if planet and mesh.line_of_action is None and mesh.pressure_angle is None:
+            raise InputError(field_of(mesh, "pressure_angle"), "must be given for a mesh with a planet", None)
+        if mesh.pressure_angle is not None and not planet:
+            raise InputError(field_of(mesh, "pressure_angle"), "must be left out without a planet",
+                             mesh.pressure_angle, "It has no effect here: base radii are given.")
+        if mesh.line_of_action is not None and not any(x.support or x.carrier for x in (a, b)):
+            raise InputError(field_of(mesh, "line_of_action"), "must be left out where both centres rest",
+                             mesh.line_of_action, "It has no effect here. Or give one body mass and support.")
 
     def carrier(self, mesh: Mesh) -> str | None:
         """The body in whose frame the centres of both wheels of a mesh rest, if it turns."""
@@ -147,18 +163,34 @@ class Train(HasCard):
         """The steady speed of each body over that of the first one; negative where it turns the other way."""
         names = [body.name for body in self.bodies]
         first = names[0]
-        equations = [(body.name, {body.name: Fraction(1)}) for body in self.bodies if body.fixed]
+        self._check_connected()
+        equations: list[tuple[Any, dict[str, Fraction]]] = [
+            (body, {body.name: Fraction(1)}) for body in self.bodies if body.fixed]
         for shaft in self.shafts:
             row = {name: Fraction(sign) for name, sign in zip(shaft.between, (1, -1), strict=True) if name != GROUND}
-            equations.append((shaft.name, row))
+            equations.append((shaft, row))
         for mesh in self.meshes:
             (a, b), (z1, z2) = mesh.between, mesh.teeth
             other = Fraction(-z2 if mesh.internal else z2)
             row = {a: Fraction(z1), b: other}
             if held := self.carrier(mesh):
                 row[held] = row.get(held, Fraction(0)) - z1 - other
-            equations.append((mesh.name, row))
+            equations.append((mesh, row))
         return _steady(names, first, equations)
+
+    def _check_connected(self) -> None:
+        """Raise `InputError` for a body that no shaft, mesh or carrier connects to the first one."""
+        ends = [part.between for part in (*self.shafts, *self.meshes)]
+        ends += [(body.name, body.carrier) for body in self.bodies if body.carrier]
+        first = self.bodies[0].name
+        found, before = {first}, 0
+        while len(found) > before:
+            before = len(found)
+            found |= {name for pair in ends if found & set(pair) - {GROUND} for name in pair}
+        for body in self.bodies:
+            if body.name not in found:
+                raise InputError(f"body {body.name}", f"must be connected with {first} by meshes and shafts", "none",
+                                 "Leave it out, or name it in a mesh or a shaft.")
 
     @property
     def speeds(self) -> dict[str, float]:
@@ -261,9 +293,9 @@ class Train(HasCard):
         return tuple(text for text, holds in found.items() if holds)
 
 
-def _steady(names: list[str], first: str, equations: Iterable[tuple[str, Mapping[str, Fraction]]]
+def _steady(names: list[str], first: str, equations: Iterable[tuple[Any, Mapping[str, Fraction]]]
             ) -> dict[str, Fraction]:
-    """The speeds that satisfy linear equations Σ factor × speed = 0, each with the name of its part, the first being 1.
+    """The speeds that satisfy linear equations Σ factor × speed = 0, each with its part, the first being 1.
 
     Raises `InputError` where they contradict each other, or leave one open.
     """
@@ -278,8 +310,9 @@ def _steady(names: list[str], first: str, equations: Iterable[tuple[str, Mapping
         if not left:
             continue
         if not unknown:
-            raise InputError(part, "must turn with the ratio of the other parts", "0", "By its teeth, and those of "
-                             f"the loop that it closes, {first} could not turn.")
+            known = {name: solved.get(name, {name: Fraction(1)}) for name in row}
+            raise _contradiction(part, row, first, {
+                name: value.get(first, Fraction(0)) for name, value in known.items() if value.keys() <= {first}})
         chosen = unknown[-1]
         value = {name: -factor / left[chosen] for name, factor in left.items() if name != chosen}
         for name, row_of in solved.items():
@@ -291,10 +324,28 @@ def _steady(names: list[str], first: str, equations: Iterable[tuple[str, Mapping
         solved[chosen] = value
     for name in names:
         if name != first and (name not in solved or solved[name].keys() - {first}):
-            raise InputError(f"bodies {name}", f"must turn with {first} by meshes and shafts", name,
-                             "Its speed does not follow from the numbers of teeth. Hold a body with a shaft to "
-                             f"'{GROUND}', or leave this one out.")
+            raise InputError(f"body {name}", "must have a speed that follows from the numbers of teeth", "none",
+                             f"Hold it, or another body, by fixed = true or a shaft to '{GROUND}'.")
     return {name: Fraction(1) if name == first else solved[name].get(first, Fraction(0)) for name in names}
+
+
+def _contradiction(part: Any, row: Mapping[str, Fraction], first: str, known: Mapping[str, Fraction]) -> InputError:
+    """The error for a mesh or a shaft with which the parts before it could not turn; ``known`` ratios of its bodies."""
+    teeth = f"{part.teeth[0]}/{part.teeth[1]}" if isinstance(part, Mesh) else list(part.between)
+    field = field_of(part, "teeth" if isinstance(part, Mesh) else "between")
+    if len(known) != 2 or len(row) != 2:
+        return InputError(field, "must let the parts turn", teeth, f"With it {first} could not turn: a body is held.")
+    (a, factor), (b, other) = row.items()
+    wanted = known[a] * -factor / other
+    advice = (f"By the other parts {b} turns {_times(known[b])} as fast as {first}, by this one "
+              f"{_times(wanted)}.")
+    if wanted == -known[b]:
+        advice += " A loop of an odd number of external meshes cannot turn."
+    return InputError(field, "must agree with the loop that it closes", teeth, advice)
+
+
+def _times(ratio: Fraction) -> str:
+    return f"{float(ratio):.6g} times"
 
 
 def _common(orders: Iterable[Fraction]) -> Fraction:

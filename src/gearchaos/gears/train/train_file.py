@@ -7,11 +7,14 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.fields import record_values
+from gearchaos.gears.train.assembly import structure
 from gearchaos.gears.train.model import TrainModel
-from gearchaos.gears.train.parts import Mesh, parameter_owner
+from gearchaos.gears.train.parts import Body, Mesh, Shaft, read_part
 from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.train import Train
-from gearchaos.gears.units import LENGTH, VELOCITY, to_si
+from gearchaos.gears.units import ANGLE, ANGULAR_VELOCITY, LENGTH, VELOCITY, to_si
+
+_KINDS = {"bodies": Body, "shafts": Shaft, "meshes": Mesh}
 
 
 def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
@@ -20,50 +23,76 @@ def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
     A table ``planets`` adds the bodies and meshes of a planetary set.
     """
     given = dict(table)
-    meshes = []
-    for i, mesh in enumerate(_tables(given, "meshes")):
-        if isinstance(mesh.get("design"), str):
-            mesh = {**mesh, "design": pair(mesh["design"])}
-        meshes.append(record_values(Mesh, f"train.meshes[{i}]", mesh))
-    given["meshes"] = meshes
-    if planets := given.pop("planets", None):
-        if not isinstance(planets, Mapping):
-            raise InputError("train.planets", "must be a table", planets)
-        found = record_values(PlanetarySet, "train.planets", planets)
-        given["bodies"] = [*_tables(given, "bodies"), *found.bodies]
+    planets = given.pop("planets", None)
+    for name, kind in _KINDS.items():
+        if name in given or planets is not None:
+            given[name] = [read_part(kind, i, _with_design(part, pair))
+                           for i, part in enumerate(_tables(given, name))]
+    if planets is not None:
+        found = _in_words("train.planets", "planets: ", PlanetarySet, planets)
+        given["bodies"] += found.bodies
         given["meshes"] += found.meshes
-    return record_values(Train, "train", given)
+    return _in_words("train", "train.", Train, given)
 
 
-def _tables(table: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
+def _in_words(label: str, prefix: str, kind: type[Any], value: Any) -> Any:
+    """A value from a table, with the prefix before the names of its keys in messages, but not before parts."""
+    if not isinstance(value, Mapping):
+        raise InputError(label, "must be a table", value, f"Write [{label}].")
+    try:
+        return record_values(kind, label, value)
+    except InputError as error:
+        rest = error.field.removeprefix(label).removeprefix(".")
+        field = rest if ": " in rest or rest.startswith("body ") else f"{prefix}{rest}" if rest else label
+        raise InputError(field, error.rule, error.value, error.advice) from None
+
+
+def _with_design(part: Any, pair: Callable[[str], Any]) -> Any:
+    """The table of a part, of a mesh with the gears at the path that it names."""
+    if not (isinstance(part, Mapping) and isinstance(part.get("design"), str)):
+        return part
+    return {**part, "design": pair(part["design"])}
+
+
+def _tables(table: Mapping[str, Any], name: str) -> list[Any]:
     """A list of tables, in TOML [[train.name]]."""
     found = table.get(name, [])
-    if not isinstance(found, list) or not all(isinstance(each, Mapping) for each in found):
+    if not isinstance(found, list):
         raise InputError(f"train.{name}", "must be a list of tables", found, f"Write [[train.{name}]].")
-    return [dict(each) for each in found]
+    return found
 
 
 def initial_of(model: TrainModel, table: Mapping[str, Any]) -> dict[str, float]:
-    """Dimensionless initial values by coordinate, from a table with ``deflections`` and ``deflection_rates`` of meshes,
-    and angles of shafts, by name; of a mesh 0 where the front flanks touch."""
-    dimensions = {"deflections": (LENGTH, "z", model.units.length),
-                  "deflection_rates": (VELOCITY, "z_dot", model.units.length * model.units.rate)}
-    out = {}
+    """Dimensionless initial values by coordinate from a table ``[initial]``.
+
+    It has ``deflections`` and ``deflection_rates`` by the names of meshes, a deflection 0 where the front flanks touch,
+    and of shafts, the twist; or the coordinates themselves.
+    """
+    out = {name: value for name, value in table.items() if name in model.state_names}
+    found = structure(model.train)
+    elements = {element.name: element for element in [*found.springs, *found.contacts] if element.owner}
+    length = model.units.length
     for key, values in table.items():
-        if key not in dimensions:
-            raise unknown_name("key of [initial]", key, dimensions)
+        if key in out:
+            continue
+        if key == "angles":
+            raise InputError("initial.angles", "must be left out", values,
+                             "The deflections of meshes and shafts say all: turning as a whole has no effect.")
+        if key not in ("deflections", "deflection_rates"):
+            raise unknown_name("key of [initial]", key, ("deflections", "deflection_rates", *model.state_names))
         if not isinstance(values, Mapping):
-            raise InputError(f"initial.{key}", "must be a table of values by mesh", values)
-        dimension, suffix, unit = dimensions[key]
-        names = {mesh.name: mesh for mesh in model.train.meshes}
+            raise InputError(f"initial.{key}", "must be a table of values by mesh and shaft", values)
+        rate = key == "deflection_rates"
         for name, value in values.items():
-            if name not in names:
-                raise unknown_name(f"initial.{key}: mesh", name, names)
-            first = name == model.train.meshes[0].name
-            coordinate = suffix if first else f"{parameter_owner(name)}.{suffix}"
-            if coordinate not in model.state_names:
-                raise InputError(f"initial.{key}.{name}", "must be left out for this mesh", value,
-                                 "Its deflection follows from the others: it closes a loop.")
-            shift = names[name].backlash / 2 if suffix == "z" else 0.0
-            out[coordinate] = (to_si(f"initial.{key}.{name}", value, dimension) + shift) / unit
+            if name not in elements:
+                raise unknown_name(f"initial.{key}: mesh or shaft", name, elements)
+            element, field = elements[name], f"initial.{key}: {name}"
+            if element not in found.chosen:
+                raise InputError(field, "must be left out", value,
+                                 "Its deflection follows from those of other meshes and shafts.")
+            mesh = element.mesh is not None
+            dimension = (VELOCITY if mesh else ANGULAR_VELOCITY) if rate else (LENGTH if mesh else ANGLE)
+            number = to_si(field, value, dimension)
+            out[found.coordinate(element)[rate]] = (number / (length * model.units.rate) if rate else
+                                                    (number + (element.backlash / 2 if mesh else 0.0)) / length)
     return out
