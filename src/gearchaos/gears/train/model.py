@@ -151,6 +151,8 @@ class TrainModel(HasCard):
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """This model with values replaced by name: ``speed``, ``torque``, parameters of parts such as
         ``loose.torque``, ``damping_law``, and initial values by coordinate."""
+        if not values:
+            return self
         law = {"damping_law": values["damping_law"]} if "damping_law" in values else {}
         if "kind" in values:
             raise InputError("kind", "must be left out for a train", values["kind"])
