@@ -43,6 +43,11 @@ class Oracle:
         for m in train.meshes:
             one = self.cycle(m)
             self.contacts += [(m, side, e) for e, side in enumerate(one.sides.tolist())]
+        # a step must not pass over a whole contact
+        rates = [math.sqrt(2 * self.cycles[m.name].stiffness.max() * sum(
+            r**2 / self.bodies[n].inertia for n, r in zip(m.between, m.base_radii, strict=True)
+            if self.bodies[n].inertia)) for m in train.meshes]
+        self.longest_step = 0.25 / max(rates)
         self.contacts += [(s, side, 0) for s in train.shafts if s.stop is not None for side in (1.0, -1.0)]
 
     def cycle(self, mesh: Any) -> Any:
@@ -171,7 +176,8 @@ class Oracle:
                     inside.terminal, inside.direction = True, -1  # type: ignore[attr-defined]
                     events.append(inside)
                 found = solve_ivp(lambda t, q, shut=tuple(closed), piece=piece: self.rates(t, q, shut, piece),
-                                  (t, end), q, "DOP853", rtol=2.5e-14, atol=1e-17, events=events)
+                                  (t, end), q, "DOP853", rtol=2.5e-14, atol=1e-17, events=events,
+                                  max_step=self.longest_step)
                 q, t = found.y[:, -1], found.t[-1]
                 if found.status != 1:
                     break
