@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
@@ -28,7 +29,7 @@ from gearchaos.gears.fields import (
 )
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import ToothPairs
-from gearchaos.model import DAMPING_LAWS, SteppedStiffness, ToothPairStiffness
+from gearchaos.model import DAMPING_LAWS, HarmonicStiffness, SteppedStiffness, ToothPairStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
@@ -37,6 +38,9 @@ GROUND = "ground"
 """The name of the housing in the ends of a shaft."""
 
 LAWS = tuple(law for law in DAMPING_LAWS if law != "unilateral")
+STEPS = 48
+"""Steps in which a Fourier series of a mesh stiffness is followed."""
+
 _JOINED = {"shaft": "-", "mesh": "/"}  # between the names of both ends in the name of a part
 _MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of one
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
@@ -142,7 +146,8 @@ class MotionOrder(_Order):
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.acceleration is None) == (self.angle is None):
-            raise InputError("acceleration", "must be given, or angle, not both", (self.acceleration, self.angle))
+            raise InputError("acceleration", "must be given, or angle, not both",
+                             None if self.angle is None else "both", "E.g. acceleration = '300 rad/s^2'.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,13 +263,14 @@ class Body(HasCard):
             raise InputError("support", "must be left out for a planet", "given", "A planet has a pin in its carrier.")
         for name in ("pin", "position") if self.carrier is None else ():
             if getattr(self, name):
-                raise InputError(name, "must be left out without carrier", getattr(self, name),
+                raise InputError(name, "must be left out without carrier", "a value",
                                  "It is that of a planet, and has no effect here.")
         if self.mass is None and (self.support is not None or self.carrier is not None):
-            raise InputError("mass", "must be given where the centre moves", None, f"That of {self.name}.")
+            raise InputError("mass", "must be given where the centre moves", None,
+                             "It does with a support, and that of a planet with its carrier.")
         if self.mass is not None and self.support is None and self.carrier is None:
-            raise InputError("mass", "must be left out where the centre rests", self.mass,
-                             "It has no effect. Or give support, or carrier and orbit.")
+            raise InputError("mass", "must be left out where the centre rests", units.Shown(self.mass, self.mass),
+                             "It has no effect there. Or give support, or of a planet carrier and orbit.")
 
     @property
     def prescribed(self) -> bool:
@@ -323,16 +329,55 @@ class Shaft(HasCard):
                              "A shaft transmits torque. For a rigid one let both bodies be one.")
 
 
+@dataclass(frozen=True, kw_only=True)
+class SeriesStiffness(Record):
+    """A mesh stiffness c(ψ) = ``mean`` + Σ ``amplitudes[j - 1]`` cos(j ψ − ``phases[j - 1]``), N/m, ψ the phase of the
+    mesh cycle. It is followed in `STEPS` steps, each the mean of the series over it."""
+
+    mean: Any = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    amplitudes: Any = field(metadata=read_by(each(units.STIFFNESS)))
+    phases: Any = field(default=(), metadata=read_by(each(units.ANGLE)))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+        if len(self.phases) > len(self.amplitudes):
+            raise InputError("phases", "must not be longer than amplitudes", len(self.phases))
+        if not self.amplitudes:
+            raise InputError("amplitudes", "must have at least one value", [], "A constant stiffness is one number.")
+        if (least := float(self._levels().min())) <= 0:
+            raise InputError("amplitudes", "must leave the stiffness positive", list(self.amplitudes),
+                             f"With a mean of {self.mean:.6g} N/m it falls to {least:.6g} N/m.")
+
+    def _levels(self) -> np.ndarray:
+        """The means of the series over equal steps of the mesh cycle, N/m."""
+        edges = np.arange(STEPS + 1) / STEPS
+        levels = np.full(STEPS, float(self.mean))
+        for j, amplitude in enumerate(self.amplitudes, 1):
+            phase = self.phases[j - 1] if j <= len(self.phases) else 0.0
+            levels += amplitude * np.diff(np.sin(2 * np.pi * j * edges - phase)) * STEPS / (2 * np.pi * j)
+        return levels
+
+    @cached_property
+    def steps(self) -> SteppedStiffness:
+        """The same stiffness in steps, N/m."""
+        return SteppedStiffness(tuple(self._levels().tolist()), tuple((np.arange(STEPS) / STEPS).tolist()))
+
+    def scaled(self, factor: float) -> SeriesStiffness:
+        """The same stiffness times a factor."""
+        return replace(self, mean=self.mean * factor, amplitudes=tuple(a * factor for a in self.amplitudes))
+
+
 def _stiffness(field: str, value: Any) -> Any:
-    """A stiffness in N/m, or one in steps, a table with ``levels`` in N/m and ``starts``."""
-    if isinstance(value, SteppedStiffness):
+    """A stiffness in N/m, or a table: one in steps with ``levels`` in N/m and ``starts``, or a `SeriesStiffness`."""
+    if isinstance(value, (SteppedStiffness, SeriesStiffness)):
         return value
     if not isinstance(value, Mapping):
         return one(units.STIFFNESS, POSITIVE)(field, value)
+    if "mean" in value:
+        return record(SeriesStiffness)(field, value)
     if set(value) != {"levels", "starts"}:
-        raise InputError(field, "must be a stiffness, or a table with levels and starts", dict(value),
-                         "Where each level begins is a share of the mesh cycle; a Fourier series must be written as "
-                         "levels.")
+        raise InputError(field, "must be a stiffness, or a table with levels and starts, or with mean, amplitudes and "
+                         "phases", dict(value), "Starts are shares of the mesh cycle.")
     levels = each(units.STIFFNESS)(f"{field}.levels", value["levels"])
     return SteppedStiffness(levels, to_floats(f"{field}.starts", value["starts"]))
 
@@ -361,9 +406,9 @@ def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
     if "stiffness" not in without:
         if isinstance(stiffness, ToothPairStiffness):
             found["tooth_pairs"] = pair.tooth_pairs
-        elif not stiffness.jumps:
-            raise InputError("design", "must have a mesh stiffness in steps", stiffness.form,
-                             "Choose another method of the stiffness, or give stiffness.")
+        elif isinstance(stiffness, HarmonicStiffness):
+            found["stiffness"] = SeriesStiffness(mean=pair.c0, phases=stiffness.phases, amplitudes=tuple(
+                a * pair.c0 for a in stiffness.amplitudes))
         else:
             parts = stiffness.parts(stiffness.numbers())
             found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
@@ -397,7 +442,8 @@ class Mesh(HasCard):
     base_radii : two lengths
         In the ratio of the teeth to 1 %; the second one is taken to be in that ratio exactly.
     stiffness : force/length, or table
-        Constant, or ``levels`` and where each ``starts`` in the mesh cycle.
+        Constant, or ``levels`` and where each ``starts`` in the mesh cycle, or a Fourier series with ``mean``,
+        ``amplitudes`` and ``phases``, as in (2.7), which is followed in 48 steps.
     tooth_pairs : table
         Or tooth pairs that share the load, as of `GearPair`.
     damping : force time/length
@@ -470,8 +516,8 @@ class Mesh(HasCard):
         object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
         object.__setattr__(self, "design", None)  # its values are those of the mesh
         if self.phase and not self.varies:
-            raise InputError("phase", "must be left out for a mesh of constant stiffness without error", self.phase,
-                             "It has no effect.")
+            raise InputError("phase", "must be left out for a mesh of constant stiffness without error",
+                             units.Shown(self.phase, self.phase), "It has no effect.")
 
     def _of_design(self) -> dict[str, Any]:
         """The values of the design, by the names of fields."""
@@ -493,6 +539,8 @@ class Mesh(HasCard):
         if self.tooth_pairs is not None:
             levels = tuple(level * mean / own for level in self.tooth_pairs.stiffness)
             return replace(self, tooth_pairs=replace(self.tooth_pairs, stiffness=levels))
+        if isinstance(self.stiffness, SeriesStiffness):
+            return replace(self, stiffness=self.stiffness.scaled(mean / own))
         if isinstance(self.stiffness, SteppedStiffness):
             levels = tuple(level * mean / own for level in self.stiffness.levels)
             return replace(self, stiffness=replace(self.stiffness, levels=levels))
@@ -506,8 +554,9 @@ class Mesh(HasCard):
             return ToothPairStiffness.contacts(pairs.numbers(), 1)
         levels: tuple[float, ...] = (self.stiffness,)
         starts: tuple[float, ...] = (0.0,)
-        if isinstance(self.stiffness, SteppedStiffness):
-            levels, starts = self.stiffness.levels, self.stiffness.starts
+        stepped = self.stiffness.steps if isinstance(self.stiffness, SeriesStiffness) else self.stiffness
+        if isinstance(stepped, SteppedStiffness):
+            levels, starts = stepped.levels, stepped.starts
         if starts[0] > 0:  # until then the last level of the cycle before lasts on
             levels, starts = (levels[-1], *levels), (0.0, *starts)
         both = np.array([levels, levels], float)[None]
@@ -517,4 +566,5 @@ class Mesh(HasCard):
     def varies(self) -> bool:
         """Whether stiffness or error change along the mesh cycle."""
         stepped = isinstance(self.stiffness, SteppedStiffness) and len(set(self.stiffness.levels)) > 1
-        return stepped or self.tooth_pairs is not None or any(self.error_amplitudes)
+        series = isinstance(self.stiffness, SeriesStiffness) and any(self.stiffness.amplitudes)
+        return stepped or series or self.tooth_pairs is not None or any(self.error_amplitudes)

@@ -99,15 +99,20 @@ class PlanetarySet(Record):
         if ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              "The gears have no profile shift.")
+        if (sun + ring) % self.count == 0 and self._gap(self.count) > 0:
+            return
+        fits = [str(n) for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0 and self._gap(n) > 0]
+        possible = f"Possible are {', '.join(fits)}." if fits else ""
         if (sun + ring) % self.count:
-            fits = [str(n) for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0]
             raise InputError("count", f"must divide z_sun + z_ring = {sun + ring}", self.count,
-                             "Planets at equal distances could not be assembled." + (
-                                 f" Possible are {', '.join(fits)}." if fits else ""))
-        gap = 2 * self.orbit * math.sin(math.pi / self.count) - self.module * (planet + 2 * _ADDENDUM)
-        if self.count > 1 and gap <= 0:
-            raise InputError("count", "must leave the tip circles of the planets apart", self.count,
-                             f"They would overlap by {-gap * 1e3:.4g} mm: take fewer planets, or smaller ones.")
+                             f"Planets at equal distances could not be assembled. {possible}")
+        raise InputError("count", "must leave the tip circles of the planets apart", self.count,
+                         f"They would overlap by {-self._gap(self.count) * 1e3:.4g} mm. {possible}")
+
+    def _gap(self, count: int) -> float:
+        """The distance of the tip circles of neighbours, if so many planets are equally spaced, m."""
+        distance = 2 * self.orbit * math.sin(math.pi / count) if count > 1 else math.inf
+        return distance - self.module * (self.teeth[1] + 2 * _ADDENDUM)
 
     @property
     def orbit(self) -> float:

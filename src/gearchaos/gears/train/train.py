@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -16,7 +16,19 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.train.assembly import mean_imbalance, units_of
-from gearchaos.gears.train.parts import GROUND, LAWS, Body, Mesh, Shaft, Units, field_of, parameter_owner, parts
+from gearchaos.gears.train.parts import (
+    GROUND,
+    LAWS,
+    STEPS,
+    Body,
+    Mesh,
+    SeriesStiffness,
+    Shaft,
+    Units,
+    field_of,
+    parameter_owner,
+    parts,
+)
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import POSITIVE
 
@@ -148,10 +160,12 @@ class Train(HasCard):
             raise InputError(field_of(mesh, "pressure_angle"), "must be given for a mesh with a planet", None)
         if mesh.pressure_angle is not None and not planet:
             raise InputError(field_of(mesh, "pressure_angle"), "must be left out without a planet",
-                             mesh.pressure_angle, "It has no effect here: base radii are given.")
+                             units.Shown(mesh.pressure_angle, mesh.pressure_angle),
+                             "It has no effect here: base radii are given.")
         if mesh.line_of_action is not None and not any(x.support or x.carrier for x in (a, b)):
             raise InputError(field_of(mesh, "line_of_action"), "must be left out where both centres rest",
-                             mesh.line_of_action, "It has no effect here. Or give one body mass and support.")
+                             units.Shown(mesh.line_of_action, mesh.line_of_action),
+                             "It has no effect here. Or give one body mass and support.")
 
     def carrier(self, mesh: Mesh) -> str | None:
         """The body in whose frame the centres of both wheels of a mesh rest, if it turns."""
@@ -233,23 +247,31 @@ class Train(HasCard):
         cycles = found[longest] / self.base_order
         if cycles <= MOST_CYCLES:
             return
-        better: list[tuple[Fraction, str]] = []
+        fewest, choice = min(self._shorter(found), default=(cycles, ""))
+        advice = f"With {choice} they would be {int(fewest)}." if fewest <= MOST_CYCLES else (
+            "Choose numbers of teeth with common factors, and orders in simple ratios.")
+        orders = ", ".join(f"{order} of {name}" for name, order in found.items())
+        raise InputError("common period", f"must have at most {MOST_CYCLES} cycles of {longest}", int(cycles),
+                         f"{advice} Periods in a turn of {self.bodies[0].name}: {orders}.")
+
+    def _shorter(self, found: Mapping[str, Fraction]) -> Iterator[tuple[Fraction, str]]:
+        """Cycles of the fastest excitation in the common period with a near choice, and that choice in words."""
+        for name, order in found.items():
+            near = order.limit_denominator(2)
+            if name.startswith("order ") and near and near != order:
+                orders = {**found, name: near}
+                yield max(orders.values()) / _common(orders.values()), f"{float(near):g} in place of {name}"
         for i, mesh in enumerate(self.meshes):
-            for wheel, change in product((0, 1), (-1, 1)):
+            for wheel, change in product((0, 1), (-2, -1, 1, 2)):
                 teeth = [z + change * (n == wheel) for n, z in enumerate(mesh.teeth)]
                 radii = [r * z / old for r, z, old in zip(mesh.base_radii, teeth, mesh.teeth, strict=True)]
-                near = replace(mesh, teeth=teeth, base_radii=radii)
-                other = self.unbalanced(meshes=tuple(near if n == i else m for n, m in enumerate(self.meshes)))
                 try:
+                    near_mesh = replace(mesh, teeth=teeth, base_radii=radii)
+                    other = self.unbalanced(meshes=tuple(near_mesh if n == i else m for n, m in enumerate(self.meshes)))
                     orders = other.excitation_orders()
-                except InputError:
+                except InputError:  # too few teeth, or a loop that does not close
                     continue
-                better.append((max(orders.values()) / other.base_order,
-                               f"{teeth[0]}/{teeth[1]} teeth of {mesh.name}"))
-        fewest, choice = min(better, default=(cycles, ""))
-        advice = f"With {choice} it would have {int(fewest)}. " if fewest < cycles else ""
-        raise InputError("meshes", f"must repeat within {MOST_CYCLES} cycles of {longest}", int(cycles),
-                         f"{advice}Orders: " + ", ".join(f"{name} {order}" for name, order in found.items()) + ".")
+                yield max(orders.values()) / other.base_order, f"{teeth[0]}/{teeth[1]} teeth of {mesh.name}"
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Train:
         """The same train at another speed of the first body, rpm, or load: all mean torques change in the ratio of the
@@ -288,6 +310,8 @@ class Train(HasCard):
         cycles = max(self.cycles.values(), default=1)
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
                  "periods and sections are counted.": cycles > 100}
+        found |= {f"The stiffness of {mesh.name}, a Fourier series, is followed in {STEPS} steps, each its mean.": True
+                  for mesh in self.meshes if isinstance(mesh.stiffness, SeriesStiffness)}
         found |= {f"The backlash of {mesh.name} is {mesh.backlash * 1e3:.4g} mm, unusually large: a plain number is in "
                   "m.": mesh.backlash > 5e-3 for mesh in self.meshes}
         return tuple(text for text, holds in found.items() if holds)
@@ -333,12 +357,13 @@ def _contradiction(part: Any, row: Mapping[str, Fraction], first: str, known: Ma
     """The error for a mesh or a shaft with which the parts before it could not turn; ``known`` ratios of its bodies."""
     teeth = f"{part.teeth[0]}/{part.teeth[1]}" if isinstance(part, Mesh) else list(part.between)
     field = field_of(part, "teeth" if isinstance(part, Mesh) else "between")
-    if len(known) != 2 or len(row) != 2:
-        return InputError(field, "must let the parts turn", teeth, f"With it {first} could not turn: a body is held.")
-    (a, factor), (b, other) = row.items()
+    held = [name for name, ratio in known.items() if not ratio]
+    if len(known) != 2 or len(row) != 2 or len(held) == 1:
+        why = f"{held[0]} is held" if held else "it is held" if GROUND in part.between else "the loop that it closes holds it"
+        return InputError(field, "must let the parts turn", teeth, f"{first} could not turn, since {why}.")
+    (a, factor), (b, other) = sorted(row.items(), key=lambda item: item[0] == first, reverse=True)
     wanted = known[a] * -factor / other
-    advice = (f"By the other parts {b} turns {_times(known[b])} as fast as {first}, by this one "
-              f"{_times(wanted)}.")
+    advice = f"By the other parts {b} turns {_times(known[b])} as fast as {first}, by this one {_times(wanted)}."
     if wanted == -known[b]:
         advice += " A loop of an odd number of external meshes cannot turn."
     return InputError(field, "must agree with the loop that it closes", teeth, advice)

@@ -43,7 +43,7 @@ def _in_words(label: str, prefix: str, kind: type[Any], value: Any) -> Any:
         return record_values(kind, label, value)
     except InputError as error:
         rest = error.field.removeprefix(label).removeprefix(".")
-        field = rest if ": " in rest or rest.startswith("body ") else f"{prefix}{rest}" if rest else label
+        field = rest if " " in rest else f"{prefix}{rest}" if rest else label
         raise InputError(field, error.rule, error.value, error.advice) from None
 
 
