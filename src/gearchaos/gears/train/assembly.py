@@ -503,7 +503,7 @@ class Assembly:
     def _cycles(self, element: Element) -> tuple[int, float]:
         """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""
         mesh, train = element.mesh, self.found.train
-        if mesh is None or not mesh.varies:
+        if mesh is None or mesh.constant:
             return 1, 0.0
         return int(train.mesh_order(mesh) / train.base_order), mesh.phase / (2 * np.pi) % 1.0
 
