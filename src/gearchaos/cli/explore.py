@@ -56,7 +56,9 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
     from gearchaos.gears.operating import gears_of
+    from gearchaos.model import check_is_pair
 
+    check_is_pair(loaded.model, "the explorer")
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")

@@ -12,7 +12,7 @@ from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import LEVELS, MAP_CELLS, bounded, finite_number, in_range, rounded, value_range
 from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, first_plane, value_on
 from gearchaos.gears.operating import Gears, OperatingModel, gears_of
-from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel
+from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel, check_is_pair
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis, check_plane
 
@@ -219,6 +219,7 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, the map shows
     the contact of the teeth, and results are in their units.
     """
+    check_is_pair(model, "the explorer")
     gears = gears_of(model)
     defaults = first_plane() if gears is None else models.operating_axes(gears)
     x, y = (Axis(a.name, a.start, a.stop, n) if a else default

@@ -126,15 +126,15 @@ class Structure:
         factors = {a.name: sense * ra, b.name: sense * other}
         normal = np.zeros(2)
         if any(self.centre(body).any() for body in (a, b)):
-            direction, along = mesh.line_of_action or 0.0, 1.0
+            direction = mesh.line_of_action or 0.0
             if held and mesh.line_of_action is None and mesh.pressure_angle is not None:
                 planet = a if a.carrier else b
-                # the line of action of a ring lies on the other side of the tangent to the orbit
-                tilt = mesh.pressure_angle if mesh.internal else -mesh.pressure_angle
-                direction, along = planet.position + np.pi / 2 + tilt, sense
-                if planet is a and not mesh.internal:
-                    along = -along
-            normal = along * np.array([np.cos(direction), np.sin(direction)])
+                # seen from the carrier, the front flanks of the first wheel push towards where its teeth move, those
+                # of a planet at its sun against its own sense; they push wheels apart, and planet and ring together
+                along = -sense if planet is a and not mesh.internal else sense
+                outwards = 1.0 if (planet is a) == mesh.internal else -1.0
+                direction = planet.position + along * (np.pi / 2 - outwards * mesh.pressure_angle)
+            normal = np.array([np.cos(direction), np.sin(direction)])
         elif held:  # the carrier is prescribed or held: no centre moves
             factors[held] = factors.get(held, 0.0) - sense * (ra + other)
         row, prescribed = self._angles(factors)
@@ -167,7 +167,8 @@ class Structure:
         _, _, v = np.linalg.svd(self.S)
         free = v[len(self.S):].T
         radius = self.train.meshes[0].base_radii[0]
-        self.rigid = free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
+        forward = np.where(free[:1] < 0, -1.0, 1.0)  # the first body in its own sense
+        self.rigid = forward * free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
         damped = any(body.damping for body in self.free)
         self.kept = self.rigid if damped else self.rigid[:, :0]
         self.names = tuple(name for element in self.chosen for name in self.coordinate(element)) + tuple(
@@ -178,7 +179,8 @@ class Structure:
         if element is self.contacts[0]:
             return "z", "z_dot"
         owner = parameter_owner(element.name)
-        number = [each for each in self.chosen if each.name == element.name].index(element)
+        # of a support the number says along which axis, whether the other one is chosen or not
+        number = [each for each in (*self.contacts, *self.springs) if each.name == element.name].index(element)
         owner += str(number + 1) if number else ""
         return f"{owner}.z", f"{owner}.z_dot"
 
@@ -501,7 +503,7 @@ class Assembly:
     def _cycles(self, element: Element) -> tuple[int, float]:
         """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""
         mesh, train = element.mesh, self.found.train
-        if mesh is None or not mesh.varies:
+        if mesh is None or mesh.constant:
             return 1, 0.0
         return int(train.mesh_order(mesh) / train.base_order), mesh.phase / (2 * np.pi) % 1.0
 

@@ -572,8 +572,13 @@ class Mesh(HasCard):
         return OneSidedContacts(np.array([1, -1]), np.array([starts], float), both, np.zeros((*both.shape, 3)))
 
     @property
-    def varies(self) -> bool:
-        """Whether stiffness or error change along the mesh cycle."""
+    def constant(self) -> bool:
+        """Whether the stiffness is the same along the mesh cycle."""
         stepped = isinstance(self.stiffness, SteppedStiffness) and len(set(self.stiffness.levels)) > 1
         series = isinstance(self.stiffness, SeriesStiffness) and any(self.stiffness.amplitudes)
-        return stepped or series or self.tooth_pairs is not None or any(self.error_amplitudes)
+        return not (stepped or series or self.tooth_pairs is not None)
+
+    @property
+    def varies(self) -> bool:
+        """Whether stiffness or error change along the mesh cycle."""
+        return not self.constant or any(self.error_amplitudes)

@@ -1,0 +1,211 @@
+"""Gear trains in closed form, and as pairs that they are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.train.assembly import mean_stiffness, structure
+from gearchaos.studies.initial_value_problems import initial_value_problems
+
+STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}
+LOOSE: dict[str, Any] = {"between": ("driver", "loose"), "teeth": (20, 30), "base_radii": (0.03, 0.045),
+                         "stiffness": 2e8, "damping": 60.0, "backlash": 0.12e-3}
+
+
+def mesh(a: str, b: str, z1: int, z2: int, **values: Any) -> gc.Mesh:
+    return gc.Mesh(between=(a, b), teeth=(z1, z2), base_radii=(z1 * 1e-3, z2 * 1e-3),
+                   **{"stiffness": STEPS, "damping": 600.0, "backlash": 1e-4, "error_amplitudes": [5e-6], **values})
+
+
+def loose_wheel(torque: float, law: str = "contact", **values: Any) -> gc.Train:
+    driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
+    loose = gc.Body(name="loose", inertia=5e-4, torque=torque)
+    return gc.Train(speed=800.0, bodies=[driver, loose], meshes=[gc.Mesh(**{**LOOSE, **values})], damping_law=law)
+
+
+def frequencies(train: gc.Train) -> np.ndarray:
+    """Natural frequencies in rad/s with all meshes in contact."""
+    found = structure(train)
+    elements = [*found.contacts, *found.springs]
+    rows, k = np.array([e.row for e in elements]), np.array([mean_stiffness(e) for e in elements])
+    inverse = 1 / np.sqrt(np.diag(found.mass(lambda owner, name, given: np.array([given]))[0]))
+    squares = np.linalg.eigvalsh(inverse[:, None] * (rows.T @ (k[:, None] * rows)) * inverse)
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def deflections(train: gc.Train, periods: int = 6) -> np.ndarray:
+    """Deflections in m, (periods, meshes), from the static state."""
+    return gc.simulate(train, periods).section_deflection.values * as_model(train).units.length
+
+
+@pytest.mark.parametrize("law", ["always", "contact"])
+def test_one_mesh_is_a_gear_pair(law):
+    pair = gc.GearPair(n1=24, n2=36, I1=1e-3, I2=2e-3, R1=0.024, R2=0.036, c0=2.6e8, k=600.0, backlash=1e-4, M10=40.0,
+                       speed=6000.0, stiffness_levels=[3e8, 2e8], stiffness_starts=[0.0, 0.6],
+                       error_amplitudes=[5e-6], damping_law=law)
+    train = gc.Train(speed=6000.0, damping_law=law, meshes=[mesh("a", "b", 24, 36)], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)])
+    model = as_model(train)
+    start = {"z": 1.4, "z_dot": 0.2}
+    single, whole = (replace(each, initial=start) for each in (as_model(pair).with_values({"kind": "single"}), model))
+    one, other = gc.simulate(single, 8), gc.simulate(whole, 8)
+    assert model.units.length == pair.half_backlash
+    assert model.units.rate == pytest.approx(pair.omega0, rel=1e-13)
+    assert np.abs(one.section_z.values - other.section_z.values).max() < 1e-12
+    found, expected = gc.regime(whole), gc.regime(single)
+    assert (found.label, found.contact) == (expected.label, "one-sided")
+    assert expected.contact == "one-sided"
+    assert found.dynamic_factor == pytest.approx(expected.dynamic_factor, rel=1e-10)
+    assert found.meshes["a/b"]["force_peak"] == pytest.approx(expected.mesh_force_peak * pair.scales.force, rel=1e-10)
+
+
+def test_an_idler_of_equal_bodies_and_meshes_has_the_frequencies_1_and_root_3():
+    bodies = [gc.Body(name=n, inertia=1.0, torque=t) for n, t in (("a", 1.0), ("i", 0.0), ("b", -1.0))]
+    meshes = [gc.Mesh(between=ends, teeth=(20, 20), base_radii=(1.0, 1.0), stiffness=1.0, backlash=1e-3)
+              for ends in (("a", "i"), ("i", "b"))]
+    found = frequencies(gc.Train(speed=100.0, bodies=bodies, meshes=meshes))
+    assert found == pytest.approx([0.0, 1.0, math.sqrt(3)], abs=1e-7)
+
+
+@pytest.mark.parametrize(("count", "published"), [
+    (3, [743.2, 1102.4, 1475.7, 1896.0, 1930.3, 2276.4, 2658.3, 6986.3, 7462.8, 9647.9, 11775.3]),
+    (4, [727.0, 1091.0, 1536.6, 1808.2, 1892.8, 1970.6, 2342.5, 2625.7, 5963.8, 6981.7, 7189.9, 7773.6, 10437.6,
+         13071.1]),
+    (5, [710.0, 1072.0, 1567.4, 1808.2, 1888.1, 2006.1, 2425.3, 2614.9, 5963.8, 6981.7, 7382.2, 8065.4, 11172.3,
+         14253.1])])
+def test_planetary_sets_have_the_frequencies_of_lin_and_parker(count, published):
+    """J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, table 2."""
+    sun, planet, ring, angle = 0.0387, 0.05015, 0.1390, math.radians(24.6)
+    orbit, held = (sun + planet) / math.cos(angle), {"stiffness": 1e8}
+    bodies = [gc.Body(name="sun", inertia=0.39 * sun**2, mass=0.4, support=held),
+              gc.Body(name="carrier", inertia=6.29 * orbit**2, mass=5.43, support=held),
+              gc.Body(name="ring", inertia=3.0 * ring**2, mass=2.35, support=held)]
+    meshes = []
+    for n in range(count):
+        name, values = f"planet{n}", {"stiffness": 5e8, "backlash": 1e-4, "pressure_angle": angle}
+        bodies.append(gc.Body(name=name, inertia=0.61 * planet**2, mass=0.66, carrier="carrier", orbit=orbit,
+                              position=2 * math.pi * n / count, pin=held))
+        meshes += [gc.Mesh(between=("sun", name), teeth=(774, 1003), base_radii=(sun, planet), **values),
+                   gc.Mesh(between=(name, "ring"), teeth=(1003, 2780), base_radii=(planet, ring), internal=True,
+                           **values)]
+    shaft = gc.Shaft(between=("ring", "ground"), stiffness=1e9 * ring**2)
+    found = frequencies(gc.Train(speed=100.0, bodies=bodies, shafts=[shaft], meshes=meshes)) / (2 * math.pi)
+    distinct = [f for i, f in enumerate(found) if f > 1 and f - found[i - 1] > 1e-3]
+    assert distinct == pytest.approx(published, rel=4e-4)
+
+
+@pytest.mark.parametrize("law", ["always", "contact"])
+def test_a_loose_wheel_loses_contact_where_its_inertia_exceeds_the_drag(law):
+    m, c, w = 5e-4 / 0.045**2, 60.0, 2 * 800 * 2 * math.pi / 60
+    onset = 0.045 * m * 0.03 * 300 * 2e8 / abs(2e8 - m * w**2 + 1j * c * w)
+    assert onset == pytest.approx(0.1000035, abs=5e-8)
+    assert gc.regime(loose_wheel(-onset * (1 + 1e-5), law)).contact == "permanent"
+    assert gc.regime(loose_wheel(-onset * (1 - 1e-5), law)).contact == "one-sided"
+
+
+def test_with_steps_of_the_stiffness_contact_is_lost_at_a_larger_drag():
+    assert gc.regime(loose_wheel(-0.12, stiffness={"levels": [2.5e8, 1.5e8], "starts": [0.0, 0.5]})).contact != (
+        "permanent")
+
+
+def test_two_loose_wheels_on_one_driver_are_each_a_pair_of_their_own():
+    one = loose_wheel(-0.05)
+    other = gc.Mesh(**{**LOOSE, "between": ("driver", "second"), "teeth": (20, 40), "base_radii": (0.03, 0.06)})
+    second = gc.Body(name="second", inertia=9e-4, torque=-0.08)
+    alone = gc.Train(speed=800.0, bodies=[one.bodies[0], second], meshes=[other])
+    both = gc.Train(speed=800.0, bodies=[*one.bodies, second], meshes=[*one.meshes, other])
+    found = deflections(both, 1)
+    assert np.abs(found[:, 0] - deflections(one, 1)[:, 0]).max() < 1e-15
+    assert np.abs(found[:, 1] - deflections(alone, 1)[:, 0]).max() < 1e-15
+
+
+def test_the_order_of_bodies_and_meshes_has_no_effect():
+    bodies = [gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="i", inertia=4e-4),
+              gc.Body(name="b", inertia=2e-3, torque=-30.0)]
+    meshes = [mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0)]
+    one = gc.Train(speed=5000.0, bodies=bodies, meshes=meshes)
+    other = gc.Train(speed=5000.0, bodies=[bodies[0], bodies[2], bodies[1]], meshes=meshes[::-1])
+    assert np.abs(deflections(one) - deflections(other)[:, ::-1]).max() < 1e-15
+
+
+def test_an_idler_of_infinite_inertia_parts_the_train_into_two_pairs():
+    bodies = [gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="i", inertia=1e9),
+              gc.Body(name="b", inertia=2e-3, torque=-30.0)]
+    meshes = [mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0)]
+    whole = gc.Train(speed=5000.0, bodies=bodies, meshes=meshes)
+    first = gc.Train(speed=5000.0, bodies=[bodies[0], replace(bodies[1], torque=-25.0)], meshes=meshes[:1])
+    second = gc.Train(speed=4000.0, bodies=[replace(bodies[1], torque=25.0), bodies[2]], meshes=meshes[1:])
+    found = deflections(whole)
+    assert np.abs(found[:, 0] - deflections(first)[:, 0]).max() < 1e-13
+    assert np.abs(found[:, 1] - deflections(second)[:, 0]).max() < 1e-13
+
+
+def test_a_shaft_that_is_nearly_rigid_makes_one_body():
+    def reducer(stiffness: float) -> gc.Train:
+        return gc.Train(speed=3000.0, shafts=[gc.Shaft(between=("wheel", "pinion"), stiffness=stiffness, damping=20.0)],
+                        meshes=[mesh("motor", "wheel", 20, 40), mesh("pinion", "load", 20, 50)], bodies=[
+            gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
+            gc.Body(name="pinion", inertia=4e-4), gc.Body(name="load", inertia=4e-2, torque=-100.0)])
+
+    one = gc.Train(speed=3000.0, meshes=[mesh("motor", "wheel", 20, 40), mesh("wheel", "load", 20, 50)], bodies=[
+        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2.4e-3),
+        gc.Body(name="load", inertia=4e-2, torque=-100.0)])
+    rigid = deflections(one)[-1]
+    far, near = (np.abs(deflections(reducer(k))[-1] - rigid).max() for k in (1e8, 1e9))
+    assert near < 2e-9
+    assert near == pytest.approx(far / 10, rel=0.1)  # it goes with the reciprocal of the stiffness
+
+
+def test_the_exponents_of_a_train_sum_to_its_mean_trace():
+    bodies = [gc.Body(name="a", inertia=1e-3, torque=8.0), gc.Body(name="i", inertia=4e-4),
+              gc.Body(name="b", inertia=2e-3, torque=-12.0)]
+    train = gc.Train(speed=6000.0, bodies=bodies, meshes=[
+        mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0, damping_law="always")])
+    verdict = gc.regime(train)
+    assert verdict.contact != "permanent"
+    assert verdict.trace_error < 1e-9
+
+
+def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
+    """Without damping and excitation the energy after many impacts is that of the start."""
+    bodies = [gc.Body(name="a", inertia=1e-3), gc.Body(name="b", inertia=2e-3)]
+    train = gc.Train(speed=1000.0, bodies=bodies, meshes=[
+        mesh("a", "b", 20, 40, damping=0.0, error_amplitudes=[], stiffness=2e8)])
+    model = replace(as_model(train), initial={"z": 0.5, "z_dot": 0.3})
+    motion = gc.simulate(model, 50, samples=16)
+    potential = np.maximum(np.abs(motion.z.values) - 1, 0.0) ** 2 / 2
+    energy = motion.z_dot.values**2 / 2 + potential
+    assert np.ptp(energy) < 1e-13
+    assert np.any(potential > 0)
+
+
+def test_the_static_state_holds_without_excitation():
+    train = gc.Train(speed=1000.0, meshes=[mesh("a", "b", 20, 40, error_amplitudes=[], stiffness=2e8)], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="b", inertia=2e-3, torque=-40.0)])
+    assert deflections(train)[:, 0] == pytest.approx(20.0 / 0.02 / 2e8, rel=1e-12)
+
+
+def test_a_common_period_is_that_of_all_orders():
+    meshes = [mesh("motor", "wheel", 20, 41), mesh("wheel", "load", 19, 50)]
+    train = gc.Train(speed=3000.0, meshes=meshes, bodies=[
+        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
+        gc.Body(name="load", inertia=4e-2, torque=-20.0 * 41 / 20 * 50 / 19)])
+    assert train.cycles == {"motor/wheel": 41, "wheel/load": 19}
+    assert train.period == pytest.approx(60 / 3000 / 20 * 41)
+
+
+def test_results_of_one_motion_do_not_depend_on_others():
+    model = as_model(loose_wheel(-0.05))
+    values = {"loose.torque": np.array([-0.05, -0.2, -0.08])}
+    three = initial_value_problems(model, values)
+    one = initial_value_problems(model, {"loose.torque": np.array([-0.08])})
+    a, b = three.flow.advance(three.w, 50, measured=True), one.flow.advance(one.w, 50, measured=True)
+    assert np.array_equal(a.w[:, 2], b.w[:, 0])
+    assert np.array_equal(a.measures[:, 2], b.measures[:, 0])

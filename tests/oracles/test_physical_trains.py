@@ -1,0 +1,69 @@
+"""Random trains in the flow, against an integration of all physical coordinates that shares no code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.flow import OK
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.train.parts import parameter_owner
+from gearchaos.studies.initial_value_problems import initial_value_problems
+from tests.oracles.random_trains import SHAPES, random_state, random_train
+from tests.oracles.physical_trains import Contacts, Oracle
+
+QUICK = [("chain", 0), ("chain", 1), ("branched", 0), ("branched", 3), ("stages", 1), ("stages", 3), ("stops", 1),
+         ("stops", 2), ("supported", 1), ("internal", 0), ("internal", 1), ("driven", 1), ("driven", 3), ("pairs", 0),
+         ("pairs", 3), ("star", 1), ("star", 6), ("planetary", 0), ("planetary", 3)]
+"""Shapes and seeds whose states have few dimensions, since each dimension is compiled for itself."""
+
+
+@pytest.mark.parametrize(("shape", "seed"), QUICK)
+def test_random_trains_agree_with_an_independent_integration(shape, seed):
+    assert difference(shape, seed) < 1e-11
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("seed", range(20, 30))
+@pytest.mark.parametrize("shape", SHAPES)
+def test_many_random_trains_agree_with_an_independent_integration(shape, seed):
+    assert difference(shape, seed, 2) < 1e-10
+
+
+def difference(shape: str, seed: int, periods: int = 1) -> float:
+    """The largest difference of coordinates after common periods, relative to the growth of a disturbance."""
+    rng = np.random.default_rng([seed, SHAPES.index(shape)])
+    train = random_train(shape, rng)
+    oracle = Oracle(train, train.period)
+    model, state = as_model(train), random_state(oracle, rng)
+    w = in_coordinates(oracle, train, model, 0.0, state)
+    out = initial_value_problems(model).flow.advance(w[:, None], periods, tangent=np.eye(len(w))[:, :, None])
+    expected = in_coordinates(oracle, train, model, periods * train.period, oracle.after(state, periods))
+    assert out.status[0] == OK
+    assert oracle.switches
+    growth = max(1.0, np.abs(out.tangent).max(), np.abs(w).max())
+    return float(np.abs(out.w[:, 0] - expected).max()) / growth
+
+
+def in_coordinates(oracle: Oracle, train: gc.Train, model: Any, t: float, w: np.ndarray) -> np.ndarray:
+    """A state (q, q') as the coordinates of the model: deflections by name, and the speed of turning as a whole."""
+    units, out = model.units, []
+    known = {**{c.name: c for c in oracle.contacts}, **{s.name: s for s in oracle.springs}}
+    known = {parameter_owner(name): element for name, element in known.items()}
+    for name in model.state_names:
+        owner = name.removesuffix("_dot").rpartition(".")[0] or next(iter(known))
+        if name.startswith("rotation"):
+            out.append(oracle.turning(w) * train.meshes[0].base_radii[0] / (units.length * units.rate))
+            continue
+        element = known[owner]
+        s, rate = oracle.deflection(element, t, w)
+        play = backlash(train, element.name) / 2 if isinstance(element, Contacts) else 0.0
+        out.append(rate / (units.length * units.rate) if name.endswith("_dot") else (s + play) / units.length)
+    return np.array(out)
+
+
+def backlash(train: Any, name: str) -> float:
+    return next((mesh.backlash for mesh in train.meshes if mesh.name == name), 0.0)
