@@ -47,11 +47,6 @@ _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base
 Part = TypeVar("Part")
 
 
-def parameter_owner(name: str) -> str:
-    """The name of a part as it stands before the dot in the names of its parameters: letters, digits, - and _."""
-    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
-
-
 def field_of(part: Any, name: str) -> str:
     """A field of a part as it stands in messages: ``mesh z1/z2: backlash``."""
     return f"{type(part).__name__.lower()} {part.name}: {name}"

@@ -26,11 +26,10 @@ from gearchaos.gears.train.parts import (
     Shaft,
     Units,
     field_of,
-    parameter_owner,
     parts,
 )
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
-from gearchaos.quantities import POSITIVE
+from gearchaos.quantities import POSITIVE, parameter_owner
 
 MOST_CYCLES = 2000
 """Most cycles of a mesh in the common period of all excitations."""
