@@ -15,6 +15,9 @@ from gearchaos import quantities
 from gearchaos.dynamics import Classification
 from gearchaos.gears.design.gear_design import OPERATION, GearDesign
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.train.parts import Body, Mesh, Shaft
+from gearchaos.gears.train.planets import PlanetarySet
+from gearchaos.gears.train.train import Train
 from gearchaos.model import MeshModel
 from gearchaos.quantities import Quantity
 from gearchaos.studies.axis import Axis
@@ -44,7 +47,9 @@ The other keys are the [parameters](quantities.md#parameters), each a number.
 {stiffness}
 ## `[initial]`
 
-Initial values by the names of the [coordinates](quantities.md#coordinates).
+Initial values by the names of the [coordinates](quantities.md#coordinates). Of a train `deflections` and
+`deflection_rates`, tables of values by the names of meshes, 0 where the front flanks touch, and of shafts, the twist. What is
+left out begins at the static deflection, at rest.
 
 ## `[gearpair]`
 
@@ -62,6 +67,26 @@ A pair as its drawing describes it; see {{class}}`gearchaos.GearDesign` and [the
 `shaft_frequency` or `mesh_frequency`, in Hz or with a unit, may take the place of `speed`.
 
 {operation}
+## `[train]`
+
+A [gear train](/trains.md) instead of `[model]`; see {{class}}`gearchaos.Train`. A value is a number in SI, of a speed in rpm,
+or a text with a unit. Keys of bodies, shafts and meshes are below.
+
+{train}
+### `[[train.bodies]]`
+
+{bodies}
+### `[[train.shafts]]`
+
+{shafts}
+### `[[train.meshes]]`
+
+{meshes}
+### `[train.planets]`
+
+A planetary set, whose bodies and meshes are added to those of the tables; see {{class}}`gearchaos.PlanetarySet`.
+
+{planets}
 ## `[study]`
 
 {studies}
@@ -184,7 +209,8 @@ def study_file_page() -> str:
     return STUDY_FILE.format(
         model=keys(schema.ModelTable, {"kind", "damping_law"}), error=keys(schema.Series),
         stiffness=keys(schema.StiffnessTable),
-        gearpair=described(GearPair), design=described(GearDesign, OPERATION),
+        train=described(Train, ("bodies", "shafts", "meshes")), bodies=described(Body), shafts=described(Shaft),
+        meshes=described(Mesh), planets=described(PlanetarySet), gearpair=described(GearPair), design=described(GearDesign, OPERATION),
         operation=described(GearDesign, set(GearDesign.__dataclass_fields__) - set(OPERATION)),
         studies="\n".join(study(kind) for kind in STUDIES), classification=table(["key", "type", "default"], rows))
 

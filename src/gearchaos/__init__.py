@@ -19,7 +19,7 @@ _OTHERS = {
     "TransmissionError": "model",
     "TwoLevelStiffness": "model",
     "Body": "gears.train.parts", "Mesh": "gears.train.parts", "Shaft": "gears.train.parts",
-    "Train": "gears.train.train",
+    "PlanetarySet": "gears.train.planets", "Train": "gears.train.train",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.regime",
     "orbit": "continuation.orbit", "orbits": "continuation.orbit",

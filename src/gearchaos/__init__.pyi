@@ -29,6 +29,7 @@ from gearchaos.gears.results import physical as physical
 from gearchaos.gears.train.parts import Body as Body
 from gearchaos.gears.train.parts import Mesh as Mesh
 from gearchaos.gears.train.parts import Shaft as Shaft
+from gearchaos.gears.train.planets import PlanetarySet as PlanetarySet
 from gearchaos.gears.train.train import Train as Train
 from gearchaos.interchange.scripts import script as script
 from gearchaos.interchange.symbolic import SymbolicModel as SymbolicModel
