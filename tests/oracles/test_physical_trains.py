@@ -10,10 +10,10 @@ import pytest
 import gearchaos as gc
 from gearchaos.flow import OK
 from gearchaos.gears.operating import as_model
-from gearchaos.gears.train.parts import parameter_owner
+from gearchaos.quantities import parameter_owner
 from gearchaos.studies.initial_value_problems import initial_value_problems
-from tests.oracles.random_trains import SHAPES, random_state, random_train
 from tests.oracles.physical_trains import Contacts, Oracle
+from tests.oracles.random_trains import SHAPES, random_state, random_train
 
 QUICK = [("chain", 0), ("chain", 1), ("branched", 0), ("branched", 3), ("stages", 1), ("stages", 3), ("stops", 1),
          ("stops", 2), ("supported", 1), ("internal", 0), ("internal", 1), ("driven", 1), ("driven", 3), ("pairs", 0),

@@ -20,6 +20,7 @@ from gearchaos.quantities.quantity import (
     Quantity,
     Range,
     Rule,
+    parameter_owner,
     parse,
 )
 from gearchaos.quantities.tables import (
@@ -42,5 +43,5 @@ from gearchaos.quantities.tables import (
 __all__ = [
     "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
     "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_PARAMETERS", "VERDICTS", "Name", "Physical", "Quantity", "Range",
-    "Rule", "declare", "find", "parse", "parse_harmonic", "quantity",
+    "Rule", "declare", "find", "parameter_owner", "parse", "parse_harmonic", "quantity",
 ]

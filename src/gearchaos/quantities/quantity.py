@@ -100,6 +100,12 @@ class Name:
         return self.prefix + self.base
 
 
+def parameter_owner(name: str) -> str:
+    """The name of a part of a train as it stands before the dot in the names of its parameters, which are also those of
+    variables in files: letters, digits, - and _."""
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
+
+
 @lru_cache(maxsize=4096)
 def parse(name: str) -> Name:
     """The parts of a name. Of a text that does not match the pattern of names, all but the prefix is the family."""

@@ -14,7 +14,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import OperatingModel, is_design, operating_value
 from gearchaos.model import STIFFNESS_KINDS, Batch, MeshModel, check, known_names, vary
 from gearchaos.model.switched import coordinates
-from gearchaos.quantities import OPERATION, find, quantity
+from gearchaos.quantities import OPERATION, find, parameter_owner, quantity
 
 MAX_COUNT = 1_000_000
 """Largest number of values of an axis."""
@@ -62,6 +62,9 @@ class Axis:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
             raise InputError("axis name", "must be a text", self.name, "E.g. Axis('eps1', 0, 0.3, 400).")
+        owner, dot, own = self.name.rpartition(".")
+        if dot:  # of a part of a train, whose name may have characters that no variable has
+            object.__setattr__(self, "name", f"{parameter_owner(owner)}.{own}")
         singles = _single_names(self.name)
         example, count = f"E.g. {axis_example(self.name)}.", self.count
         for end in ("start", "stop"):

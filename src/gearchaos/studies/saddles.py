@@ -18,6 +18,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import checked_box
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.model import check_is_pair
 from gearchaos.quantities import Rule
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.options import option
@@ -90,6 +91,7 @@ class Manifolds(WholeStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        check_is_pair(self.model, "manifolds")
         if self.region is not None:
             self._set(region=checked_box(self.region))
         for name in self.region or {}:

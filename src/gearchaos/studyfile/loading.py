@@ -141,7 +141,8 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     of_gears, others = _separated(given)
     gears = _gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):
-        raise InputError("study file", "must have a table [design]", str(path))
+        advice = "" if tables.train is None else "gearchaos regime says what a train does, gearchaos zones where."
+        raise InputError("study file", "must have a table [design]", str(path), advice)
     _refuse_without_table(gears, others)
     for name, value in others.items():
         raise InputError(name, "must be a value of [design] or [operation]", value, "E.g. design.damping_ratio=0.05.")

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.train.parts import GROUND, Body, Mesh, Support, Units, parameter_owner
+from gearchaos.gears.train.parts import GROUND, Body, Mesh, Support, Units
 from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.switched import SwitchedAffine
+from gearchaos.quantities import parameter_owner
 
 Train = Any
 """A `Train`, whose module checks its trains by this one."""

@@ -14,11 +14,12 @@ import numpy as np
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.train.assembly import Assembly, mean_stiffness, structure, units_of
-from gearchaos.gears.train.parts import Body, Mesh, Units, field_of, parameter_owner
+from gearchaos.gears.train.parts import Body, Mesh, Units, field_of
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import Batch, SwitchedAffine, coordinates, switched_system, vary
+from gearchaos.quantities import parameter_owner
 from gearchaos.validation import check, to_float
 
 _VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "damping", "stop"),
@@ -151,6 +152,8 @@ class TrainModel(HasCard):
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """This model with values replaced by name: ``speed``, ``torque``, parameters of parts such as
         ``loose.torque``, ``damping_law``, and initial values by coordinate."""
+        if not values:
+            return self
         law = {"damping_law": values["damping_law"]} if "damping_law" in values else {}
         if "kind" in values:
             raise InputError("kind", "must be left out for a train", values["kind"])

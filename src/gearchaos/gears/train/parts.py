@@ -47,11 +47,6 @@ _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base
 Part = TypeVar("Part")
 
 
-def parameter_owner(name: str) -> str:
-    """The name of a part as it stands before the dot in the names of its parameters: letters, digits, - and _."""
-    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
-
-
 def field_of(part: Any, name: str) -> str:
     """A field of a part as it stands in messages: ``mesh z1/z2: backlash``."""
     return f"{type(part).__name__.lower()} {part.name}: {name}"
@@ -387,6 +382,9 @@ _OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "bac
 """The fields of a mesh that a design has."""
 
 
+_ANY_DAMPING = 0.05  # of a design that lacks it, where the damping is given beside it
+
+
 def _points(design: Any) -> list[Any]:
     """A design at its speed and torque; one that lacks them at two of each, between which it must not differ."""
     lacks = {name: values for name, values in (("speed", (600.0, 900.0)), ("torque", (50.0, 75.0)))
@@ -525,7 +523,13 @@ class Mesh(HasCard):
             return {}
         own = {name for name in _OF_DESIGN if getattr(self, name) is not None}
         own |= {"stiffness", "tooth_pairs"} if own & {"stiffness", "tooth_pairs"} else set()
-        points = [_values_of(point, own) for point in _points(self.design)]
+        design = self.design
+        if "damping" in own and getattr(design, "damping_ratio", own) is None:
+            design = replace(design, damping_ratio=_ANY_DAMPING)
+        try:
+            points = [_values_of(point, own) for point in _points(design)]
+        except InputError as error:
+            raise InputError(f"design: {error.field}", error.rule, error.value, error.advice) from None
         for name, value in points[0].items():
             if any(point[name] != value for point in points[1:]):
                 raise InputError("design", "must have a speed and a torque", "none",

@@ -26,11 +26,10 @@ from gearchaos.gears.train.parts import (
     Shaft,
     Units,
     field_of,
-    parameter_owner,
     parts,
 )
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
-from gearchaos.quantities import POSITIVE
+from gearchaos.quantities import POSITIVE, parameter_owner
 
 MOST_CYCLES = 2000
 """Most cycles of a mesh in the common period of all excitations."""
@@ -359,7 +358,7 @@ def _contradiction(part: Any, row: Mapping[str, Fraction], first: str, known: Ma
     field = field_of(part, "teeth" if isinstance(part, Mesh) else "between")
     held = [name for name, ratio in known.items() if not ratio]
     if len(known) != 2 or len(row) != 2 or len(held) == 1:
-        why = f"{held[0]} is held" if held else "it is held" if GROUND in part.between else "the loop that it closes holds it"
+        why = f"{held[0]} is held" if held else "it is held" if GROUND in part.between else "its loop holds it"
         return InputError(field, "must let the parts turn", teeth, f"{first} could not turn, since {why}.")
     (a, factor), (b, other) = sorted(row.items(), key=lambda item: item[0] == first, reverse=True)
     wanted = known[a] * -factor / other

@@ -1,0 +1,365 @@
+"""Trains as inputs: every refusal with its field and advice, `[train]` of study files, `--set`, initial values."""
+
+import copy
+import math
+import re
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.gears.train.model import TrainModel
+from gearchaos.gears.train.train_file import initial_of, read_train
+from gearchaos.studyfile import load_study
+
+
+def body(name, **given):
+    moved = {} if given.keys() & {"inertia", "motion", "fixed"} else {"inertia": 1e-3}
+    return {"name": name, **moved, **given}
+
+
+def mesh(a, b, z1=20, z2=30, **given):
+    return {"between": [a, b], "teeth": [z1, z2], "base_radii": [z1 * 1e-3, z2 * 1e-3], "stiffness": "2e8 N/m",
+            "backlash": "0.1 mm", **given}
+
+
+def train(*bodies, meshes=None, **given):
+    return {"speed": 1000, "bodies": list(bodies or (body("a"), body("b"))),
+            "meshes": [mesh("a", "b")] if meshes is None else meshes, **given}
+
+
+def with_mesh(**given):
+    return train(meshes=[mesh("a", "b", **given)])
+
+
+def with_first(**given):
+    return train(body("a", **given), body("b"))
+
+
+def with_shaft(**given):
+    return train(body("a"), body("b"), body("c"), shafts=[{"between": ["b", "c"], **given}])
+
+
+STEEL = {"inertia": 1e-3, "mass": 0.5}
+STIFF = {"stiffness": {"levels": [6e8, 4e8], "starts": [0, 0.5]}, "backlash": 1e-4}
+PLANETS = {"count": 3, "teeth": [27, 36, 99], "module": "2.8 mm", "sun": {"inertia": 1e-3}, "ring": {"fixed": True},
+           "carrier": {"inertia": 0.05}, "planet": STEEL, "sun_mesh": STIFF, "ring_mesh": STIFF}
+
+
+def planets(**given):
+    return {"speed": 1000, "planets": {**PLANETS, **given}}
+
+
+def chain(*teeth):
+    """Wheels a, b, … in a row whose meshes have these teeth and an error."""
+    names = "abcdefg"
+    return train(*(body(names[i]) for i in range(len(teeth) + 1)), meshes=[
+        mesh(names[i], names[i + 1], *z, error_amplitudes=["1 um"]) for i, z in enumerate(teeth)])
+
+
+NEITHER = train(body("a"), {"name": "b"})
+
+REFUSED = [
+    # what moves a body
+    (NEITHER, "body b: inertia", "must be given, or motion, or fixed", "motion = [] is uniform rotation"),
+    (train(body("a"), body("b", inertia=1, motion=[])), "body b: inertia", "and only one of them", "as prescribed"),
+    (with_first(fixed=True), "body a: fixed", "must be false", "The first body turns"),
+    (with_first(motion=[], torque=3), "body a: torque", "where the motion is prescribed", "no effect"),
+    (with_first(motion=[], damping=3), "body a: damping", "where the motion is prescribed", "no effect"),
+    (train(body("a", motion=[]), body("b", motion=[])), "mesh a/b: between", "must have a body that is free to move",
+     "nothing is left to compute"),
+    (with_first(motion=[{"order": 2}]), "body a: motion[0].acceleration", "or angle, not both", "300 rad/s^2"),
+    (with_first(motion=[{"order": 2, "accel": 3}]), "body a: motion[0]", "must have no key but", "'acceleration'"),
+    (with_first(motion=[{"order": math.pi, "angle": 1}]), "body a: motion[0].order", "ratio of whole numbers", "0.5"),
+    # names and tables
+    (train(meshes=[mesh("a", "bb")]), "mesh a/bb: between", "must be one of a, b", "Did you mean 'b'?"),
+    (train(body("a"), body("b", inerta=1)), "body b", "must have no key but name, inertia", "Did you mean 'inertia'?"),
+    (with_mesh(backlsh=1), "mesh a/b", "must have no key but between", "Did you mean 'backlash'?"),
+    (train(sped=3), "train", "must have no key but speed", "Did you mean 'speed'?"),
+    ({"bodies": [body("a")], "meshes": []}, "train.speed", "must be given", ""),
+    ({"speed": 1, "meshes": [mesh("a", "b")]}, "train.bodies", "must be given", ""),
+    (train(meshes=[]), "train.meshes", "must have at least one entry", ""),
+    (train(body("a"), {"inertia": 1}), "body number 2: name", "must be given", ""),
+    (train("a"), "body number 1", "must be a Body or a table", ""),
+    (train(meshes={"between": ["a", "b"]}), "train.meshes", "must be a list of tables", "Write [[train.meshes]]"),
+    (train(meshes=[{"teeth": [20, 30]}]), "mesh number 1: between", "must be given", ""),
+    (train(meshes=[mesh("a", "b") | {"between": ["a", "b", "c"]}]), "mesh a/b/c: between", "names of two bodies", ""),
+    (train(body("a"), body("a")), "body a: name", "must be that of no other part", "Give each a name"),
+    (train(meshes=[mesh("a", "b"), mesh("a", "b")]), "mesh a/b: name", "must be that of no other part", ""),
+    (train(meshes=[mesh("a", "b", name="b")]), "mesh b: name", "must be that of no other part", ""),
+    (train(body("a.b"), body("b")), "body a.b: name", "must be a text without", "E.g. 'driver'"),
+    # how it turns
+    (train(body("a"), body("b"), body("c"), body("d"), meshes=[
+        mesh("a", "b"), mesh("b", "c", 30, 40), mesh("c", "d", 40, 20), mesh("d", "a", 21, 20)]),
+     "mesh d/a: teeth", "must agree with the loop", "d turns -1 times as fast as a, by this one -0.95238"),
+    (train(body("a"), body("b"), body("c"), meshes=[mesh("a", "b", 20, 20), mesh("b", "c", 20, 20),
+                                                    mesh("c", "a", 20, 20)]),
+     "mesh c/a: teeth", "must agree with the loop", "odd number of external meshes"),
+    (train(body("a"), body("b", fixed=True)), "mesh a/b: teeth", "must let the parts turn", "since b is held"),
+    (train(shafts=[{"between": ["a", "ground"], "stiffness": 1e4}]), "shaft a-ground: between",
+     "must let the parts turn", "a could not turn"),
+    (train(body("a"), body("b"), body("c")), "body c", "must be connected with a", "Leave it out"),
+    (planets(ring={"inertia": 0.1}), "body carrier", "must have a speed that follows", "shaft to 'ground'"),
+    # mean torques
+    (train(body("a", torque=20), body("b", torque="-0.2 N*m")), "body b: torque", "must balance",
+     "29.8 N m are left over; -30 N m would balance them"),
+    (with_first(torque=20), "body a: torque", "must balance", "-30 N m at b would balance them"),
+    # meshes
+    (with_mesh(base_radii=["30 mm", "40 mm"]), "mesh a/b: base_radii", "ratio of the teeth, 20/30 = 0.666667", ""),
+    (with_mesh(backlash=-1), "mesh a/b: backlash", "must not be negative", "length"),
+    (with_mesh(stiffness=None), "mesh a/b: stiffness", "must be given, or tooth_pairs, or a design", ""),
+    (with_mesh(stiffness="2e8 N/mmm"), "mesh a/b: stiffness", "must be a stiffness", "not known"),
+    (with_mesh(stiffness={"level": [1]}), "mesh a/b: stiffness", "or with mean, amplitudes and phases", "shares"),
+    (with_mesh(stiffness={"levels": [2e8], "starts": [3]}), "mesh a/b: stiffness.starts", "must lie in [0, 1)", ""),
+    (with_mesh(stiffness={"mean": 2e8, "amplitudes": [3e8]}), "mesh a/b: stiffness.amplitudes", "must leave", "falls"),
+    (with_mesh(phase="90 deg"), "mesh a/b: phase", "of constant stiffness without error", "no effect"),
+    (with_mesh(pressure_angle="20 deg"), "mesh a/b: pressure_angle", "without a planet", "no effect"),
+    (with_mesh(line_of_action="20 deg"), "mesh a/b: line_of_action", "where both centres rest", "no effect"),
+    (with_mesh(error_phases=[1.0]), "mesh a/b: error_phases", "must not be longer", ""),
+    (with_mesh(damping_law="unilateral"), "mesh a/b: damping_law", "must be one of always, contact", ""),
+    (train(damping_law="contacts"), "train.damping_law", "must be one of", "Did you mean 'contact'?"),
+    # shafts and supports
+    (with_shaft(), "shaft b-c: stiffness", "must be greater than 0, or stop", "For a rigid one"),
+    (with_shaft(stop=0.1), "shaft b-c: stop_stiffness", "must be given with stop", ""),
+    (with_shaft(stop=0.1, stop_stiffness=1e4, damping=1), "shaft b-c: damping", "without stiffness", "no effect"),
+    (with_shaft(stiffness=1e4, stop_damping=1), "shaft b-c: stop_damping", "without stop", "no effect"),
+    (with_first(mass="3 kg"), "body a: mass", "where the centre rests", "no effect"),
+    (with_first(support={"stiffness": 1e8}), "body a: mass", "must be given where the centre moves", ""),
+    (with_first(position=1), "body a: position", "without carrier", "no effect"),
+    (train(body("a"), body("b", carrier="x", orbit=1, mass=1)), "body b: carrier", "must be one of a, b", ""),
+    (train(body("a"), body("b", carrier="a", orbit=1, mass=1)), "mesh a/b: pressure_angle", "mesh with a planet", ""),
+    # planetary sets
+    (planets(count=4), "planets: count", "must divide z_sun + z_ring = 126", "Possible are 2, 3."),
+    (planets(count=5, teeth=[20, 50, 120]), "planets: count", "tip circles of the planets apart", "30.39 mm"),
+    (planets(teeth=[27, 36, 100]), "planets: teeth", "z_sun + 2 z_planet = 99", "no profile shift"),
+    (planets(sun=None), "planets: sun", "must be given, a table", ""),
+    (planets(cont=3), "train.planets", "must have no key but count", "Did you mean 'count'?"),
+    (planets(planet={"inertia": 1e-3}), "planets: planet.mass", "where the centre moves", ""),
+    (planets(sun_mesh={"stiffnes": 1}), "planets: sun_mesh", "must have no key but", "Did you mean 'stiffness'?"),
+    # the common period
+    (chain((97, 101), (103, 107), (109, 113)), "common period", "at most 2000 cycles of mesh c/d",
+     "With 103/109 teeth of b/c they would be 103."),
+    (with_first(torque_orders=[{"order": 2.003, "amplitude": 1}]) | {"meshes": [
+        mesh("a", "b", error_amplitudes=["1 um"])]}, "common period", "at most 2000 cycles of mesh a/b",
+     "With 2 in place of order 2.003 of a they would be 10."),
+]
+
+
+@pytest.mark.parametrize(("table", "field", "rule", "advice"), REFUSED, ids=lambda value: str(value)[:40])
+def test_what_does_not_fit_is_refused_with_its_field_and_what_to_do(table, field, rule, advice):
+    if isinstance(table.get("meshes"), list):
+        table = {**table, "meshes": [{k: v for k, v in m.items() if v is not None} for m in table["meshes"]]}
+    with pytest.raises(InputError) as error:
+        read_train(copy.deepcopy(table), None)
+    assert error.value.field == field
+    assert rule in error.value.rule
+    assert advice in error.value.advice
+
+
+def test_python_names_parts_as_files_do():
+    with pytest.raises(InputError, match=re.escape("mesh a/b: backlash must not be negative")):
+        gc.Train(**with_mesh(backlash=-1))
+
+
+LOOSE = """
+[train]
+speed = "800 rpm"
+[[train.bodies]]
+name = "driver"
+motion = [{ order = 2, acceleration = "300 rad/s^2" }]
+[[train.bodies]]
+name = "loose"
+inertia = "5e-4 kg*m^2"
+torque = "-0.1 N*m"
+[[train.meshes]]
+name = "z1/z2"
+between = ["driver", "loose"]
+teeth = [20, 30]
+base_radii = ["30 mm", "45 mm"]
+stiffness = "2e8 N/m"
+damping = "60 N*s/m"
+backlash = "0.12 mm"
+"""
+
+
+def load(tmp_path, text=LOOSE, **values):
+    path = tmp_path / "train.toml"
+    path.write_text(text)
+    return load_study(path, values)
+
+
+def test_a_file_is_the_train_of_its_tables(tmp_path):
+    model = load(tmp_path).model
+    assert model.train == gc.Train(
+        speed=800, bodies=[gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300}]),
+                           gc.Body(name="loose", inertia=5e-4, torque=-0.1)],
+        meshes=[gc.Mesh(name="z1/z2", between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045),
+                        stiffness=2e8, damping=60, backlash=0.12e-3)])
+    assert dict(model.initial) == {}
+
+
+@pytest.mark.parametrize("table", ["[model]\nomega = 1", "[gearpair]\nn1 = 1", "[design]\nteeth = [20, 30]",
+                                   "[operation]\nspeed = 3"])
+def test_a_train_stands_alone(table, tmp_path):
+    with pytest.raises(InputError, match=r"must be (left out|given)"):
+        load(tmp_path, f"{LOOSE}\n{table}")
+
+
+@pytest.mark.parametrize(("name", "value", "found"), [
+    ("speed", 900, lambda t: t.speed), ("speed", "900 rpm", lambda t: t.speed), ("torque", 0.2, lambda t: t.torque),
+    ("loose.torque", "-0.2 N*m", lambda t: t.torque), ("loose.inertia", 1e-3, lambda t: t.bodies[1].inertia),
+    ("z1/z2.backlash", 1e-4, lambda t: t.meshes[0].backlash), ("damping_law", "always", lambda t: t.damping_law),
+    ("z1/z2.stiffness", "3e8 N/m", lambda t: t.meshes[0].stiffness)])
+def test_values_are_set_by_name(name, value, found, tmp_path):
+    wanted = {"speed": 900, "torque": 0.2, "loose.torque": 0.2, "z1/z2.stiffness": 3e8}.get(name, value)
+    assert found(load(tmp_path, **{name: value}).model.train) == wanted
+
+
+@pytest.mark.parametrize(("name", "value", "field", "rule"), [
+    ("loose.tork", 1, "parameter", "must be one of"), ("kind", "single", "kind", "must be left out for a train"),
+    ("loose.inertia", -1, "body loose: inertia", "greater than 0"),
+    ("damping_law", "unilateral", "damping_law", "must be one of"),
+    ("train.speed", 3, "parameter", "must be one of"), ("driver.torque", 3, "parameter", "must be one of")])
+def test_values_that_are_none_of_the_train_are_refused(name, value, field, rule, tmp_path):
+    with pytest.raises(InputError) as error:
+        load(tmp_path, **{name: value})
+    assert error.value.field == field
+    assert rule in error.value.rule
+
+
+SHAFT = """
+[[train.bodies]]
+name = "far"
+inertia = 1e-3
+[[train.shafts]]
+between = ["loose", "far"]
+stiffness = "1e4 N*m/rad"
+"""
+
+
+def test_deflections_begin_where_the_file_says(tmp_path):
+    text = LOOSE + SHAFT + """
+[initial]
+deflections = { "z1/z2" = "-120 um", "loose-far" = "0.1 deg" }
+deflection_rates = { "z1/z2" = "1 mm/s", "loose-far" = 0.5 }
+"""
+    model = load(tmp_path, text).model
+    length, rate = model.units.length, model.units.rate
+    assert model.initial["z"] == pytest.approx(-1.0)  # on the back flank: half the backlash from the middle
+    assert model.initial["z_dot"] == pytest.approx(1e-3 / (length * rate))
+    assert model.initial["loose-far.z"] == pytest.approx(math.radians(0.1) / length)
+    assert model.initial["loose-far.z_dot"] == pytest.approx(0.5 / (length * rate))
+
+
+def test_a_deflection_is_measured_from_the_front_flank_of_the_backlash_that_is_set(tmp_path):
+    text = LOOSE + '[initial]\ndeflections = { "z1/z2" = "0 um" }\n'
+    model = load(tmp_path, text, **{"z1/z2.backlash": 1e-4}).model
+    assert model.initial["z"] * model.units.length == pytest.approx(0.5e-4)
+    assert load(tmp_path, text, z=0.3).model.initial["z"] == 0.3
+
+
+def test_what_is_left_out_begins_at_the_static_deflection_at_rest(tmp_path):
+    found = gc.simulate(load(tmp_path, LOOSE.replace('acceleration = "300', 'acceleration = "0')).model, periods=1)
+    force = 0.1 / 0.045
+    deflection = found.section_deflection.values[0, 0] * load(tmp_path).model.units.length
+    assert deflection == pytest.approx(force / 2e8, rel=1e-9)
+
+
+@pytest.mark.parametrize(("initial", "field", "rule"), [
+    ('deflections = { "z1/z3" = 0 }', "initial.deflections: mesh or shaft", "must be one of"),
+    ('deflections = { "z1/z2" = "1 N" }', "initial.deflections: z1/z2", "must be a length"),
+    ("deflections = 3", "initial.deflections", "must be a table"),
+    ("angles = { loose = 0 }", "initial.angles", "must be left out"),
+    ("deflection = 3", "key of [initial]", "must be one of"), ("x1 = 3", "key of [initial]", "must be one of")])
+def test_initial_values_of_nothing_are_refused(initial, field, rule, tmp_path):
+    with pytest.raises(InputError) as error:
+        load(tmp_path, f"{LOOSE}[initial]\n{initial}\n")
+    assert error.value.field == field
+    assert rule in error.value.rule
+
+
+def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
+    table = train(body("a"), body("b"), body("c"), body("d"), meshes=[
+        mesh("a", "b", 20, 20), mesh("b", "c", 20, 20), mesh("c", "d", 20, 20), mesh("d", "a", 20, 20)])
+    with pytest.raises(InputError, match="follows from those of other meshes"):
+        initial_of(TrainModel(read_train(table, None)), {"deflections": {"d/a": 0}})
+
+
+DESIGN = """
+[design]
+teeth = [20, 40]
+module = "3 mm"
+face_width = "20 mm"
+bore = "20 mm"
+backlash = { value = "0.1 mm", of = "line of action, total" }
+"""
+
+
+LOAD_FREE = DESIGN.replace("[design]", '[design]\nstiffness = "potential energy"')
+
+
+def with_design(tmp_path, design):
+    (tmp_path / "pair.toml").write_text(design)
+    kept = "\n".join(line for line in LOOSE.splitlines() if not line.startswith(
+        ("teeth", "base_radii", "stiffness", "backlash")))
+    return f'{kept}\ndesign = "pair.toml"\n'
+
+
+def test_a_mesh_takes_the_values_of_a_design_beside_the_file(tmp_path):
+    found = load(tmp_path, with_design(tmp_path, f"{DESIGN}[operation]\nspeed = 1000\ntorque = 50\n")).model.train
+    pair = gc.GearDesign.from_tables(
+        {"teeth": [20, 40], "module": "3 mm", "face_width": "20 mm", "bore": "20 mm", "damping_ratio": 0.05,
+         "backlash": {"value": "0.1 mm", "of": "line of action, total"}}, {"speed": 1000, "torque": 50}).to_pair()
+    (one,) = found.meshes
+    assert (one.teeth, one.backlash, one.damping) == ((20, 40), pair.backlash, 60)
+    text = with_design(tmp_path, f"{DESIGN}damping_ratio = 0.05\n[operation]\nspeed = 1000\ntorque = 50\n")
+    assert load(tmp_path, text.replace('damping = "60 N*s/m"', "")).model.train.meshes[0].damping == pair.k
+    assert one.base_radii == pytest.approx((pair.R1, pair.R2), rel=1e-12)
+
+
+def test_a_design_without_load_will_do_where_its_values_do_not_depend_on_it(tmp_path):
+    loaded, free = (load(tmp_path, with_design(tmp_path, LOAD_FREE + operation)).model.train.meshes[0]
+                    for operation in ("[operation]\nspeed = 1000\ntorque = 500\n", ""))
+    assert loaded == free
+
+
+def test_a_design_whose_stiffness_depends_on_the_load_needs_one(tmp_path):
+    design = DESIGN.replace("[design]", '[design]\nstiffness = "ISO 6336-1"')
+    with pytest.raises(InputError) as error:
+        load(tmp_path, with_design(tmp_path, design))
+    assert error.value.field == "mesh z1/z2: design"
+    assert "[operation] with speed and torque" in error.value.advice
+
+
+def test_a_file_that_is_missing_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere.toml: study file must be a readable file"):
+        load(tmp_path, with_design(tmp_path, DESIGN).replace("pair.toml", "nowhere.toml"))
+
+
+def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():
+    series = {"mean": "2e8 N/m", "amplitudes": ["4e7 N/m"], "phases": ["30 deg"]}
+    found = gc.Train(**with_mesh(stiffness=series))
+    levels = np.array(found.meshes[0].stiffness.steps.levels)
+    middles = (np.arange(len(levels)) + 0.5) / len(levels)
+    assert levels.mean() == pytest.approx(2e8, rel=1e-12)
+    wanted = 2e8 + 4e7 * np.cos(2 * np.pi * middles - math.pi / 6)
+    assert np.allclose(levels, wanted, rtol=0, atol=4e7 * 1e-3)
+    assert any("Fourier series" in text for text in found.warnings)
+
+
+def test_meshes_of_planets_are_ahead_by_their_teeth_and_positions():
+    found = read_train(planets(count=3, teeth=[20, 19, 58]), None)
+    for n in range(3):
+        sun, ring = found.meshes[2 * n : 2 * n + 2]
+        assert sun.phase == pytest.approx(-20 * 2 * math.pi * n / 3)
+        assert ring.phase == pytest.approx(58 * 2 * math.pi * n / 3 + 20 * math.pi)
+    even = read_train(planets(), None).meshes[1]
+    assert math.cos(even.phase) == pytest.approx(-1)  # half a cycle behind the sun mesh
+
+
+def test_planets_around_a_held_sun_follow_each_other_the_other_way():
+    found = read_train(planets(sun={"fixed": True}, ring={"inertia": 0.1}, teeth=[20, 19, 58]), None)
+    assert [each.name for each in found.bodies][:3] == ["carrier", "ring", "sun"]
+    assert found.meshes[2].phase == pytest.approx(20 * 2 * math.pi / 3)
+    assert found.meshes[3].phase == pytest.approx(-58 * 2 * math.pi / 3 + 20 * math.pi)
