@@ -26,6 +26,10 @@ from gearchaos.gears.design.gear_design import GearDesign as GearDesign
 from gearchaos.gears.operating import AnyModel
 from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
+from gearchaos.gears.train.parts import Body as Body
+from gearchaos.gears.train.parts import Mesh as Mesh
+from gearchaos.gears.train.parts import Shaft as Shaft
+from gearchaos.gears.train.train import Train as Train
 from gearchaos.interchange.scripts import script as script
 from gearchaos.interchange.symbolic import SymbolicModel as SymbolicModel
 from gearchaos.interchange.symbolic import from_sympy as from_sympy
@@ -48,6 +52,7 @@ from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
 from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
+from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
