@@ -122,3 +122,12 @@ def test_a_train_in_permanent_contact_moves_as_its_frequency_response_says(law):
     assert found.section_contact.values.tolist() == [[1, 1]]
     assert found.section_deflection.values[0] * units.length == pytest.approx(deflection, rel=1e-11)
     assert found.section_deflection_rate.values[0] * units.length * units.rate == pytest.approx(rate, rel=1e-10)
+
+
+def test_the_coordinate_of_a_support_is_named_by_its_axis():
+    """The meshes of two driven wheels on opposite sides say how far the wheel between them turns, and moves along x."""
+    bodies = [gc.Body(name="a", motion=[]), gc.Body(name="c", motion=[]),
+              gc.Body(name="b", inertia=1e-3, mass=1.0, support={"stiffness": 1e8})]
+    train = gc.Train(speed=1000.0, bodies=bodies, meshes=[
+        mesh("a", "b", 20, 40, line_of_action=0.0), mesh("c", "b", 20, 40, line_of_action=math.pi)])
+    assert as_model(train).state_names == ("z", "z_dot", "c_b.z", "c_b.z_dot", "b2.z", "b2.z_dot")
