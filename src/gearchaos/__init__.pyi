@@ -52,6 +52,7 @@ from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
 from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
+from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
