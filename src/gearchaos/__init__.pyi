@@ -475,7 +475,13 @@ class Rattle(_Rattle):
 
     Examples
     --------
-    >>> study = gc.Rattle(train, "loose.torque=-0.2:-0.05:4")
+    >>> import gearchaos as gc
+    >>> driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": "300 rad/s^2"}])
+    >>> loose = gc.Body(name="loose", inertia="5e-4 kg*m^2", torque="-0.2 N*m")
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
+    >>> study = gc.Rattle(train, "loose.torque=-0.2:-0.12:2")
     >>> study.kind, study.count
     ('rattle', 1)
     """

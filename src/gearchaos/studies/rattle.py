@@ -21,7 +21,7 @@ from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.study import ClassifyingStudy, WholeStudy, mesh_coordinate
+from gearchaos.studies.study import ClassifyingStudy, WholeStudy, mesh_coordinate, mesh_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +75,13 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     As a value
     ----------
-    >>> study = gc.Rattle(train, "loose.torque=-0.2:-0.05:4")
+    >>> import gearchaos as gc
+    >>> driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": "300 rad/s^2"}])
+    >>> loose = gc.Body(name="loose", inertia="5e-4 kg*m^2", torque="-0.2 N*m")
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
+    >>> study = gc.Rattle(train, "loose.torque=-0.2:-0.12:2")
     >>> study.kind, study.count
     ('rattle', 1)
     """
@@ -95,8 +101,8 @@ class Rattle(ClassifyingStudy, WholeStudy):
         if self.model.kind != "train":
             raise InputError("model", "must be a train", f"a {self.model.kind} model",
                              "Rattle is that of wheels under the orders of an engine: describe them in [train].")
-        if self.mesh is not None and self.mesh not in self.model.mesh_names:
-            raise unknown_name("mesh", self.mesh, self.model.mesh_names)
+        if self.mesh is not None and self.mesh not in (names := list(mesh_names(self.model))):
+            raise unknown_name("mesh", self.mesh, names)
         if self.axis.name in self.model.state_names:
             raise InputError("axis", "must be a parameter", self.axis.name, "E.g. speed=600:3000:60.")
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the train refuses
@@ -136,7 +142,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
         """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
         out = []
-        for m, name in enumerate(self.model.mesh_names):
+        for m, name in enumerate(mesh_names(self.model)):
             if self.mesh not in (None, name):
                 continue
             for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist():
