@@ -53,9 +53,11 @@ from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
 from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
+from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
+from gearchaos.studies.rattle import Rattle as _Rattle
 from gearchaos.studies.regime import Regime as _Regime
 from gearchaos.studies.regime import Verdict as Verdict
 from gearchaos.studies.regime import steady as steady
@@ -396,6 +398,97 @@ class Bifurcation(_Bifurcation):
     def __init__(
         self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed',
         settings: Classification | None = None,
+    ) -> None: ...
+
+def rattle(
+    model: AnyModel, axis: Axis | str, *, mesh: str | None = None, settings: Classification | None = None,
+) -> xr.Dataset:
+    """Scan a train for rattle: where its meshes lose contact, their impacts, and the drag that stops them.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        A train.
+    axis : Axis or str
+        A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
+    mesh : str, optional
+        The mesh whose onset is looked for; by default all.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``history`` (from rest, and after slow sweeps of the axis, rising and falling), the axis and ``mesh``:
+        ``mesh_contact``, ``mesh_front_share``, ``mesh_back_share``, ``mesh_impacts``, ``mesh_impulse``,
+        ``mesh_peak_force``, ``mesh_rms_force`` and ``mesh_force_deviation``, its standard deviation; ``label`` and
+        ``period`` of the motion. Over the axis and ``mesh`` ``excitation_ratio``, the largest fall of the linear
+        deflection below its mean over that mean: contact is lost where it exceeds 1. Over ``onset`` the values of the
+        axis at which the contact of a mesh from rest changes, ``onset_value``, with ``onset_mesh``, and
+        ``onset_linear``, where the linear deflection vanishes; NaN if the stiffness of a mesh varies.
+
+    Raises
+    ------
+    InputError
+        If the model is no train, or the axis or a name is wrong.
+
+    Notes
+    -----
+    Without play and with constant stiffness a train is linear. For one wheel under one order, with m = J/r_b², the
+    fall of its spring force is r_b m r_a α k/|k − m w² + i c w| over the drag torque. At low speed it is the ratio of
+    inertia to drag by which the literature judges rattle: contact is lost where J α r_a/r_b exceeds the drag
+    (R. Singh, H. Xie, R. J. Comparin, *Analysis of automotive neutral gear rattle*, J. Sound Vib. 131 (1989) 177).
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": "300 rad/s^2"}])
+    >>> loose = gc.Body(name="loose", inertia="5e-4 kg*m^2", torque="-0.2 N*m")
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
+    >>> found = gc.rattle(train, "loose.torque=-0.2:-0.05:4")
+    >>> found.onset_value.values.round(6).tolist(), found.onset_linear.values.round(6).tolist()
+    ([-0.100004], [-0.100004])
+    """
+
+class Rattle(_Rattle):
+    """The study that `rattle` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `rattle` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair or GearDesign
+        A train.
+    axis : Axis or str
+        A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
+    mesh : str, optional
+        The mesh whose onset is looked for; by default all.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": "300 rad/s^2"}])
+    >>> loose = gc.Body(name="loose", inertia="5e-4 kg*m^2", torque="-0.2 N*m")
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
+    >>> study = gc.Rattle(train, "loose.torque=-0.2:-0.12:2")
+    >>> study.kind, study.count
+    ('rattle', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, axis: Axis | str, *, mesh: str | None = None, settings: Classification | None = None,
     ) -> None: ...
 
 def zones(

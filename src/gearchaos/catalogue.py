@@ -71,6 +71,14 @@ STUDIES: dict[str, dict[str, Any]] = {
         },
         'run_options': {},
     },
+    'rattle': {
+        'module': 'studies.rattle', 'class': 'Rattle',
+        'help': 'Scan a train for rattle: where its meshes lose contact, their impacts, and the drag that stops them.',
+        'group': 'Motions', 'needs_out': False, 'summary': 'rattle',
+        'axes': {'axis': None},
+        'options': {'mesh': {'type': 'str', 'help': 'The mesh whose onset is looked for; by default all.'}},
+        'run_options': {},
+    },
     'zones': {
         'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
         'group': 'Motions', 'needs_out': True, 'summary': 'map',

@@ -8,14 +8,16 @@ import pytest
 from gearchaos.datasets import model_json
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
+from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
 from gearchaos.studies.axis import Axis, parse_axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.registry import STUDIES, study_class
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_design, load_study, parse_set
 
 DESIGNS = {"spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
+TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28}
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIR = """
 [gearpair]
@@ -340,7 +342,14 @@ def test_examples_are_the_figures(number):
 
 def test_no_example_is_left_out_of_the_tests():
     names = {path.name for path in EXAMPLES.glob("*.toml")}
-    assert names == {f"fig{n:02d}.toml" for n in FIGURES} | {"physical_pair.toml"} | DESIGNS
+    assert names == {f"fig{n:02d}.toml" for n in FIGURES} | {"physical_pair.toml"} | DESIGNS | TRAINS.keys()
+
+
+@pytest.mark.parametrize(("name", "coordinates"), TRAINS.items())
+def test_example_of_a_train(name, coordinates):
+    found = load_study(EXAMPLES / name)
+    assert len(found.model.state_names) == coordinates and found.warnings == ()
+    assert isinstance(found.study(study_class(str(found.kind))).model, TrainModel)
 
 
 def test_example_of_a_physical_pair():

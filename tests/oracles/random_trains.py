@@ -42,8 +42,10 @@ def mesh(rng: np.random.Generator, a: str, b: str, teeth: tuple[int, int], pairs
     error: dict[str, Any] = {}
     if rng.random() < 0.4 and not exact:
         error = {"error_amplitudes": list(rng.uniform(0, 1e-6, 2)), "error_phases": list(rng.uniform(0, 6, 2))}
+    if error or not isinstance(stiffness.get("stiffness"), float):
+        error["phase"] = rng.uniform(0, 6)
     return gc.Mesh(between=(a, b), teeth=teeth, base_radii=[MODULE * z / 2 for z in teeth], **stiffness, **error,
-                   damping=rng.uniform(50, 1500), backlash=rng.uniform(1e-6, 8e-6), phase=rng.uniform(0, 6),
+                   damping=rng.uniform(50, 1500), backlash=rng.uniform(1e-6, 8e-6),
                    damping_law=str(rng.choice(["always", "contact"])), **more)
 
 

@@ -7,8 +7,11 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gearchaos.cli import branches
 from gearchaos.cli.options import in_units
@@ -329,6 +332,60 @@ def _map(found: Found) -> dict[str, Any]:
     return {**found.head, "axes": axes, **document}
 
 
+def rattle_document(found: Found) -> dict[str, Any]:
+    """The JSON document of a scan for rattle: the axis, onsets, and of each mesh its ranges of contact."""
+    dataset, (axis,) = found.plain, found.axes
+    onsets = [{"mesh": str(mesh), "value": value, "linear": None if math.isnan(linear) else linear}
+              for mesh, value, linear in zip(*(dataset[n].values.tolist() for n in (
+                  "onset_mesh", "onset_value", "onset_linear")), strict=True)]
+    worst = dataset["mesh_contact"].where(dataset["mesh_contact"] < 3, 0).max("history")
+    ranges = {}
+    for name in dataset["mesh"].values.tolist():
+        codes, values = worst.sel(mesh=name).values.astype(int), axis.values
+        ends = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+        ranges[name] = [{"contact": CONTACTS[codes[a]], "from": float(values[a]), "to": float(values[b - 1])}
+                        for a, b in pairwise(ends)]
+    return {**found.head, "axis": axis.name, "onsets": onsets, "meshes": ranges}
+
+
+def print_rattle(found: Found, content: dict[str, Any]) -> None:
+    """Print of each mesh where it loses contact and where it rattles, and a table of impacts from rest."""
+    dataset, axis = found.in_units, content["axis"]
+    unit = quantity(axis).unit.replace("*", " ")
+    for name, ranges in content["meshes"].items():
+        both = [r for r in ranges if r["contact"] == "two-sided"]
+        lost = [r for r in ranges if r["contact"] in ("one-sided", "none")]
+        parts = [f"{words} from {', '.join(_range(r) for r in some)} {unit}" for words, some in (
+            ("rattles between both flanks", both), ("loses contact", lost)) if some]
+        say_wrapped(f"{name}: " + ("; ".join(parts) or f"stays in contact from {_range(ranges[0])} {unit}"))
+    for onset in content["onsets"]:
+        linear = "the stiffness varies: no closed form" if onset["linear"] is None else (
+            f"by the linear train {onset['linear']:.7g}")
+        say_wrapped(f"  {onset['mesh']}: the onset is at {onset['value']:.7g} {unit}; {linear}")
+    print("Tried: from rest, and slow sweeps of the axis, rising and falling.")
+    rows = np.unique(np.linspace(0, dataset.sizes[axis] - 1, _SHOWN_ROWS).round().astype(int))
+    for name in dataset["mesh"].values.tolist():
+        one = dataset.sel(mesh=name, history="rest")
+        table = plain_table(axis, "contact", "front %", "back %", "impacts/s", "N s/s", "rms (N)", "std (N)", gap=1)
+        for i in rows.tolist():
+            at = one.isel({axis: i})
+            numbers = (100 * at.mesh_front_share, 100 * at.mesh_back_share, at.mesh_impacts, at.mesh_impulse,
+                       at.mesh_rms_force, at.mesh_force_deviation)
+            table.add_row(shown(float(one[axis][i])), CONTACTS[int(at.mesh_contact)],
+                          *(measured(float(v), 3) for v in numbers))
+        print(f"{name}, from rest")
+        print_table(table)
+
+
+def _range(found: Mapping[str, Any]) -> str:
+    return f"{found['from']:.4g} to {found['to']:.4g}" if found["from"] != found["to"] else f"{found['from']:.4g}"
+
+
+def say_wrapped(text: str) -> None:
+    """Print a text in lines of at most 79 characters."""
+    print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
+
+
 SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {
     "section": (section_document, lambda found, _: print_section(found.in_units)),
     "attractors": (lambda found: attractor_list(found.dataset) | (
@@ -341,6 +398,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
               lambda found, content: branches.print_curve(content, found.dataset)),
     "skeleton": (lambda found: {**found.head, **branches.skeleton_document(found.dataset)},
                  lambda found, content: branches.print_skeleton(content)),
+    "rattle": (rattle_document, print_rattle),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

@@ -68,7 +68,24 @@ def empty_measures(system: SwitchedSystem, w: np.ndarray) -> np.ndarray:
 
 
 def of_meshes(measures: np.ndarray) -> np.ndarray:
-    """Measures (K len(Measure), L) by mesh, (K, len(Measure), L)."""
+    """Measures by mesh.
+
+    Parameters
+    ----------
+    measures : (K len(Measure), L)
+        Those of L motions of a system with K meshes.
+
+    Returns
+    -------
+    (K, len(Measure), L)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import Measure, of_meshes
+    >>> of_meshes(np.zeros((2 * len(Measure), 3))).shape[::2]
+    (2, 3)
+    """
     return measures.reshape(-1, len(Measure), measures.shape[1])
 
 

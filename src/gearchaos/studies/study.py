@@ -30,7 +30,12 @@ if TYPE_CHECKING:
 
 def mesh_coordinate(model: Any) -> dict[str, Any]:
     """The names of the meshes of a train, as the coordinate of results over them; none of a pair."""
-    return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.kind == "train" else {}
+    return {MESH: variable(MESH, (MESH,), np.array(mesh_names(model)))} if model.kind == "train" else {}
+
+
+def mesh_names(model: Any) -> tuple[str, ...]:
+    """The names of the meshes of a train."""
+    return model.mesh_names
 
 
 Results = dict[str, np.ndarray]

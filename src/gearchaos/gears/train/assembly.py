@@ -59,12 +59,12 @@ class Structure:
     def __init__(self, train: Train) -> None:
         self.train = train
         self.free = [body for body in train.bodies if not body.prescribed]
-        self._index: dict[tuple[str, str], int] = {}
+        self.index: dict[tuple[str, str], int] = {}
         for body in self.free:
-            self._index[body.name, "angle"] = len(self._index)
+            self.index[body.name, "angle"] = len(self.index)
         for body in train.bodies:
             for axis in self._own_axes(body):
-                self._index[body.name, axis] = len(self._index)
+                self.index[body.name, axis] = len(self.index)
         self.contacts = [self._mesh(mesh) for mesh in train.meshes]
         self.springs: list[Element] = []
         for shaft in train.shafts:
@@ -86,13 +86,13 @@ class Structure:
 
     def centre(self, body: Body) -> np.ndarray:
         """The displacement of the centre of a body from q, (2, n)."""
-        out = np.zeros((2, len(self._index)))
+        out = np.zeros((2, len(self.index)))
         axes = self._own_axes(body)
         if axes == ("along",):
             held: Any = body.support or body.pin
-            out[:, self._index[body.name, "along"]] = np.cos(held.direction), np.sin(held.direction)
+            out[:, self.index[body.name, "along"]] = np.cos(held.direction), np.sin(held.direction)
         elif axes:
-            out[0, self._index[body.name, "x"]] = out[1, self._index[body.name, "y"]] = 1.0
+            out[0, self.index[body.name, "x"]] = out[1, self.index[body.name, "y"]] = 1.0
         elif body.carrier is not None:
             out = self._on_carrier(body)
         return out
@@ -103,19 +103,19 @@ class Structure:
         out = self.centre(carrier).copy()
         if not carrier.prescribed:
             tangent = -np.sin(planet.position), np.cos(planet.position)
-            out[:, self._index[carrier.name, "angle"]] += planet.orbit * np.array(tangent)
+            out[:, self.index[carrier.name, "angle"]] += planet.orbit * np.array(tangent)
         return out
 
     def _angles(self, factors: dict[str, float]) -> tuple[np.ndarray, dict[str, float]]:
         """A row from factors of angles by body, and those of the bodies whose motion is prescribed."""
-        row, prescribed = np.zeros(len(self._index)), dict[str, float]()
+        row, prescribed = np.zeros(len(self.index)), dict[str, float]()
         for name, factor in factors.items():
             if name == GROUND or self.train.body(name).fixed:
                 continue
             if self.train.body(name).prescribed:
                 prescribed[name] = prescribed.get(name, 0.0) + factor
             else:
-                row[self._index[name, "angle"]] += factor
+                row[self.index[name, "angle"]] += factor
         return row, prescribed
 
     def _mesh(self, mesh: Mesh) -> Element:
@@ -154,7 +154,7 @@ class Structure:
     def _choose(self) -> None:
         """Choose the coordinates: independent rows, and the motions that deflect nothing."""
         elements = [*self.contacts, *self.springs]
-        weight = 1 / np.sqrt(np.diag(self.mass(_as_given)[0]))
+        weight = 1 / np.sqrt(np.diag(self.mass(as_given)[0]))
         basis = np.zeros((0, len(weight)))
         self.chosen: list[Element] = []
         for element in elements:
@@ -187,12 +187,12 @@ class Structure:
 
     def mass(self, value: Value) -> np.ndarray:
         """The mass matrix (P, n, n)."""
-        size = len(self._index)
+        size = len(self.index)
         inertia = {body.name: value(body.name, "inertia", body.inertia) for body in self.free}
         out = np.zeros((max((len(v) for v in inertia.values()), default=1), size, size))
         for body in self.train.bodies:
             if not body.prescribed:
-                i = self._index[body.name, "angle"]
+                i = self.index[body.name, "angle"]
                 out[:, i, i] += inertia[body.name]
             if body.mass is not None:
                 moved = self.centre(body)
@@ -202,9 +202,9 @@ class Structure:
     def torques(self, value: Value) -> np.ndarray:
         """Mean generalised forces (P, n)."""
         given = {body.name: value(body.name, "torque", body.torque) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self._index)))
+        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
         for name, torque in given.items():
-            out[:, self._index[name, "angle"]] = torque * self.sense(name)
+            out[:, self.index[name, "angle"]] = torque * self.sense(name)
         return out
 
     def sense(self, name: str) -> float:
@@ -214,9 +214,9 @@ class Structure:
     def ground_damping(self, value: Value) -> np.ndarray:
         """Damping of the angles to the housing, (P, n): the diagonal of a matrix."""
         given = {body.name: value(body.name, "damping", body.damping) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self._index)))
+        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
         for name, damping in given.items():
-            out[:, self._index[name, "angle"]] = damping
+            out[:, self.index[name, "angle"]] = damping
         return out
 
     @cached_property
@@ -233,10 +233,10 @@ class Structure:
 
     def torque_harmonics(self) -> np.ndarray:
         """Complex amplitudes of the generalised forces at the orders, (H, n): the real part of each × exp(i order)."""
-        out = np.zeros((len(self.orders), len(self._index)), complex)
+        out = np.zeros((len(self.orders), len(self.index)), complex)
         for body in self.free:
             for each in body.torque_orders:
-                out[self._at(each.ratio), self._index[body.name, "angle"]] += (
+                out[self._at(each.ratio), self.index[body.name, "angle"]] += (
                     self.sense(body.name) * each.amplitude * np.exp(1j * each.phase))
         return out
 
@@ -257,7 +257,7 @@ class Structure:
         return out
 
 
-def _as_given(owner: str, name: str, given: float) -> np.ndarray:
+def as_given(owner: str, name: str, given: float) -> np.ndarray:
     """The value that the train has."""
     return np.array([given], dtype=float)
 
@@ -272,14 +272,14 @@ def mean_imbalance(train: Train) -> tuple[float, float, str]:
     """The mean torque that is left over where the train turns as a whole, N m at a body, the sum of the magnitudes of
     all, and that body: the last one with a torque, or the last one."""
     found = Structure(train)
-    torques = found.torques(_as_given)[0]
+    torques = found.torques(as_given)[0]
     for mode in found.rigid.T:
         left, size = float(mode @ torques), float(np.abs(mode) @ np.abs(torques))
-        moved = [body for body in found.free if abs(mode[found._index[body.name, "angle"]]) > _RANK]
+        moved = [body for body in found.free if abs(mode[found.index[body.name, "angle"]]) > _RANK]
         if abs(left) > 0 and moved:
             body = [each for each in moved if each.torque][-1]
-            share = abs(mode[found._index[body.name, "angle"]])
-            sign = np.sign(mode[found._index[body.name, "angle"]]) * found.sense(body.name)
+            share = abs(mode[found.index[body.name, "angle"]])
+            sign = np.sign(mode[found.index[body.name, "angle"]]) * found.sense(body.name)
             return float(sign * left / share), size / share, body.name
     return 0.0, 1.0, ""
 
@@ -555,5 +555,5 @@ def units_of(train: Train) -> Units:
     first = found.contacts[0]
     length = next((mesh.backlash / 2 for mesh in train.meshes if mesh.backlash), _SMALLEST_LENGTH)
     stiffness = mean_stiffness(first)
-    inverse = np.linalg.inv(found.mass(_as_given)[0])
+    inverse = np.linalg.inv(found.mass(as_given)[0])
     return Units(length, float(np.sqrt(stiffness * first.row @ inverse @ first.row)), stiffness)

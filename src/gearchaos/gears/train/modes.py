@@ -1,0 +1,73 @@
+"""Natural modes of a train whose meshes are all in contact, at their mean stiffnesses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearchaos.gears.train.assembly import Element, as_given, mean_stiffness, structure
+from gearchaos.gears.train.train import Train
+
+
+@dataclass(frozen=True)
+class Modes:
+    """M undamped modes of unit modal mass, by frequency; those that deflect nothing have the frequency 0."""
+
+    frequency: np.ndarray  # (M,) rad/s
+    damping_ratio: np.ndarray  # (M,) by the damping of each mode alone, NaN without deflection
+    angle: np.ndarray  # (M, bodies) rad, in each body's own sense of rotation
+    displacement: np.ndarray  # (M, bodies, 2) m, of centres
+    kinetic_energy: np.ndarray  # (M, bodies) share
+    elements: tuple[str, ...]  # names of meshes, shafts and supports
+    deflection: np.ndarray  # (M, elements) m, of shafts rad; of a support that of its first axis
+    strain_energy: np.ndarray  # (M, elements) share, 0 without deflection
+
+
+def linear_elements(train: Train) -> list[Element]:
+    """The springs of the train with all meshes in contact; stops act where a shaft has no spring beside them."""
+    found = structure(train)
+    sprung = {element.name for element in found.springs}
+    return [element for element in found.contacts if not (element.stops and element.name in sprung)] + found.springs
+
+
+def modes(train: Train) -> Modes:
+    """The natural modes of a train."""
+    found, elements = structure(train), linear_elements(train)
+    mass = found.mass(as_given)[0]
+    rows = np.array([element.row for element in elements])
+    k = np.array([mean_stiffness(element) for element in elements])
+    damping = rows.T @ (np.array([element.damping for element in elements])[:, None] * rows) + np.diag(
+        found.ground_damping(as_given)[0])
+    root = np.linalg.inv(np.linalg.cholesky(mass))  # of the mass matrix: root M rootᵀ = 1
+    squares, vectors = np.linalg.eigh(root @ rows.T @ (k[:, None] * rows) @ root.T)
+    shapes = (root.T @ vectors).T  # (M, n)
+    rigid = np.arange(len(squares)) < found.rigid.shape[1]
+    frequency = np.where(rigid, 0.0, np.sqrt(np.maximum(squares, 0.0)))
+    deflection = shapes @ rows.T
+    energy = np.where(rigid[:, None], 0.0, k * deflection**2 / np.where(rigid, 1.0, squares)[:, None])
+    owners = [element.name if element.owner else f"support of {element.name}" for element in elements]
+    names = tuple(dict.fromkeys(owners))
+    of = np.array([names.index(owner) for owner in owners])
+    first = [int(np.argmax(of == i)) for i in range(len(names))]
+    angle, displacement, kinetic = _of_bodies(train, shapes)
+    largest = np.abs(kinetic).argmax(axis=1)
+    forward = np.where(angle[np.arange(len(angle)), largest] < 0, -1.0, 1.0)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(rigid, np.nan, np.einsum("mi,ij,mj->m", shapes, damping, shapes) / (2 * frequency))
+    return Modes(frequency, ratio, forward * angle, forward[:, :, None] * displacement, kinetic, names,
+                 forward * deflection[:, first],
+                 np.stack([energy[:, of == i].sum(axis=1) for i in range(len(names))], axis=1))
+
+
+def _of_bodies(train: Train, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles (M, B), displacements (M, B, 2) and kinetic energies (M, B) of the bodies in modes of unit modal mass."""
+    found = structure(train)
+    angle = np.zeros((len(shapes), len(train.bodies)))
+    moved = np.zeros((*angle.shape, 2))
+    for b, body in enumerate(train.bodies):
+        if not body.prescribed:
+            angle[:, b] = found.sense(body.name) * shapes[:, found.index[body.name, "angle"]]
+        moved[:, b] = shapes @ found.centre(body).T
+    inertia, mass = (np.array([getattr(body, name) or 0.0 for body in train.bodies]) for name in ("inertia", "mass"))
+    return angle, moved, inertia * angle**2 + mass * (moved**2).sum(axis=2)

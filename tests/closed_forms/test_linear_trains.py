@@ -1,0 +1,133 @@
+"""Trains whose meshes stay in contact: natural modes and forced motions of linear systems, in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.train.modes import modes
+
+
+def mesh(a: str, b: str, z1: int, z2: int, **values: Any) -> gc.Mesh:
+    return gc.Mesh(between=(a, b), teeth=(z1, z2), base_radii=(z1 * 1e-3, z2 * 1e-3),
+                   **{"stiffness": 2e8, "damping": 600.0, "backlash": 1e-4, **values})
+
+
+def idler(**values: Any) -> gc.Train:
+    bodies = [gc.Body(name=n, inertia=1.0, torque=t) for n, t in (("a", 1.0), ("i", 0.0), ("b", -1.0))]
+    meshes = [gc.Mesh(between=ends, teeth=(20, 20), base_radii=(1.0, 1.0), stiffness=1.0, backlash=1e-3, **values)
+              for ends in (("a", "i"), ("i", "b"))]
+    return gc.Train(speed=100.0, bodies=bodies, meshes=meshes)
+
+
+def test_the_modes_of_an_idler_between_equal_wheels():
+    found = modes(idler(damping=0.02))
+    assert found.frequency == pytest.approx([0.0, 1.0, math.sqrt(3)], rel=1e-12)
+    # each in its own sense: all turn alike, the outer wheels against each other, and the idler against both
+    assert found.angle[0] == pytest.approx(np.full(3, 1 / math.sqrt(3)), rel=1e-12)
+    assert np.abs(found.angle[1]) == pytest.approx([1 / math.sqrt(2), 0.0, 1 / math.sqrt(2)], abs=1e-12)
+    assert found.angle[1, 0] * found.angle[1, 2] < 0
+    assert found.angle[2] == pytest.approx(np.array([-1.0, 2.0, -1.0]) / math.sqrt(6), rel=1e-12)
+    assert found.damping_ratio[1:] == pytest.approx([0.02 * 1 / 2, 0.02 * math.sqrt(3) / 2], rel=1e-12)
+    assert np.isnan(found.damping_ratio[0])
+    assert found.strain_energy == pytest.approx(np.array([[0, 0], [0.5, 0.5], [0.5, 0.5]]), abs=1e-12)
+    assert found.kinetic_energy[2] == pytest.approx([1 / 6, 2 / 3, 1 / 6], rel=1e-12)
+
+
+def test_one_mesh_has_the_frequency_and_the_damping_ratio_of_its_pair():
+    train = gc.Train(speed=1000.0, meshes=[mesh("a", "b", 24, 36)], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)])
+    pair = gc.GearPair(n1=24, n2=36, I1=1e-3, I2=2e-3, R1=0.024, R2=0.036, c0=2e8, k=600.0, backlash=1e-4, M10=40.0,
+                       speed=1000.0)
+    found = gc.natural_frequencies(train)
+    model = pair.to_model()
+    assert found.natural_frequency.values == pytest.approx([0, pair.omega0 / (2 * math.pi)], abs=1e-3)
+    assert float(found.damping_ratio[1]) == pytest.approx(model.zeta, rel=1e-12)
+
+
+def test_a_body_on_a_damped_support_and_the_wheel_that_it_meets():
+    """The centre moves along the line of action, so that both springs are in one line."""
+    held = {"stiffness": 1e8, "damping": 300.0, "direction": 0.3}
+    train = gc.Train(speed=1000.0, bodies=[
+        gc.Body(name="a", motion=[]), gc.Body(name="b", inertia=1e9, mass=2.0, support=held)],
+        meshes=[mesh("a", "b", 24, 36, line_of_action=0.3)])
+    found = modes(train)
+    assert found.frequency[-1] == pytest.approx(math.sqrt(3e8 / 2.0), rel=1e-9)
+    assert found.damping_ratio[-1] == pytest.approx(900.0 / (2 * math.sqrt(3e8 * 2.0)), rel=1e-6)
+    assert found.elements == ("a/b", "support of b")
+    assert found.strain_energy[-1] == pytest.approx([2 / 3, 1 / 3], rel=1e-6)
+    assert np.abs(found.displacement[-1, 1]) == pytest.approx(
+        np.abs([math.cos(0.3), math.sin(0.3)]) / math.sqrt(2.0), rel=1e-9)
+
+
+def test_stops_act_where_a_shaft_has_no_spring():
+    def frequency(**shaft: Any) -> float:
+        bodies = [gc.Body(name="drive", motion=[]), gc.Body(name="a", inertia=1.0), gc.Body(name="b", inertia=1e-9)]
+        train = gc.Train(speed=100.0, bodies=bodies, meshes=[mesh("a", "b", 20, 20)],
+                         shafts=[gc.Shaft(between=("drive", "a"), **shaft)])
+        return float(modes(train).frequency[0])
+
+    stop = {"stop": 0.01, "stop_stiffness": 9.0}
+    assert frequency(**stop) == pytest.approx(3.0, rel=1e-6)
+    assert frequency(stiffness=4.0, **stop) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_what_is_no_train_has_no_frequencies():
+    with pytest.raises(InputError, match="must be a Train"):
+        gc.natural_frequencies(gc.MeshModel())
+
+
+@pytest.mark.parametrize("law", ["always", "contact"])
+def test_a_train_in_permanent_contact_moves_as_its_frequency_response_says(law):
+    """Two stages on a shaft, with errors, a torque of the third order, a damped load and a sprung centre."""
+    speed, k, c, e = 4500.0, (2e8, 3e8), (700.0, 900.0), (2e-6, 1e-6)
+    J, radii, kt, ct = (1e-3, 2e-3, 5e-4, 3e-3), ((0.02, 0.04), (0.03, 0.03)), 2e4, 0.4
+    support, mass, load, alpha = (4e8, 500.0), 3.0, 0.05, 0.4
+    train = gc.Train(speed=speed, damping_law=law, bodies=[
+        gc.Body(name="a", inertia=J[0], torque=30.0, torque_orders=[{"order": 3, "amplitude": 4.0, "phase": 0.7}]),
+        gc.Body(name="b", inertia=J[1]), gc.Body(name="c", inertia=J[2]),
+        gc.Body(name="d", inertia=J[3], torque=-60.0, damping=load, mass=mass,
+                support={"stiffness": support[0], "damping": support[1], "direction": 0.1})],
+        shafts=[gc.Shaft(between=("b", "c"), stiffness=kt, damping=ct)],
+        meshes=[mesh("a", "b", 20, 40, stiffness=k[0], damping=c[0], error_amplitudes=[e[0]], phase=0.5),
+                mesh("c", "d", 30, 30, stiffness=k[1], damping=c[1], error_amplitudes=[0.0, e[1]],
+                     error_phases=[0.0, 1.2], line_of_action=0.1 + alpha)])
+    # a, b, c, d in their own senses, and the centre of d
+    rows = np.array([[radii[0][0], -radii[0][1], 0, 0, 0], [0, 0, radii[1][0], -radii[1][1], -math.cos(alpha)]])
+    shaft, centre = np.array([0, 1.0, -1.0, 0, 0]), np.array([0, 0, 0, 0, 1.0])
+
+    def matrix(mesh_values: tuple[float, float], twist: float, held: float) -> np.ndarray:
+        return rows.T @ (np.array(mesh_values)[:, None] * rows) + twist * np.outer(shaft, shaft) + (
+            held * np.outer(centre, centre))
+
+    M, K, C = np.diag([*J, mass]), matrix(k, kt, support[0]), matrix(c, ct, support[1]) + np.diag([0, 0, 0, load, 0])
+    omega = speed * 2 * math.pi / 60
+    deflection = rows @ np.linalg.lstsq(K, np.array([30.0, 0, 0, -60.0, 0]), rcond=None)[0]
+    rate = np.zeros(2)
+    # at the end of whole common periods, of complex amplitudes: torque of order 3, errors of orders 20 and 2·15
+    for order, error, torque in ((3, (0, 0), 4.0 * np.exp(0.7j)), (20, (e[0] * np.exp(0.5j), 0), 0),
+                                 (30, (0, e[1] * np.exp(-1.2j)), 0)):
+        w, error = order * omega, np.array(error)
+        force = np.array([torque, 0, 0, 0, 0]) + rows.T @ ((np.array(k) + 1j * w * np.array(c)) * error)
+        s = rows @ np.linalg.solve(K + 1j * w * C - w**2 * M, force) - error
+        deflection, rate = deflection + s.real, rate + (1j * w * s).real
+    units = as_model(train).units
+    found = gc.simulate(train, periods=1, transient=3000)
+    assert found.section_contact.values.tolist() == [[1, 1]]
+    assert found.section_deflection.values[0] * units.length == pytest.approx(deflection, rel=1e-11)
+    assert found.section_deflection_rate.values[0] * units.length * units.rate == pytest.approx(rate, rel=1e-10)
+
+
+def test_the_coordinate_of_a_support_is_named_by_its_axis():
+    """The meshes of two driven wheels on opposite sides say how far the wheel between them turns, and moves along x."""
+    bodies = [gc.Body(name="a", motion=[]), gc.Body(name="c", motion=[]),
+              gc.Body(name="b", inertia=1e-3, mass=1.0, support={"stiffness": 1e8})]
+    train = gc.Train(speed=1000.0, bodies=bodies, meshes=[
+        mesh("a", "b", 20, 40, line_of_action=0.0), mesh("c", "b", 20, 40, line_of_action=math.pi)])
+    assert as_model(train).state_names == ("z", "z_dot", "c_b.z", "c_b.z_dot", "b2.z", "b2.z_dot")

@@ -1,0 +1,91 @@
+"""Rattle of a loose wheel: the onset in closed form, and what a scan says of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.cli.summaries import Found, rattle_document
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import as_model
+from gearchaos.studies.axis import Axis
+
+MESH: dict[str, Any] = {"between": ("driver", "loose"), "teeth": (20, 30), "base_radii": (0.03, 0.045),
+                        "stiffness": 2e8, "damping": 60.0, "backlash": 0.12e-3}
+
+
+def train(law: str = "contact", motion: Any = ({"order": 2, "acceleration": 300.0},), **values: Any) -> gc.Train:
+    return gc.Train(speed=800.0, damping_law=law, meshes=[gc.Mesh(**{**MESH, **values})], bodies=[
+        gc.Body(name="driver", motion=list(motion)), gc.Body(name="loose", inertia=5e-4, torque=-0.2)])
+
+
+def onset(order: float = 2, acceleration: float = 300.0, k: float = 2e8) -> float:
+    """r_b m r_a α k/|k − m w² + i c w| with m = J/r_b²."""
+    m, w = 5e-4 / 0.045**2, order * 800 * 2 * math.pi / 60
+    return 0.045 * m * 0.03 * acceleration * k / abs(k - m * w**2 + 60j * w)
+
+
+@pytest.fixture(scope="module")
+def scan():
+    return gc.rattle(train(), "loose.torque=-0.2:-0.08:4")
+
+
+def test_the_onset_is_that_of_the_closed_form(scan):
+    assert onset() == pytest.approx(0.1000035, abs=5e-8)
+    assert scan.onset_value.values == pytest.approx([-onset()], rel=1e-7)
+    assert scan.onset_linear.values == pytest.approx([-onset()], rel=1e-7)
+    assert scan.onset_mesh.values.tolist() == ["driver/loose"]
+
+
+def test_the_law_of_the_damping_does_not_change_the_onset():
+    found = gc.rattle(train("always"), "loose.torque=-0.12:-0.08:2")
+    assert found.onset_value.values == pytest.approx([-onset()], rel=1e-7)
+
+
+def test_the_excitation_ratio_is_the_fall_of_the_force_over_its_mean(scan):
+    assert scan.excitation_ratio.values[:, 0] == pytest.approx(onset() / np.array([0.2, 0.16, 0.12, 0.08]), rel=1e-12)
+
+
+def test_two_orders_fall_together_at_the_instant_of_their_least_sum():
+    both = ({"order": 1, "acceleration": 200.0}, {"order": 2, "acceleration": 150.0, "phase": math.pi})
+    found = gc.rattle(train(motion=both), "loose.torque=-0.4:-0.3:2").excitation_ratio.values[:, 0]
+    angle = np.linspace(0, 2 * math.pi, 100_001)
+    least = (onset(1, 200.0) * np.cos(angle) - onset(2, 150.0) * np.cos(2 * angle)).min()
+    assert found == pytest.approx(-least / np.array([0.4, 0.3]), rel=1e-5)
+
+
+def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost_earlier():
+    found = gc.rattle(train(stiffness={"levels": [2.5e8, 1.5e8], "starts": [0.0, 0.5]}), "loose.torque=-0.6:-0.08:3")
+    assert np.isnan(found.onset_linear.values).all()
+    assert (found.onset_value.values < -1.05 * onset()).all()
+
+
+def test_forces_and_impacts_of_a_mesh_in_contact_are_those_of_the_linear_train(scan):
+    units, first = as_model(train()).units, scan.sel(history="rest").isel({"loose.torque": 0, "mesh": 0})
+    assert float(first.mesh_force_deviation) * units.force == pytest.approx(
+        onset() / 0.045 / math.sqrt(2) * abs(1 + 60j * 2 * 800 * 2 * math.pi / 60 / 2e8), rel=1e-9)  # with the damper
+    assert float(first.mesh_impulse) * units.force == pytest.approx(0.2 / 0.045, rel=1e-9)
+    assert float(first.mesh_impacts) == 0
+    assert float(scan.sel(history="rest").isel({"loose.torque": -1, "mesh": 0}).mesh_impacts) > 0
+
+
+def test_the_document_says_where_each_mesh_is_in_contact(scan):
+    axis = Axis("loose.torque", -0.2, -0.08, 4)
+    content = rattle_document(Found("rattle", scan, None, False, (axis,), None, None))  # type: ignore[arg-type]
+    first, second = content["meshes"]["driver/loose"]
+    assert (first["contact"], first["from"], first["to"]) == ("permanent", -0.2, pytest.approx(-0.12))
+    assert second["contact"] in ("one-sided", "two-sided")
+    assert content["onsets"][0]["value"] == pytest.approx(-onset())
+
+
+@pytest.mark.parametrize(("model", "options", "field"), [
+    (gc.MeshModel.of(q0=0.1), {}, "model"), (None, {"mesh": "other"}, "mesh"), (None, {"axis": "z=0:1:2"}, "axis")])
+def test_what_cannot_rattle_is_refused(model, options, field):
+    with pytest.raises(InputError) as error:
+        gc.rattle(model or train(), **{"axis": "loose.torque=-0.2:-0.08:4" if model is None else "q0=0.1:0.2:2",
+                                       **options})
+    assert error.value.field == field
