@@ -48,8 +48,8 @@ The other keys are the [parameters](quantities.md#parameters), each a number.
 ## `[initial]`
 
 Initial values by the names of the [coordinates](quantities.md#coordinates). Of a train `deflections` and
-`deflection_rates`, tables of values by the names of meshes, 0 where the front flanks touch, and of shafts, the twist. What is
-left out begins at the static deflection, at rest.
+`deflection_rates`, tables of values by the names of meshes, 0 where the front flanks touch, and of shafts, the twist.
+What is left out begins at the static deflection, at rest.
 
 ## `[gearpair]`
 
@@ -69,8 +69,8 @@ A pair as its drawing describes it; see {{class}}`gearchaos.GearDesign` and [the
 {operation}
 ## `[train]`
 
-A [gear train](/trains.md) instead of `[model]`; see {{class}}`gearchaos.Train`. A value is a number in SI, of a speed in rpm,
-or a text with a unit. Keys of bodies, shafts and meshes are below.
+A [gear train](/trains.md) instead of `[model]`; see {{class}}`gearchaos.Train`. A value is a number in SI, of a speed in
+rpm, or a text with a unit. Keys of bodies, shafts and meshes are below.
 
 {train}
 ### `[[train.bodies]]`
@@ -210,7 +210,8 @@ def study_file_page() -> str:
         model=keys(schema.ModelTable, {"kind", "damping_law"}), error=keys(schema.Series),
         stiffness=keys(schema.StiffnessTable),
         train=described(Train, ("bodies", "shafts", "meshes")), bodies=described(Body), shafts=described(Shaft),
-        meshes=described(Mesh), planets=described(PlanetarySet), gearpair=described(GearPair), design=described(GearDesign, OPERATION),
+        meshes=described(Mesh), planets=described(PlanetarySet), gearpair=described(GearPair),
+        design=described(GearDesign, OPERATION),
         operation=described(GearDesign, set(GearDesign.__dataclass_fields__) - set(OPERATION)),
         studies="\n".join(study(kind) for kind in STUDIES), classification=table(["key", "type", "default"], rows))
 
