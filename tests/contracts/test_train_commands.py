@@ -54,6 +54,15 @@ def test_a_verdict_has_its_meshes_in_si():
     assert one["impacts_per_second"] == 0
 
 
+def test_a_printed_section_has_the_deflections_of_six_meshes_in_80_columns():
+    lines = run("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
+    assert lines[0] == "Deflections of the meshes after each common period, last 2 of 2 periods"
+    words = {word for line in lines[1:-2] for word in line.split()}
+    planets = {f"planet{n}{end}" for n in (1, 2, 3) for end in ("", "/")}
+    assert words == {"tau", "(ms)", "(µm)", "sun/", "ring", *planets}
+    assert max(map(len, lines)) <= 80
+
+
 def test_a_simulation_has_deflections_in_metres():
     found = json.loads(run("simulate", LOOSE, *HOLDS, "--periods", 40, "--json").stdout)["meshes"]["z1/z2"]
     assert len(found["deflection"]) == len(found["deflection_rate"]) == 40

@@ -51,6 +51,9 @@ def planets(**given):
     return {"speed": 1000, "planets": {**PLANETS, **given}}
 
 
+PAIRS = {"stiffness": "1.5e8 N/m", "contact_ratio": 1.6, "relief": {"amount": "20 um"}}
+
+
 def chain(*teeth):
     """Wheels a, b, … in a row whose meshes have these teeth and an error."""
     names = "abcdefg"
@@ -82,13 +85,20 @@ REFUSED = [
     (train(meshes=[]), "train.meshes", "must have at least one entry", ""),
     (train(body("a"), {"inertia": 1}), "body number 2: name", "must be given", ""),
     (train("a"), "body number 1", "must be a Body or a table", ""),
+    (with_mesh(design=3), "mesh a/b: design", "must be a GearDesign or a GearPair", ""),
+    (with_first(motion={"order": 2}), "body a: motion", "must be a list of tables with order", ""),
     (train(meshes={"between": ["a", "b"]}), "train.meshes", "must be a list of tables", "Write [[train.meshes]]"),
     (train(meshes=[{"teeth": [20, 30]}]), "mesh number 1: between", "must be given", ""),
     (train(meshes=[mesh("a", "b") | {"between": ["a", "b", "c"]}]), "mesh a/b/c: between", "names of two bodies", ""),
+    (train(meshes=[mesh("a", "b") | {"between": ["a", "a"]}]), "mesh a/a: between", "must be two different bodies", ""),
     (train(body("a"), body("a")), "body a: name", "must be that of no other part", "Give each a name"),
     (train(meshes=[mesh("a", "b"), mesh("a", "b")]), "mesh a/b: name", "must be that of no other part", ""),
     (train(meshes=[mesh("a", "b", name="b")]), "mesh b: name", "must be that of no other part", ""),
     (train(body("a.b"), body("b")), "body a.b: name", "must be a text without", "E.g. 'driver'"),
+    (train(body("ground"), body("b")), "body ground: name", "must be another name", "housing"),
+    (with_first(inertia=1, fixed="yes"), "body a: fixed", "must be true or false", ""),
+    (with_mesh(internal="yes"), "mesh a/b: internal", "must be true or false", ""),
+    (with_mesh(teeth=None), "mesh a/b: teeth", "must be given", "Or give a design"),
     # how it turns
     (train(body("a"), body("b"), body("c"), body("d"), meshes=[
         mesh("a", "b"), mesh("b", "c", 30, 40), mesh("c", "d", 40, 20), mesh("d", "a", 21, 20)]),
@@ -129,7 +139,19 @@ REFUSED = [
     (with_first(position=1), "body a: position", "without carrier", "no effect"),
     (train(body("a"), body("b", carrier="x", orbit=1, mass=1)), "body b: carrier", "must be one of a, b", ""),
     (train(body("a"), body("b", carrier="a", orbit=1, mass=1)), "mesh a/b: pressure_angle", "mesh with a planet", ""),
+    (with_first(orbit=1), "body a: orbit", "must be given with carrier", ""),
+    (train(body("a"), body("b", carrier="a", orbit=1, mass=1, support={"stiffness": 1e8})), "body b: support",
+     "must be left out for a planet", "pin in its carrier"),
+    (train(body("a"), body("b", carrier="b", orbit=1, mass=1)), "body b: carrier", "must be a body that is no", ""),
+    (with_mesh(tooth_pairs={}), "mesh a/b: tooth_pairs.stiffness", "must be given", ""),
+    (with_mesh(tooth_pairs=PAIRS), "mesh a/b: stiffness", "must be left out beside tooth_pairs", "of its tooth pairs"),
+    (with_mesh(stiffness={"mean": 2e8, "amplitudes": []}), "mesh a/b: stiffness.amplitudes", "at least one value", ""),
+    (with_mesh(stiffness={"mean": 2e8, "amplitudes": [1e7], "phases": [0, 1]}), "mesh a/b: stiffness.phases",
+     "must not be longer", ""),
     # planetary sets
+    ({"speed": 1, "planets": 3}, "train.planets", "must be a table", "Write [train.planets]"),
+    (planets(count=0), "planets: count", "whole number from 1 to 12", ""),
+    (planets(teeth=[20, 30]), "planets: teeth", "list of three numbers of teeth", ""),
     (planets(count=4), "planets: count", "must divide z_sun + z_ring = 126", "Possible are 2, 3."),
     (planets(count=5, teeth=[20, 50, 120]), "planets: count", "tip circles of the planets apart", "30.39 mm"),
     (planets(teeth=[27, 36, 100]), "planets: teeth", "z_sun + 2 z_planet = 99", "no profile shift"),
@@ -158,6 +180,8 @@ def test_what_does_not_fit_is_refused_with_its_field_and_what_to_do(table, field
 
 
 def test_python_names_parts_as_files_do():
+    with pytest.raises(InputError, match="bodies must be a list of Body or tables"):
+        gc.Train(**{**train(), "bodies": body("a")})
     with pytest.raises(InputError, match=re.escape("mesh a/b: backlash must not be negative")):
         gc.Train(**with_mesh(backlash=-1))
 
@@ -346,6 +370,16 @@ def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():
     wanted = 2e8 + 4e7 * np.cos(2 * np.pi * middles - math.pi / 6)
     assert np.allclose(levels, wanted, rtol=0, atol=4e7 * 1e-3)
     assert any("Fourier series" in text for text in found.warnings)
+
+
+def test_tooth_pairs_of_a_mesh_share_its_load():
+    table = with_mesh(tooth_pairs=PAIRS)
+    del table["meshes"][0]["stiffness"]
+    found = read_train(table, None).meshes[0]
+    assert found.tooth_pairs.relief.amount == (20e-6, 20e-6)
+    contacts = found.contacts()
+    share = np.diff(contacts.edges[0], append=1.0)
+    assert contacts.stiffness[0][contacts.sides > 0].sum(axis=0) @ share == pytest.approx(1.6 * 1.5e8)
 
 
 def test_meshes_of_planets_are_ahead_by_their_teeth_and_positions():

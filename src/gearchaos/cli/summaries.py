@@ -93,14 +93,14 @@ def _of_meshes(found: Found) -> dict[str, Any]:
 
 def print_section(dataset: xr.Dataset) -> None:
     """Print the last rows of a stroboscopic section; of a train the deflections of its meshes."""
-    columns = _section(dataset)
+    columns, what = _section(dataset), "Stroboscopic section"
     if "mesh" in dataset.dims:
-        deflections = dataset["section_deflection"]
+        deflections, what = dataset["section_deflection"], "Deflections of the meshes after each common period"
         columns = {"tau": columns["tau"], **{
-            f"s {name}": deflections[:, m] for m, name in enumerate(dataset["mesh"].values.tolist())}}
+            name.replace("/", "/\n"): deflections[:, m] for m, name in enumerate(dataset["mesh"].values.tolist())}}
     rows = list(zip(*(values.values.tolist() for values in columns.values()), strict=True))
     text = measured if is_physical(dataset) else shown
-    print(f"Stroboscopic section, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    print(f"{what}, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
     units = {name: values.attrs["units"].replace("*", "\n*") for name, values in columns.items()}
     table = plain_table(*(f"{name}\n({unit})" for name, unit in units.items()), gap=1)
     for column in table.columns:
