@@ -376,7 +376,7 @@ def test_tooth_pairs_of_a_mesh_share_its_load():
     table = with_mesh(tooth_pairs=PAIRS)
     del table["meshes"][0]["stiffness"]
     found = read_train(table, None).meshes[0]
-    assert found.tooth_pairs.relief.amount == (20e-6, 20e-6)
+    assert found.tooth_pairs.relief.amount == pytest.approx((20e-6, 20e-6))
     contacts = found.contacts()
     share = np.diff(contacts.edges[0], append=1.0)
     assert contacts.stiffness[0][contacts.sides > 0].sum(axis=0) @ share == pytest.approx(1.6 * 1.5e8)
