@@ -69,7 +69,7 @@ A pair as its drawing describes it; see {{class}}`gearchaos.GearDesign` and [the
 {operation}
 ## `[train]`
 
-A [gear train](/trains.md) instead of `[model]`; see {{class}}`gearchaos.Train`. A value is a number in SI, of a speed in
+A [gear train](/trains.md) instead of `[model]`; see {{class}}`gearchaos.Train`. A value is a number in SI, a speed in
 rpm, or a text with a unit. Keys of bodies, shafts and meshes are below.
 
 {train}
