@@ -74,7 +74,7 @@ class Train(HasCard):
     ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
     >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
     >>> round(float(train.speeds["loose"]), 3), round(train.period, 4)
-    (533.333, 0.0375)
+    (-533.333, 0.0375)
     >>> gc.regime(train).contact
     'permanent'
     """
