@@ -3,8 +3,8 @@ Does a loose gear rattle?
 =========================
 
 The second order of an engine shakes the driver of a wheel that nothing loads but the drag of the oil. Where the drag
-falls below the inertia torque, contact is lost; the dashed line is the closed form. Below it the wheel hits both
-flanks, more often and harder.
+falls below the inertia torque, contact is lost; the dashed line is the closed form. Below it the wheel flies between
+both flanks, and touches them for a few per cent of the time.
 
 Motions are those from rest, and after slow sweeps of the drag in both directions.
 """
@@ -29,6 +29,6 @@ for history, mark in (("rest", "o"), ("rising", "^"), ("falling", "v")):
     below.plot(drag, one.mesh_impacts, mark, color="C2", mfc="none")
 for ax in (above, below):
     ax.axvline(-float(found.onset_linear[0]), color="0.5", lw=0.8, ls="--")
-above.set(ylabel="share of the time (%)")
+above.set(ylabel="share of the time (%)", yscale="log")
 above.legend(fontsize=7)
 below.set(xlabel="drag torque (N m)", ylabel="impacts per second")
