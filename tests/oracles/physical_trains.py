@@ -18,6 +18,8 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 _SHORT = 1e-13  # of a common period: instants that are as close are one
+_NODES, _WEIGHTS = (0.5 * values for values in np.polynomial.legendre.leggauss(8))  # over a step
+_SAMPLED = np.linspace(0, 1, 33)  # of a step, where forces are compared with their extremes
 _WATCHED = np.linspace(0, 1, 9)[1:]  # of a step, where signs of gaps are compared
 
 
@@ -43,6 +45,19 @@ class Contacts(Spring):
     phase: float = 0.0  # share of a cycle at t = 0
     always: bool = False
     error: Any = None
+
+
+@dataclass
+class Measured:
+    """Of a mesh over a motion, in SI."""
+
+    front_time: float = 0.0
+    back_time: float = 0.0
+    force_square: float = 0.0  # integrals over the time
+    force: float = 0.0
+    largest: float = -np.inf
+    smallest: float = np.inf
+    switches: int = 0  # beginnings and ends of contact
 
 
 class Oracle:
@@ -73,6 +88,7 @@ class Oracle:
             for axis in (0, 1) if body.mass else ():
                 row = self.centre(body)[axis]
                 M += body.mass * np.outer(row, row)
+        self.measured = [Measured() for _ in train.meshes]
         self.inverse, self.M = np.linalg.inv(M), M
         self.springs: list[Spring] = []
         self.contacts = [self._mesh(mesh) for mesh in train.meshes]
@@ -290,9 +306,31 @@ class _Piece:
                 if len(wrong):
                     found = min(self._zero(dense, left, right, e, sign[e]) for e in wrong)
                     self.oracle.switches += 1
+                    self.measure(dense, before, found, closed)
                     return self._at_switch(f, before, state, found, wrong, closed)
                 left = right
+            self.measure(dense, before, solver.t, closed)
         return solver.t, solver.y, closed
+
+    def force(self, t: float, w: np.ndarray, closed: np.ndarray) -> np.ndarray:
+        """The force of each element with contacts."""
+        spring = np.where(closed, self.side * self.k * self.gap(t, w), 0.0)
+        return np.array([spring[self.mesh == m].sum() + (
+            c.c * self.oracle.deflection(c, t, w)[1] if c.always or closed[self.mesh == m].any() else 0.0)
+            for m, c in enumerate(self.oracle.contacts)])
+
+    def measure(self, dense: Any, start: float, end: float, closed: np.ndarray) -> None:
+        """Add an interval without switches to what is measured."""
+        length = end - start
+        inside = np.array([self.force(t, dense(t), closed) for t in start + (0.5 + _NODES) * length])
+        every = np.array([self.force(t, dense(t), closed) for t in start + _SAMPLED * length])
+        for m, out in enumerate(self.oracle.measured):
+            own = self.side[(self.mesh == m) & closed]
+            out.front_time += length * bool((own > 0).any())
+            out.back_time += length * bool((own < 0).any())
+            out.force_square += length * float(_WEIGHTS @ inside[:, m] ** 2)
+            out.force += length * float(_WEIGHTS @ (inside[:, m] * (np.sign(own.sum()) or 0.0)))
+            out.largest, out.smallest = max(out.largest, every[:, m].max()), min(out.smallest, every[:, m].min())
 
     def _zero(self, dense: Any, left: float, right: float, e: int, sign: float) -> float:
         def g(s: float) -> float:
@@ -309,8 +347,11 @@ class _Piece:
             w, found = integrate(f, found, w, later), later
         near = np.abs(self.gap(found, w)) < 1e-12 * max(np.abs(self.rows @ w[: self.n]).max(), 1e-9)
         near[e] = True
-        return found, w, np.where(near & (self.k > 0) & (np.sign(self.gap_rate(found, w)) == np.where(closed, -1, 1)),
-                                  ~closed, closed)
+        switched = near & (self.k > 0) & (np.sign(self.gap_rate(found, w)) == np.where(closed, -1, 1))
+        after = np.where(switched, ~closed, closed)
+        for m, out in enumerate(self.oracle.measured):
+            out.switches += int(closed[self.mesh == m].any() != after[self.mesh == m].any())
+        return found, w, after
 
 
 def integrator(f: Any, t: float, w: np.ndarray, end: float) -> DOP853:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.flow import OK
+from gearchaos.flow import OK, Measure, of_meshes
 from gearchaos.gears.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.initial_value_problems import initial_value_problems
@@ -47,6 +47,29 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
     assert oracle.switches
     growth = max(1.0, np.abs(out.tangent).max(), np.abs(w).max())
     return float(np.abs(out.w[:, 0] - expected).max()) / growth
+
+
+@pytest.mark.parametrize(("shape", "seed"), [
+    ("chain", 1), ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1), ("planetary", 3)])
+def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed):
+    rng = np.random.default_rng([seed, SHAPES.index(shape)])
+    train = random_train(shape, rng)
+    oracle, model = Oracle(train, train.period), as_model(train)
+    state = random_state(oracle, rng)
+    w = in_coordinates(oracle, train, model, 0.0, state)
+    out = initial_value_problems(model).flow.advance(w[:, None], 1, measured=True)
+    oracle.after(state, 1)
+    found, units = of_meshes(out.measures)[:, :, 0], model.units
+    for own, expected in zip(found, oracle.measured, strict=False):  # stops are no meshes
+        assert own[Measure.FRONT_TIME] == pytest.approx(expected.front_time * units.rate, rel=1e-10, abs=1e-10)
+        assert own[Measure.BACK_TIME] == pytest.approx(expected.back_time * units.rate, rel=1e-10, abs=1e-10)
+        assert own[Measure.FORCE_SQUARE] == pytest.approx(
+            expected.force_square * units.rate / units.force**2, rel=1e-7, abs=1e-12)
+        assert own[Measure.CONTACT_FORCE] == pytest.approx(expected.force * units.rate / units.force, rel=1e-7)
+        size = max(abs(expected.largest), abs(expected.smallest)) / units.force
+        assert own[Measure.FORCE_MAX] == pytest.approx(expected.largest / units.force, abs=1e-5 * size)
+        assert own[Measure.FORCE_MIN] == pytest.approx(expected.smallest / units.force, abs=1e-5 * size)
+        assert own[Measure.SWITCHES] == expected.switches
 
 
 def in_coordinates(oracle: Oracle, train: gc.Train, model: Any, t: float, w: np.ndarray) -> np.ndarray:

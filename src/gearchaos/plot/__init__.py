@@ -7,7 +7,9 @@ from gearchaos.plot._datasets import save_with_data
 from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._model import backlash, schematic, stiffness
+from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
+from gearchaos.plot._train import flanks, train
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot.diagrams import bifurcation, branch, lyapunov, response, response_curve
 from gearchaos.plot.maps import class_legend, level, motion_strip, zones
@@ -18,8 +20,9 @@ from gearchaos.plot.theme import style
 
 __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
-    "attractors", "backlash", "basins", "bifurcation", "branch", "class_legend", "dynamic_factor", "gear_pair",
-    "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "motion", "motion_class",
-    "motion_strip", "phase", "portrait", "response", "response_curve", "result", "save_with_data", "schematic",
-    "separation_line", "skeleton", "spectrum", "stiffness", "style", "transmission_error", "zones",
+    "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "flanks",
+    "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
+    "motion_class", "motion_strip", "phase", "portrait", "response", "response_curve", "result", "save_with_data",
+    "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train", "transmission_error",
+    "zones",
 ]

@@ -15,6 +15,7 @@ from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
+from gearchaos.plot._modes import campbell
 from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot.axes import axis_label, new_axes
 from gearchaos.plot.classes import named_classes
@@ -187,6 +188,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "attractors": attractors,
     "dynamic_factor": dynamic_factor,
     "speeds_to_avoid": dynamic_factor,
+    "natural_frequencies": campbell,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

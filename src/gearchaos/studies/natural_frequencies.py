@@ -33,7 +33,8 @@ def natural_frequencies(train: Train) -> xr.Dataset:
         deflects nothing. Of unit modal mass: ``mode_angle`` of each body in its own sense of rotation, displacements
         ``mode_x`` and ``mode_y`` of its centre, and ``mode_deflection`` of each mesh, shaft and support. Where the
         energy is: ``kinetic_energy``, the share of each body, and ``strain_energy``, that of each mesh, shaft and
-        support. ``order`` has those of all excitations, of the turn of the first body, whose ``speed`` is in rpm.
+        support. ``order`` has those of all meshes and excitations, of the turn of the first body, whose ``speed`` is in
+        rpm.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def natural_frequencies(train: Train) -> xr.Dataset:
         "mode_angle": (bodies, found.angle), "mode_x": (bodies, found.displacement[..., 0]),
         "mode_y": (bodies, found.displacement[..., 1]), "kinetic_energy": (bodies, found.kinetic_energy),
         "mode_deflection": (elements, found.deflection), "strain_energy": (elements, found.strain_energy)}
-    orders = train.excitation_orders()
+    orders = {f"mesh {mesh.name}": train.mesh_order(mesh) for mesh in train.meshes} | train.excitation_orders()
     data = {name: variable(name, dims, value) for name, (dims, value) in values.items()}
     data["order"] = variable("order", ("excitation",), np.array([float(order) for order in orders.values()]))
     data["speed"] = variable("speed", (), np.array(float(train.speed)))
