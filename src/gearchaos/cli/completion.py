@@ -25,6 +25,9 @@ _COMPLETE = "_GEARCHAOS_COMPLETE"
 _GEARS, _KINDS = ("design", "operation", "gearpair"), ("single", "torsional", "full")
 """Tables of study files with gears, and kinds of models."""
 
+_OF_PAIRS = tuple(q for q in COORDINATES if not q.name.startswith("rotation"))
+"""The coordinates of pairs: turning as a whole is one of trains."""
+
 _EXAMPLES = {"speed": "1500", "torque": "100"}
 """Values of the parameters that have no default."""
 
@@ -96,7 +99,7 @@ def values(context: typer.Context, incomplete: str) -> list[str]:
         tables = {}
     given = {"kind": _KINDS, "damping_law": tuple(DAMPING_LAWS),
              **dict(_assigned({name: tables[name] for name in _GEARS if name in tables}))}
-    return _assignments(incomplete, [*given, *map(_first, (*_values(), *COORDINATES, *OPERATION))], _default, given)
+    return _assignments(incomplete, [*given, *map(_first, (*_values(), *_OF_PAIRS, *OPERATION))], _default, given)
 
 
 def _assigned(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -111,12 +114,12 @@ def _assigned(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, 
 
 def starts(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=VALUE for ``--start``: initial values."""
-    return _assignments(incomplete, [q.name for q in COORDINATES], _default, {})
+    return _assignments(incomplete, [q.name for q in _OF_PAIRS], _default, {})
 
 
 def axes(context: typer.Context, incomplete: str) -> list[str]:
     """NAME=START:STOP:COUNT for ``--axis``, over the range that the explorer offers."""
-    rows = {_first(q): q for q in (*_values(), *COORDINATES, *OPERATION)}
+    rows = {_first(q): q for q in (*_values(), *_OF_PAIRS, *OPERATION)}
     return _assignments(incomplete, rows, lambda name: _range(rows[name]) + ":200", {})
 
 
@@ -161,7 +164,7 @@ def _default(name: str) -> str:
     """The default value of a parameter or initial value."""
     if name in _EXAMPLES:
         return _EXAMPLES[name]
-    if name in {q.name for q in COORDINATES}:
+    if name in {q.name for q in _OF_PAIRS}:
         return "1" if name == "x1" else "0"
     from gearchaos.model import MeshModel, default_stiffness
 
