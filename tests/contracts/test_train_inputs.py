@@ -356,6 +356,13 @@ def test_a_design_whose_stiffness_depends_on_the_load_needs_one(tmp_path):
     assert "[operation] with speed and torque" in error.value.advice
 
 
+def test_what_a_design_lacks_is_named_as_of_the_design(tmp_path):
+    text = with_design(tmp_path, LOAD_FREE).replace('damping = "60 N*s/m"', "")
+    with pytest.raises(InputError) as error:
+        load(tmp_path, text)
+    assert error.value.field == "mesh z1/z2: design: damping_ratio"
+
+
 def test_a_file_that_is_missing_is_named(tmp_path):
     with pytest.raises(InputError, match=r"nowhere.toml: study file must be a readable file"):
         load(tmp_path, with_design(tmp_path, DESIGN).replace("pair.toml", "nowhere.toml"))
