@@ -14,7 +14,7 @@ import numpy as np
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.train.assembly import Assembly, mean_stiffness, structure, units_of
-from gearchaos.gears.train.parts import Body, Mesh, Units, field_of
+from gearchaos.gears.train.parts import Body, Mesh, Shaft, Units, field_of
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
@@ -182,7 +182,8 @@ def _parameters(train: Train) -> Iterator[_Parameter]:
     for kind, names in _VARIED.items():
         for part in getattr(train, kind):
             for name in names:
-                if isinstance(part, Body) and part.prescribed:
+                springless = isinstance(part, Shaft) and not part.stiffness and name != "stop"
+                if springless or (isinstance(part, Body) and part.prescribed):
                     continue
                 value = getattr(part, name)
                 if isinstance(part, Mesh) and name == "stiffness":
@@ -243,6 +244,12 @@ def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
         check(name, value)
     if "torque" in flat and model.train.torque == 0:
         model.train.at(torque=1.0)  # raises: there is none to be varied
+    found = structure(model.train)
+    for name in flat:
+        if name in {f"{parameter_owner(body.name)}.damping" for body in found.free} and (
+                found.rigid.shape[1] > found.kept.shape[1]):
+            raise InputError(name, "must be varied where a body has damping", 0.0, "Otherwise the speed of turning as "
+                             "a whole is no coordinate. Give one a damping greater than 0.")
     batch = TrainBatch(model, MappingProxyType(flat), next(iter(sizes))[0])
     left, size = batch.assembly.imbalance()
     for name in (n for n in flat if n.endswith(".torque")):
