@@ -101,7 +101,13 @@ def test_without_a_relief_that_tooth_pairs_have_none_is_the_best():
     for design in (DESIGN, replace(DESIGN, load_sharing="tooth pairs")):
         assert best_relief(design) is None
         found = datasheet(design)["best_tip_relief"]
-        assert found.expected and found.reason == "There is no tip relief that tooth pairs have."
+        assert found.expected and found.reason.startswith("There is no tip relief that tooth pairs have. Give any")
+
+
+def test_a_relief_from_single_contact_on_reaches_over_the_whole_of_double_contact():
+    geometry = DESIGN.geometry
+    lengths = [geometry.length_to_tip(n, d) for n, d in enumerate(geometry.single_contact_diameter)]
+    assert lengths == pytest.approx([geometry.path_of_contact - geometry.base_pitch] * 2, rel=1e-12)
 
 
 def test_a_pair_of_a_design_gives_way_as_the_design_does():
@@ -155,7 +161,7 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
         "tip_relief", "loaded_error_peak_to_peak"))
     assert dict(shared.facts)["load sharing"] == (
         f"tooth pairs, loaded transmission error {found.value:.3g} µm peak to peak; "
-        f"least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
+        f"at rest least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
     assert "load sharing" not in dict(plain.facts)
     assert "Loaded transmission error" in sheet_html([shared])
     assert "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in sheet_html([shared])

@@ -85,7 +85,7 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         named = ", ".join(map(" to ".join, hidden))
         if len(hidden) > _MOST_NAMED:
             named = f"{len(hidden)} more between {hidden[0][0]} and {hidden[-1][1]}"
-        print(f"and with smaller factors {named} rpm: --all shows them")
+        print("\n".join(textwrap.wrap(f"and with smaller factors {named} rpm: --all shows them", 80)))
 
 
 def print_datasheets(answers: Sequence[Answer]) -> None:

@@ -163,8 +163,12 @@ class Answer:
         best = self.entries["best_tip_relief"]
         if not isinstance(best.value, tuple):
             return ""
+        if not any(best.value):
+            single = " / ".join(f"{1e3 * d:.5g}" for d in self.design.geometry.single_contact_diameter)
+            return f"; at rest no relief from these diameters lessens it, single contact begins at {single} mm"
         amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
-        return f"; least with a relief of {amounts} {best.unit}: {self._value('best_loaded_error_peak_to_peak')}"
+        least = self._value("best_loaded_error_peak_to_peak")
+        return f"; at rest least with a relief of {amounts} {best.unit}: {least}"
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""

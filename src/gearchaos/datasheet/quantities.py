@@ -167,7 +167,10 @@ class _Results:
         """The tip relief with the least loaded transmission error; raises `_NoValueError` without a relief to vary."""
         found = best_relief(self.design)
         if found is None:
-            raise _NoValueError("There is no tip relief that tooth pairs have.", True)
+            first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
+            raise _NoValueError("There is no tip relief that tooth pairs have. Give any amount: design.tip_relief = "
+                                f"{{ amount = '10 um', start_diameter = ['{first}', '{second}'] }}. Single contact "
+                                "begins at these diameters.", True)
         return found
 
     def factor(self, standard: Standard) -> DynamicFactor:

@@ -110,6 +110,15 @@ class Geometry:
         return self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel])
 
     @property
+    def single_contact_diameter(self) -> Pair:
+        """Diameters, m, beyond which two tooth pairs of spur gears share the load: the highest points of single
+        contact. A tip relief from there on reaches over the whole of double contact."""
+        shared = self.path_of_contact - self.base_pitch
+        first, second = (2 * math.hypot(d / 2, tip - shared)
+                         for d, tip in zip(self.base_diameter, self.tip_tangents, strict=True))
+        return first, second
+
+    @property
     def path_of_contact(self) -> float:
         return sum(self.tip_tangents) - self.tangent_length
 
