@@ -87,7 +87,7 @@ def check_is_pair(model: Any, what: str) -> None:
     """Raise `InputError` for a train, where ``what`` is there for a pair alone."""
     if model.kind == "train":
         raise InputError("model", f"must be a single pair for {what}", "a train",
-                         "Regime, simulate, zones, bifurcation, basins, attractors and branch take a train.")
+                         "Studies of motions take a train: regime, zones, bifurcation, basins, branch and others.")
 
 
 @dataclass(frozen=True)
