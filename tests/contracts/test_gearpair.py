@@ -268,7 +268,7 @@ def test_physical_values_and_units(motion):
         assert ds[name].attrs["units"] == unit
         np.testing.assert_allclose(ds[name], dimensionless[name].values * factor, rtol=1e-12)
     assert ds.contact.identical(dimensionless.contact.assign_coords(tau=ds.tau))
-    assert json.loads(ds.attrs["pair"])["R1"] == pytest.approx(0.03524)
+    assert json.loads(ds.attrs["pair"])["pair"]["R1"] == pytest.approx(0.03524)
     assert dimensionless.z.attrs["units"] != "µm", "the dataset handed in is left alone"
 
 

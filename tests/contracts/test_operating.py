@@ -264,7 +264,7 @@ def test_a_verdict_carries_its_gears(pair):
     recorded = json.loads(scaled.attrs["gears"])["pair"]["speed"]
     assert recorded * RPM * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
     assert gc.Regime(changed, settings=SHORT).run().identical(verdict.to_dataset())
-    with pytest.raises(InputError, match="pair must be a GearPair or a GearDesign"):
+    with pytest.raises(InputError, match="pair must be a GearPair, a GearDesign or a Train"):
         gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
 
 

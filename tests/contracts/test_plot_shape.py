@@ -319,7 +319,7 @@ def test_lost_attributes_are_told(results):
 def test_characteristics_take_a_pair_and_refuse_the_rest():
     assert plot.stiffness(PAIR, fresh().subplots()).patches
     for bad in (1.0, "paper", xr.Dataset()):
-        with pytest.raises(InputError, match="model must be a MeshModel, a GearPair or a GearDesign"):
+        with pytest.raises(InputError, match="model must be a MeshModel, a GearPair, a GearDesign or a Train"):
             plot.stiffness(bad, fresh().subplots())
 
 

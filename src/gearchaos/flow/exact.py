@@ -64,7 +64,7 @@ def empty_measures(system: SwitchedSystem, w: np.ndarray) -> np.ndarray:
     for measure in Measure:
         out[:, measure] = FIRST[measure.combined]
     out[:, Measure.Z_REFERENCE] = displacements
-    return out.reshape(-1, w.shape[1])
+    return out.reshape(len(displacements) * len(Measure), w.shape[1])
 
 
 def of_meshes(measures: np.ndarray) -> np.ndarray:
@@ -86,7 +86,7 @@ def of_meshes(measures: np.ndarray) -> np.ndarray:
     >>> of_meshes(np.zeros((2 * len(Measure), 3))).shape[::2]
     (2, 3)
     """
-    return measures.reshape(-1, len(Measure), measures.shape[1])
+    return measures.reshape(len(measures) // len(Measure), len(Measure), measures.shape[1])
 
 
 def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
     >>> found = gc.rattle(train, "loose.torque=-0.2:-0.05:4")
     >>> found.onset_value.values.round(6).tolist(), found.onset_linear.values.round(6).tolist()
-    ([-0.100004], [-0.100004])
+    ([-0.100003], [-0.100003])
 
     As a value
     ----------
