@@ -408,7 +408,7 @@ def rattle(
     Parameters
     ----------
     model : MeshModel, GearPair or GearDesign
-        A train.
+        It must be a train.
     axis : Axis or str
         A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
     mesh : str, optional
@@ -449,7 +449,7 @@ def rattle(
     >>> train = gc.Train(speed="800 rpm", bodies=[driver, loose], meshes=[mesh])
     >>> found = gc.rattle(train, "loose.torque=-0.2:-0.05:4")
     >>> found.onset_value.values.round(6).tolist(), found.onset_linear.values.round(6).tolist()
-    ([-0.100004], [-0.100004])
+    ([-0.100003], [-0.100003])
     """
 
 class Rattle(_Rattle):
@@ -461,7 +461,7 @@ class Rattle(_Rattle):
     Parameters
     ----------
     model : MeshModel, GearPair or GearDesign
-        A train.
+        It must be a train.
     axis : Axis or str
         A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
     mesh : str, optional

@@ -70,7 +70,8 @@ def test_a_pair_does_for_the_model_of_a_steady_motion():
 @pytest.mark.parametrize("model", [None, 1.0, "paper", {"omega": 1.0}, gc.MeshModel, xr.Dataset()], ids=str)
 def test_what_is_no_model_is_refused_in_words(name, model):
     arguments, options = STUDIES.get(name, ((None,), {}))
-    with pytest.raises(InputError, match=r"^model must be a MeshModel, a GearPair, a GearDesign or a Train; got ") as error:
+    rule = "must be a MeshModel, a GearPair, a GearDesign or a Train"
+    with pytest.raises(InputError, match=f"^model {rule}; got ") as error:
         getattr(gc, name)(model, *arguments, **options)
     assert "MeshModel.of" in error.value.advice and len(str(error.value)) < 300
 

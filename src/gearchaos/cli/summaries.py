@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -333,37 +332,48 @@ def _map(found: Found) -> dict[str, Any]:
 
 
 def rattle_document(found: Found) -> dict[str, Any]:
-    """The JSON document of a scan for rattle: the axis, onsets, and of each mesh its ranges of contact."""
+    """The JSON document of a scan for rattle: the axis, onsets, and of each mesh the ranges of the axis where contact
+    is lost from rest, where both flanks are hit from rest, and where it is lost after a sweep alone."""
     dataset, (axis,) = found.plain, found.axes
     onsets = [{"mesh": str(mesh), "value": value, "linear": None if math.isnan(linear) else linear}
               for mesh, value, linear in zip(*(dataset[n].values.tolist() for n in (
                   "onset_mesh", "onset_value", "onset_linear")), strict=True)]
-    worst = dataset["mesh_contact"].where(dataset["mesh_contact"] < 3, 0).max("history")
-    ranges = {}
+    meshes = {}
     for name in dataset["mesh"].values.tolist():
-        codes, values = worst.sel(mesh=name).values.astype(int), axis.values
-        ends = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
-        ranges[name] = [{"contact": CONTACTS[codes[a]], "from": float(values[a]), "to": float(values[b - 1])}
-                        for a, b in pairwise(ends)]
-    return {**found.head, "axis": axis.name, "onsets": onsets, "meshes": ranges}
+        contact = dataset["mesh_contact"].sel(mesh=name)
+        lost, both = contact != CONTACTS.index("permanent"), contact == CONTACTS.index("two-sided")
+        rest = {"history": "rest"}
+        of_sweeps = lost.any("history") & ~lost.sel(rest)
+        meshes[name] = {key: _ranges(where.values, axis.values) for key, where in (
+            ("lost", lost.sel(rest)), ("both_flanks", both.sel(rest)), ("lost_after_sweeps_alone", of_sweeps))}
+    return {**found.head, "axis": axis.name, "onsets": onsets, "meshes": meshes}
+
+
+def _ranges(where: np.ndarray, values: np.ndarray) -> list[list[float]]:
+    """First and last value of each run of neighbours for which a condition (V,) holds."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    return [[float(values[i]), float(values[j - 1])] for i, j in zip(change[::2], change[1::2], strict=True)]
 
 
 def print_rattle(found: Found, content: dict[str, Any]) -> None:
-    """Print of each mesh where it loses contact and where it rattles, and a table of impacts from rest."""
+    """Print of each mesh where it loses contact and hits both flanks, the onsets, and a table of impacts from rest."""
     dataset, axis = found.in_units, content["axis"]
-    unit = quantity(axis).unit.replace("*", " ")
+    unit, values = quantity(axis).unit.replace("*", " "), found.axes[0].values
     for name, ranges in content["meshes"].items():
-        both = [r for r in ranges if r["contact"] == "two-sided"]
-        lost = [r for r in ranges if r["contact"] in ("one-sided", "none")]
-        parts = [f"{words} from {', '.join(_range(r) for r in some)} {unit}" for words, some in (
-            ("rattles between both flanks", both), ("loses contact", lost)) if some]
-        say_wrapped(f"{name}: " + ("; ".join(parts) or f"stays in contact from {_range(ranges[0])} {unit}"))
-    for onset in content["onsets"]:
-        linear = "the stiffness varies: no closed form" if onset["linear"] is None else (
-            f"by the linear train {onset['linear']:.7g}")
-        say_wrapped(f"  {onset['mesh']}: the onset is at {onset['value']:.7g} {unit}; {linear}")
-    print("Tried: from rest, and slow sweeps of the axis, rising and falling.")
-    rows = np.unique(np.linspace(0, dataset.sizes[axis] - 1, _SHOWN_ROWS).round().astype(int))
+        parts = [f"{words} at {', '.join('{:.4g} to {:.4g}'.format(*r) if r[0] != r[1] else f'{r[0]:.4g}' for r in some)}"
+                 f" {unit}" for words, some in (
+            ("contact is lost", ranges["lost"]), ("both flanks are hit", ranges["both_flanks"]),
+            ("after a sweep alone it is lost", ranges["lost_after_sweeps_alone"])) if some]
+        _say_wrapped(f"{name}: " + ("; ".join(parts) or "contact is kept in all motions that were tried"))
+        own = [onset for onset in content["onsets"] if onset["mesh"] == name]
+        if own:
+            linear = "; by the linear train " + ", ".join(f"{o['linear']:.7g}" for o in own if o["linear"] is not None)
+            linear = linear if own[0]["linear"] is not None else "; its stiffness varies, so there is no closed form"
+            _say_wrapped(f"  changes from rest at {', '.join(format(o['value'], '.7g') for o in own)} {unit}{linear}")
+    step = f", every {values[1] - values[0]:.4g} {unit}" if len(values) > 1 else ""
+    _say_wrapped(f"Tried: from rest, and slow sweeps of the axis, rising and falling{step}: narrower ranges may be "
+                 "missed, and other motions may exist.")
+    rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
     for name in dataset["mesh"].values.tolist():
         one = dataset.sel(mesh=name, history="rest")
         table = plain_table(axis, "contact", "front %", "back %", "impacts/s", "N s/s", "rms (N)", "std (N)", gap=1)
@@ -373,15 +383,11 @@ def print_rattle(found: Found, content: dict[str, Any]) -> None:
                        at.mesh_rms_force, at.mesh_force_deviation)
             table.add_row(shown(float(one[axis][i])), CONTACTS[int(at.mesh_contact)],
                           *(measured(float(v), 3) for v in numbers))
-        print(f"{name}, from rest")
+        print(f"{name}, from rest" + f", {len(rows)} of {len(values)} rows" * (len(rows) < len(values)))
         print_table(table)
 
 
-def _range(found: Mapping[str, Any]) -> str:
-    return f"{found['from']:.4g} to {found['to']:.4g}" if found["from"] != found["to"] else f"{found['from']:.4g}"
-
-
-def say_wrapped(text: str) -> None:
+def _say_wrapped(text: str) -> None:
     """Print a text in lines of at most 79 characters."""
     print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
 

@@ -90,7 +90,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     rank: ClassVar[int] = 4
     group: ClassVar[str] = "Motions"
     summary: ClassVar[str] = "rattle"
-    model_words: ClassVar[str] = "A train."
+    model_words: ClassVar[str] = "It must be a train."
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
 
     axis: Axis = axis_option('A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".')
