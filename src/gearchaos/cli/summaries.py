@@ -355,13 +355,16 @@ def _ranges(where: np.ndarray, values: np.ndarray) -> list[list[float]]:
     return [[float(values[i]), float(values[j - 1])] for i, j in zip(change[::2], change[1::2], strict=True)]
 
 
+def _edges(first: float, last: float) -> str:
+    return f"{first:.4g} to {last:.4g}" if first != last else f"{first:.4g}"
+
+
 def print_rattle(found: Found, content: dict[str, Any]) -> None:
     """Print of each mesh where it loses contact and hits both flanks, the onsets, and a table of impacts from rest."""
     dataset, axis = found.in_units, content["axis"]
     unit, values = quantity(axis).unit.replace("*", " "), found.axes[0].values
     for name, ranges in content["meshes"].items():
-        parts = [f"{words} at {', '.join('{:.4g} to {:.4g}'.format(*r) if r[0] != r[1] else f'{r[0]:.4g}' for r in some)}"
-                 f" {unit}" for words, some in (
+        parts = [f"{words} at {', '.join(_edges(*r) for r in some)} {unit}" for words, some in (
             ("contact is lost", ranges["lost"]), ("both flanks are hit", ranges["both_flanks"]),
             ("after a sweep alone it is lost", ranges["lost_after_sweeps_alone"])) if some]
         _say_wrapped(f"{name}: " + ("; ".join(parts) or "contact is kept in all motions that were tried"))
