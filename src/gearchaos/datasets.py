@@ -23,7 +23,7 @@ from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target
 from gearchaos.gears.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
-from gearchaos.quantities import parse, quantity
+from gearchaos.quantities import RESPONSES, parse, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -144,6 +144,21 @@ def model_from_json(text: str) -> MeshModel:
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry the model of its study as JSON in attrs['model']", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
+
+
+def of_mesh(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
+    """A result of a train whose ``contact``, ``contact_fraction`` and ``dynamic_factor`` are those of one of its
+    meshes, without the other measures of the first mesh; raises `InputError` if it has no mesh of this name."""
+    known = dataset["mesh"].values.tolist() if "mesh_contact" in dataset else []
+    if mesh not in known:
+        rule = f"must be one of {', '.join(known)}" if known else "must be left out for a result without meshes"
+        raise InputError("mesh", rule, mesh, "" if known else "Maps and diagrams of a train have them.")
+    one = dataset.sel(mesh=mesh).drop_vars("mesh")
+    own = {"contact": one["mesh_contact"], "dynamic_factor": one["mesh_dynamic_factor"],
+           "contact_fraction": one["mesh_front_share"] + one["mesh_back_share"]}
+    kept = dataset.drop_vars([q.name for q in RESPONSES if q.name in dataset and q.name not in own
+                              and not q.name.startswith("mesh_")])
+    return kept.assign({n: v.assign_attrs(describe(n)) for n, v in own.items()})
 
 
 def gridded_variable(dataset: xr.Dataset) -> str | None:

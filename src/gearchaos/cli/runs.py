@@ -220,6 +220,9 @@ def plot(
     hatch: Annotated[
         bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")
     ] = False,
+    mesh: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is shown; by default the first.")
+    ] = None,
     over: Annotated[
         str | None,
         typer.Option(metavar="FILE.nc", help="Draw this over it: curves over a map, or a sweep over another."),
@@ -238,6 +241,10 @@ def plot(
         dataset, options = _from_store(result, colour, physical)
     else:
         dataset, options = _in_units(read_file(result), physical), {}
+    if mesh is not None:
+        from gearchaos.datasets import of_mesh
+
+        dataset = of_mesh(dataset, mesh)
     _say_dimensionless(dataset)
     options["over"] = None if over is None else _in_units(read_file(over), physical)
     output.draw(dataset, target, colour=colour, style=style, width=width, hatch=hatch, **options)
