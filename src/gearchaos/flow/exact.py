@@ -59,7 +59,9 @@ def raise_if_cancelled() -> None:
 
 def empty_measures(system: SwitchedSystem, w: np.ndarray) -> np.ndarray:
     """The measures (K len(Measure), L) of motions that are in the states w (d, L), before their first step."""
-    displacements = w[:1] if system.contacts is None else system.contacts.rows @ w
+    displacements = w[:1]
+    if (several := system.contacts) is not None:  # in one order for any number of motions, as no matrix product is
+        displacements = sum(row[:, None] * x for row, x in zip(several.rows.T, w, strict=True))
     out = np.empty((len(displacements), len(Measure), w.shape[1]))
     for measure in Measure:
         out[:, measure] = FIRST[measure.combined]
