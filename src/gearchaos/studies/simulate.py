@@ -219,8 +219,9 @@ def steady_sections(problems: InitialValueProblems, verdicts: Verdicts, count: i
     sections = flow.advance(verdicts.w, count, points=points, sections=count).sections
     x2 = np.full((len(points), count), np.nan)  # where it follows from the sections
     differ = bearings_differ(batch, flow.system.names)
-    if differ.any():
-        integrated = np.flatnonzero(differ & ((verdicts.period > 0) | weakly_damped(batch)))
+    needed = differ & ((verdicts.period > 0) | weakly_damped(batch)) if differ.any() else differ
+    integrated = np.flatnonzero(needed)
+    if len(integrated):
         x2[integrated] = rotation_at_sections(
             problems.take(integrated), verdicts.periods_run[integrated], sections[:, :, integrated],
             verdicts.w[:, integrated])[:, 1:]
