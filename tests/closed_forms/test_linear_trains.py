@@ -40,6 +40,61 @@ def test_the_modes_of_an_idler_between_equal_wheels():
     assert found.kinetic_energy[2] == pytest.approx([1 / 6, 2 / 3, 1 / 6], rel=1e-12)
 
 
+def planetary(count: int) -> gc.Train:
+    """The planetary set of J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, table 1."""
+    sun, planet, ring, angle = 0.0387, 0.05015, 0.1390, math.radians(24.6)
+    orbit, held = (sun + planet) / math.cos(angle), {"stiffness": 1e8}
+    bodies = [gc.Body(name="sun", inertia=0.39 * sun**2, mass=0.4, support=held),
+              gc.Body(name="carrier", inertia=6.29 * orbit**2, mass=5.43, support=held),
+              gc.Body(name="ring", inertia=3.0 * ring**2, mass=2.35, support=held)]
+    meshes = []
+    for n in range(count):
+        name, values = f"planet{n}", {"stiffness": 5e8, "backlash": 1e-4, "pressure_angle": angle}
+        bodies.append(gc.Body(name=name, inertia=0.61 * planet**2, mass=0.66, carrier="carrier", orbit=orbit,
+                              position=2 * math.pi * n / count, pin=held))
+        meshes += [gc.Mesh(between=("sun", name), teeth=(774, 1003), base_radii=(sun, planet), **values),
+                   gc.Mesh(between=(name, "ring"), teeth=(1003, 2780), base_radii=(planet, ring), internal=True,
+                           **values)]
+    shaft = gc.Shaft(between=("ring", "ground"), stiffness=1e9 * ring**2)
+    return gc.Train(speed=100.0, bodies=bodies, shafts=[shaft], meshes=meshes)
+
+
+def lin_and_parker(count: int) -> np.ndarray:
+    """Natural frequencies in Hz by their equations, with x, y, u = r θ of carrier, ring and sun, and ζ, η, u of planets
+    in the frame of the carrier; the order of bodies and all lengths are theirs."""
+    alpha, size = math.radians(24.6), 9 + 3 * count
+    carrier, ring, sun = 0, 3, 6
+    rows: list[tuple[float, dict[int, float]]] = [(1e8, {i: 1.0}) for i in (0, 1, 3, 4, 6, 7)]
+    rows.append((1e9, {ring + 2: 1.0}))
+    for n in range(count):
+        psi, p = 2 * math.pi * n / count, 9 + 3 * n
+        s, r = psi - alpha, psi + alpha
+        rows += [(5e8, {sun: -math.sin(s), sun + 1: math.cos(s), sun + 2: 1, p: -math.sin(alpha),
+                        p + 1: -math.cos(alpha), p + 2: 1}),
+                 (5e8, {ring: -math.sin(r), ring + 1: math.cos(r), ring + 2: 1, p: math.sin(alpha),
+                        p + 1: -math.cos(alpha), p + 2: -1}),
+                 (1e8, {carrier: math.cos(psi), carrier + 1: math.sin(psi), p: -1}),
+                 (1e8, {carrier: -math.sin(psi), carrier + 1: math.cos(psi), carrier + 2: 1, p + 1: -1})]
+    masses = np.array([5.43, 5.43, 6.29, 2.35, 2.35, 3.0, 0.4, 0.4, 0.39] + [0.66, 0.66, 0.61] * count)
+    K = np.zeros((size, size))
+    for k, row in rows:
+        at, c = list(row), np.array(list(row.values()))
+        K[np.ix_(at, at)] += k * np.outer(c, c)
+    squares = np.linalg.eigvalsh(K / np.sqrt(np.outer(masses, masses)))
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * math.pi)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_planetary_sets_have_the_frequencies_of_lin_and_parker(count):
+    found = gc.natural_frequencies(planetary(count)).natural_frequency.values
+    assert found[0] == pytest.approx(0, abs=1e-2)  # of turning as a whole: the root of what rounding leaves
+    assert found[1:] == pytest.approx(lin_and_parker(count)[1:], rel=1e-9)
+    if count == 3:  # their table 2
+        distinct = [f for i, f in enumerate(found) if f > 1 and f - found[i - 1] > 1e-3]
+        assert distinct == pytest.approx([743.2, 1102.4, 1475.7, 1896.0, 1930.3, 2276.4, 2658.3, 6986.3, 7462.8, 9647.9,
+                                          11775.3], abs=0.05)
+
+
 def test_one_mesh_has_the_frequency_and_the_damping_ratio_of_its_pair():
     train = gc.Train(speed=1000.0, meshes=[mesh("a", "b", 24, 36)], bodies=[
         gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)])

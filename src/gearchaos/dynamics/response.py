@@ -167,6 +167,8 @@ class MeshResponse(Columns):
     mesh_peak_force: Annotated[np.ndarray, Column("peak of |mesh force|", dims=_OF_MESH, variable="mesh_peak_force")]
     mesh_rms_force: Annotated[np.ndarray, Column(
         "root mean square of the mesh force", dims=_OF_MESH, variable="mesh_rms_force")]
+    mesh_force_deviation: Annotated[np.ndarray, Column(
+        "standard deviation of the mesh force", dims=_OF_MESH, variable="mesh_force_deviation")]
     mesh_impacts: Annotated[np.ndarray, Column(
         "closings of the contact per unit of τ", dims=_OF_MESH, variable="mesh_impacts")]
     mesh_impulse: Annotated[np.ndarray, Column(
@@ -183,10 +185,12 @@ def compute_mesh_response(measures: np.ndarray, duration: np.ndarray, static_for
     m = np.moveaxis(of_meshes(measures), 0, 2)  # (len(Measure), L, K)
     time = duration[:, None]
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
+    mean, square = m[Measure.FORCE] / time, m[Measure.FORCE_SQUARE] / time
     return MeshResponse(
         mesh_contact=_contact(m, time), mesh_front_share=m[Measure.FRONT_TIME] / time,
         mesh_back_share=m[Measure.BACK_TIME] / time, mesh_peak_force=peak,
-        mesh_rms_force=np.sqrt(m[Measure.FORCE_SQUARE] / time), mesh_impacts=m[Measure.SWITCHES] / 2 / time,
+        mesh_rms_force=np.sqrt(square), mesh_force_deviation=np.sqrt(np.maximum(square - mean**2, 0.0)),
+        mesh_impacts=m[Measure.SWITCHES] / 2 / time,
         mesh_impulse=m[Measure.CONTACT_FORCE] / time,
         mesh_dynamic_factor=peak / np.where(static_forces == 0, np.nan, np.abs(static_forces)))
 

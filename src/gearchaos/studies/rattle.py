@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearchaos.datasets import new_dataset, variable
+from gearchaos.datasets import describe, new_dataset, variable
 from gearchaos.dynamics import Classification, classify
-from gearchaos.dynamics.response import CONTACTS, MESH
+from gearchaos.dynamics.response import CONTACTS, MESH, MeshResponse
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model import vary
 from gearchaos.model.contacts import MeshContacts
@@ -21,7 +21,7 @@ from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.study import ClassifyingStudy, WholeStudy, mesh_coordinate, mesh_names
+from gearchaos.studies.study import ClassifyingStudy, WholeStudy, mesh_coordinate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,8 +101,8 @@ class Rattle(ClassifyingStudy, WholeStudy):
         if self.model.kind != "train":
             raise InputError("model", "must be a train", f"a {self.model.kind} model",
                              "Rattle is that of wheels under the orders of an engine: describe them in [train].")
-        if self.mesh is not None and self.mesh not in (names := list(mesh_names(self.model))):
-            raise unknown_name("mesh", self.mesh, names)
+        if self.mesh is not None and self.mesh not in self._meshes:
+            raise unknown_name("mesh", self.mesh, self._meshes)
         if self.axis.name in self.model.state_names:
             raise InputError("axis", "must be a parameter", self.axis.name, "E.g. speed=600:3000:60.")
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the train refuses
@@ -114,24 +114,29 @@ class Rattle(ClassifyingStudy, WholeStudy):
         one = self._scan("fixed").cost
         return replace(one, motions=3 * one.motions)
 
+    @property
+    def _meshes(self) -> tuple[str, ...]:
+        train: Any = self.model
+        return train.mesh_names
+
     def _scan(self, mode: str) -> Bifurcation:
         return Bifurcation(self.model, self.axis, points=0, mode=mode, settings=self.settings)  # type: ignore[arg-type]
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         scans = [self._scan(mode).run(progress=progress, threads=threads) for mode in HISTORIES.values()]
         over = ("history", self.axis.name, MESH)
-        names = ["label", "period", *(str(n) for n in scans[0].data_vars if str(n).startswith("mesh_"))]
+        names = ["label", "period", *MeshResponse.declared()]
         data = {n: np.stack([scan[n].values for scan in scans]) for n in names}
-        static = self._system(self.axis.values).contacts.static_forces  # type: ignore[union-attr]
-        data["mesh_force_deviation"] = np.sqrt(np.maximum(data["mesh_rms_force"] ** 2 - static**2, 0.0))
         found = {n: variable(n, over[: v.ndim], v) for n, v in data.items()}
         ratio = self._excitation(self.axis.values)
         found["excitation_ratio"] = variable("excitation_ratio", over[1:], ratio)
         onsets = self._onsets(data["mesh_contact"][0] == _PERMANENT)
         columns = zip(*onsets, strict=True) if onsets else ((), (), ())
+        axis = self.axis.name
         for name, values in zip(("onset_value", "onset_linear", "onset_mesh"), columns, strict=True):
             found[name] = variable(name, ("onset",), np.array(values, str if name == "onset_mesh" else float))
-        axis = self.axis.name
+            if name != "onset_mesh":
+                found[name].attrs |= {"quantity": axis, "units": describe(axis)["units"]}
         coords = {"history": variable("history", ("history",), np.array(list(HISTORIES))),
                   axis: variable(axis, (axis,), self.axis.values)}
         return new_dataset(found, coords | mesh_coordinate(self.model), self.provenance(mesh=self.mesh))
@@ -142,7 +147,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
         """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
         out = []
-        for m, name in enumerate(mesh_names(self.model)):
+        for m, name in enumerate(self._meshes):
             if self.mesh not in (None, name):
                 continue
             for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist():

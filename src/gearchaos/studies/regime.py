@@ -12,7 +12,7 @@ import numpy as np
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.display import HasCard
 from gearchaos.dynamics import REASONS, Classification, Label, Reason, Verdicts, classify, motion_name
-from gearchaos.dynamics.response import CONTACTS, MESH, Response
+from gearchaos.dynamics.response import CONTACTS, MESH, MeshResponse, Response
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.time_series import spectral_class
 from gearchaos.dynamics.verdicts import label_and_period
@@ -297,8 +297,8 @@ class Regime(ClassifyingStudy):
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         data = {}
         for name, values in found.items():
-            kind = {"section_": "point", "mesh_": MESH}.get(name.partition("_")[0] + "_", "exponent")
-            dims = () if values.ndim == 1 else (kind,)
+            over = MESH if name in MeshResponse.declared() else "point" if name.startswith("section_") else "exponent"
+            dims = () if values.ndim == 1 else (over,)
             if not name.startswith("spectral_"):
                 data[name] = variable(name, dims, values[0])
         classes = {}

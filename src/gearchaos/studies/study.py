@@ -13,7 +13,7 @@ import numpy as np
 from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, provenance, variable
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification
-from gearchaos.dynamics.response import MESH
+from gearchaos.dynamics.response import MESH, MeshResponse
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operating import Gears, as_model, gears_of
@@ -30,12 +30,7 @@ if TYPE_CHECKING:
 
 def mesh_coordinate(model: Any) -> dict[str, Any]:
     """The names of the meshes of a train, as the coordinate of results over them; none of a pair."""
-    return {MESH: variable(MESH, (MESH,), np.array(mesh_names(model)))} if model.kind == "train" else {}
-
-
-def mesh_names(model: Any) -> tuple[str, ...]:
-    """The names of the meshes of a train."""
-    return model.mesh_names
+    return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.kind == "train" else {}
 
 
 Results = dict[str, np.ndarray]
@@ -152,7 +147,7 @@ class Study(HasCard, ABC):
         shape = tuple(self.grid.values())
         data = {n: v.reshape(*shape, *v.shape[1:]) for n, v in found.items()}
         coords = {axis.name: variable(axis.name, (axis.name,), axis.values) for axis in self.axes}
-        of_items = {n: (MESH,) if n.startswith("mesh_") else self.item_dims for n in data}
+        of_items = {n: (MESH,) if n in MeshResponse.declared() else self.item_dims for n in data}
         return new_dataset({n: variable(n, (*self.grid, *of_items[n])[: v.ndim], v) for n, v in data.items()},
                            coords | mesh_coordinate(self.model), self.provenance(**self.recorded))
 

@@ -72,7 +72,9 @@ class Measure(IntEnum):
     """Number of contact switches."""
     Z_REFERENCE = 14, np.maximum
     """z at the start of the motion."""
-    FORCE_SQUARE = 15, np.add
-    """Integral of the square of the mesh force; this and the next one for systems of several contacts alone, else 0."""
-    CONTACT_FORCE = 16, np.add
+    FORCE = 15, np.add
+    """Integral of the mesh force; this and the next two for systems of several contacts alone, else 0."""
+    FORCE_SQUARE = 16, np.add
+    """Integral of its square."""
+    CONTACT_FORCE = 17, np.add
     """Integral of the mesh force, positive where it presses the flanks together: the impulse of all contacts."""

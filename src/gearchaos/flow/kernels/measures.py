@@ -166,19 +166,20 @@ def _add_integrals(dims, ws, duration, end, measures, first):
 
 @subroutine
 def add_forces(dims, ws, measures, first):
-    """Add the integrals of the square of the mesh force, and of the force in the direction of the flank in contact,
+    """Add the integrals of the mesh force, of its square, and of the force in the direction of the flank in contact,
     over the segment, by Gauss–Legendre."""
     at = rows(dims)
-    end, sigma, ff, f = load(ws, at.end_fraction), load(ws, at.sigma), broadcast(0.0), broadcast(0.0)
+    end, f, ff = load(ws, at.end_fraction), broadcast(0.0), broadcast(0.0)
     duration = load(ws, at.duration) * end
     for g in range(0, _GAUSS, 3):
         nodes = (end * broadcast(_NODES[g]), end * broadcast(_NODES[g + 1]), end * broadcast(_NODES[g + 2]))
         force = horner3(ws, at.force, 1, nodes[0], nodes[1], nodes[2])
         for i in range(3):
             weight = duration * broadcast(_WEIGHTS[g + i])
-            ff, f = vfma(weight, force[i] * force[i], ff), vfma(weight, sigma * force[i], f)
+            f, ff = vfma(weight, force[i], f), vfma(weight, force[i] * force[i], ff)
+    _add(measures, first + Measure.FORCE, f)
     _add(measures, first + Measure.FORCE_SQUARE, ff)
-    _add(measures, first + Measure.CONTACT_FORCE, f)
+    _add(measures, first + Measure.CONTACT_FORCE, load(ws, at.sigma) * f)
 
 
 @subroutine

@@ -207,6 +207,12 @@ class Structure:
             out[:, self.index[name, "angle"]] = torque * self.sense(name)
         return out
 
+    def imbalance(self, value: Value) -> tuple[np.ndarray, np.ndarray]:
+        """The mean torque left over in each motion that deflects nothing, and the sum of the magnitudes of all, each
+        (P, n − r)."""
+        torques = self.torques(value)
+        return torques @ self.rigid, np.abs(torques) @ np.abs(self.rigid)
+
     def sense(self, name: str) -> float:
         """1 or −1: the sense in which a body turns."""
         return 1.0 if self.train.ratios[name] >= 0 else -1.0
@@ -271,16 +277,14 @@ def structure(train: Train) -> Structure:
 def mean_imbalance(train: Train) -> tuple[float, float, str]:
     """The mean torque that is left over where the train turns as a whole, N m at a body, the sum of the magnitudes of
     all, and that body: the last one with a torque, or the last one."""
-    found = Structure(train)
-    torques = found.torques(as_given)[0]
-    for mode in found.rigid.T:
-        left, size = float(mode @ torques), float(np.abs(mode) @ np.abs(torques))
+    found = structure(train)
+    for mode, (left,), (size,) in zip(found.rigid.T, *(each.T for each in found.imbalance(as_given)), strict=True):
         moved = [body for body in found.free if abs(mode[found.index[body.name, "angle"]]) > _RANK]
         if abs(left) > 0 and moved:
             body = [each for each in moved if each.torque][-1]
             share = abs(mode[found.index[body.name, "angle"]])
             sign = np.sign(mode[found.index[body.name, "angle"]]) * found.sense(body.name)
-            return float(sign * left / share), size / share, body.name
+            return float(sign * left / share), float(size / share), body.name
     return 0.0, 1.0, ""
 
 
@@ -288,29 +292,61 @@ class Assembly:
     """The arrays of a train at P points, whose values ``value`` gives; ``speed`` (P,) in rpm.
 
     The units are those of the train as given: half the first backlash, the frequency of the first mesh with the mean of
-    its stiffness, and the product of that stiffness and that length.
+    its stiffness, and the product of that stiffness and that length. A state w has r deflections, each before its rate,
+    then the kept speeds of turning as a whole.
     """
 
     def __init__(self, found: Structure, units: Units, value: Value, speed: np.ndarray) -> None:
         self.found, self.units, self.value, self.speed = found, units, value, speed * RPM
-        self.points = len(speed)
+        self.points, r = len(speed), len(found.S)
+        self.at = 2 * np.arange(r)  # of deflections in w
+        self.place = np.concatenate([self.at + 1, np.arange(2 * r, len(found.names))])  # of rates and kept speeds
 
     def _of(self, values: np.ndarray) -> np.ndarray:
         return np.broadcast_to(values, (self.points, *values.shape[1:]))
 
     @cached_property
     def mass(self) -> np.ndarray:
+        """The mass matrix (P, n, n)."""
         return self._of(self.found.mass(self.value))
 
     @cached_property
-    def from_rates(self) -> tuple[np.ndarray, np.ndarray]:
-        """q' from the rates of the chosen deflections (P, n, r), and from the kept speeds of turning (P, n, n − r)."""
-        found, r = self.found, len(self.found.S)
+    def from_speeds(self) -> np.ndarray:
+        """q' from the rates of the chosen deflections and the kept speeds of turning, (P, n, r + k)."""
+        found = self.found
         momentum = np.einsum("nk,pnm->pkm", found.rigid, self.mass)
         scaled = momentum / np.einsum("pkm,mk->pk", momentum, found.rigid)[:, :, None]
         both = np.concatenate([np.broadcast_to(found.S, (self.points, *found.S.shape)), scaled], axis=1)
-        inverse = np.linalg.inv(both)
-        return inverse[:, :, :r], inverse[:, :, r : r + found.kept.shape[1]]
+        return np.linalg.inv(both)[:, :, : len(self.place)]
+
+    @cached_property
+    def to_speeds(self) -> np.ndarray:
+        """Accelerations of the chosen deflections, and of the kept turning, from forces, (P, r + k, n)."""
+        found = self.found
+        turn = np.einsum("nk,pnm->pkm", found.kept, self.mass)
+        turned = found.kept.T[None] / np.einsum("pkm,mk->pk", turn, found.kept)[:, :, None]
+        return np.concatenate([np.einsum("rn,pnm->prm", found.S, np.linalg.inv(self.mass)), turned], axis=1)
+
+    @cached_property
+    def chosen_harmonics(self) -> np.ndarray:
+        """Complex amplitudes of the prescribed parts of the chosen deflections, (P, r, H)."""
+        return np.stack([self.found.deflection_harmonics(e, self.speed) for e in self.found.chosen], axis=1)
+
+    @cached_property
+    def frequencies(self) -> np.ndarray:
+        """Those of the harmonics, (P, H), rad/s."""
+        return self.found.orders * self.omega[:, None] * self.units.rate
+
+    @cached_property
+    def omega(self) -> np.ndarray:
+        """The frequency of the common period over the unit of frequency, (P,)."""
+        return float(self.found.train.base_order) * self.speed / self.units.rate
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """The chosen deflections s midway between their flanks, with the sign reversed, (P, r)."""
+        halves = [self.backlash(e) / 2 if e.mesh is not None else np.zeros(self.points) for e in self.found.chosen]
+        return np.stack(halves, axis=1)
 
     def coefficients(self, element: Element) -> np.ndarray:
         """The deflection of an element from the chosen ones, (r,), but for its prescribed part."""
@@ -319,164 +355,132 @@ class Assembly:
         c = np.linalg.lstsq(self.found.S.T, element.row, rcond=None)[0]
         return np.where(np.abs(c) < _RANK * np.abs(c).max(), 0.0, c)
 
+    def _own_harmonics(self, element: Element) -> np.ndarray:
+        """What is prescribed of the deflection of an element beside what the chosen ones say, (P, H), complex."""
+        followed = np.einsum("r,prh->ph", self.coefficients(element), self.chosen_harmonics)
+        return self.found.deflection_harmonics(element, self.speed) - followed
+
     def stiffness(self, element: Element) -> np.ndarray:
         """Mean stiffness of an element, (P,)."""
         mean = mean_stiffness(element)
         return self._of(self.value(element.owner, "stop_stiffness" if element.stops else "stiffness", mean))
 
     def damping(self, element: Element) -> np.ndarray:
+        """Damping coefficient of an element, (P,)."""
         return self._of(self.value(element.owner, "stop_damping" if element.stops else "damping", element.damping))
 
     def backlash(self, element: Element) -> np.ndarray:
+        """The play of a mesh, or between stops, (P,)."""
         if element.stops:
             return 2 * self._of(self.value(element.owner, "stop", element.backlash / 2))
         return self._of(self.value(element.owner, "backlash", element.backlash))
 
-    def _in_contact(self, element: Element) -> bool:
-        """Whether the damping of a mesh acts in contact alone; that of stops does."""
-        if element.mesh is None:
-            return True
-        return (element.mesh.damping_law or self.found.train.damping_law) != "always"
-
     def system(self) -> SwitchedAffine:
         """The switched affine system, in the units of the train."""
-        found, units, points = self.found, self.units, self.points
-        r, names = len(found.S), found.names
-        d, h = len(names), len(found.orders)
-        T, Tp = self.from_rates
-        inverse = np.linalg.inv(self.mass)
-        accelerate = np.einsum("rn,pnm->prm", found.S, inverse)  # deflections' accelerations from forces, (P, r, n)
-        turn = np.einsum("nk,pnm->pkm", found.kept, self.mass)
-        turned = found.kept.T[None] / np.einsum("pkm,mk->pk", turn, found.kept)[:, :, None]  # of the kept speeds
-        speeds = np.concatenate([accelerate, turned], axis=1)  # (P, r + k, n)
-        rates = np.concatenate([T, Tp], axis=2)  # (P, n, r + k)
-        place = np.array([2 * i + 1 for i in range(r)] + list(range(2 * r, d)))  # of r rates and k speeds in w
-        at, omega = 2 * np.arange(r), self.omega()
-        A, f0 = np.zeros((points, d, d)), np.zeros((points, d))
-        A[:, at, at + 1] = 1.0
-        f0[:, place] += np.einsum("pvn,pn->pv", speeds, self._of(found.torques(self.value)))
-        harmonics = np.zeros((points, h, d), complex)
-        harmonics[:, :, place] += np.einsum("pvn,hn->phv", speeds, found.torque_harmonics())
-        h_chosen = np.stack([found.deflection_harmonics(e, self.speed) for e in found.chosen], axis=1)  # (P, r, H)
-        w = found.orders * omega[:, None] * units.rate  # rad/s, (P, H)
-        harmonics[:, :, at + 1] += (h_chosen * -(w[:, None, :] ** 2)).transpose(0, 2, 1)
-        dampers = self._of(found.ground_damping(self.value))  # −D q', q' = T (y' − h') + Tp p
-        drag = -np.einsum("pvn,pn,pnu->pvu", speeds, dampers, rates)
-        A[:, place[:, None], place] += drag
-        harmonics[:, :, place] -= np.einsum("pvr,prh->phv", drag[:, :, :r], 1j * w[:, None, :] * h_chosen)
-        middle = np.stack([self.backlash(e) / 2 if e.mesh is not None else np.zeros(points) for e in found.chosen],
-                          axis=1)  # of the chosen deflections between their flanks, (P, r)
+        found, units, points, at, d = self.found, self.units, self.points, self.at, len(self.found.names)
+        A, f0, harmonics = self._without_elements()
         for spring in found.springs:
-            c, k, damper = self.coefficients(spring), self.stiffness(spring), self.damping(spring)
-            pull = np.einsum("pvn,n->pv", speeds, spring.row)
-            A[:, place[:, None], at] -= (k[:, None] * pull)[:, :, None] * c
-            A[:, place[:, None], at + 1] -= (damper[:, None] * pull)[:, :, None] * c
-            f0[:, place] += pull * (k * (middle @ c))[:, None]
-            rest = found.deflection_harmonics(spring, self.speed) - np.einsum("r,prh->ph", c, h_chosen)
-            force = (k[:, None] + 1j * w * damper[:, None]) * rest
-            harmonics[:, :, place] -= np.einsum("ph,pv->phv", force, pull)
-        rows = np.zeros((len(found.contacts), d))
-        rows_rate, pushes = rows.copy(), np.zeros((points, len(rows), d))
-        damping, offsets = np.zeros((points, len(rows))), np.zeros((points, len(rows), 2))
+            self._add_spring(spring, A, f0, harmonics)
+        rows, pushes, offsets = self._flanks()
+        rates = np.roll(rows, 1, axis=1)  # the rate of a deflection follows it
+        damping = np.stack([self.damping(element) for element in found.contacts], axis=1)
+        in_contact = np.array([element.mesh is None or (element.mesh.damping_law or found.train.damping_law) != "always"
+                               for element in found.contacts])
+        A -= np.einsum("pki,pk,kj->pij", pushes, damping * ~in_contact, rates)
+        size = np.full(d, units.length * units.rate)
+        size[at] = units.length
+        harmonics, static = harmonics / (size * units.rate), self.static[:, : len(rows)] / units.force
+        made = MeshContacts(
+            names=tuple(element.name for element in found.contacts), front=offsets[0, :, 0] / units.length,
+            rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
+            damping=damping * units.rate / units.stiffness, in_contact=in_contact, static_forces=static,
+            orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
+        none, flat, over_time = np.zeros(points), np.zeros((points, 0)), np.zeros((points, len(found.orders)))
+        return SwitchedAffine(
+            names=found.names, omega=self.omega, A=A * size / size[:, None] / units.rate, b=made.pushes[:, 0],
+            f0=f0 / (size * units.rate), f_cos=made.f_cos[:, :, 1], f_sin=made.f_sin[:, :, 1],
+            levels=np.ones((points, 2)), starts=np.array([[0.0, 0.5]] * points), same_starts=True,
+            chi_cos=flat, chi_sin=flat, velocity=np.tile(np.eye(d)[1], (points, 1)), velocity0=none,
+            velocity_cos=over_time, velocity_sin=over_time, mean_velocity=none, rotation_decay=none,
+            damping=made.damping[:, 0], damping_law="contact" if in_contact.any() else "always",
+            static_force=static[:, 0], contacts=made)
+
+    def _without_elements(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Linear part (P, d, d), constant forcing (P, d) and complex amplitudes of the harmonic forcing (P, H, d), in
+        SI, without springs and meshes: torques, prescribed motions, errors, and the damping of bodies."""
+        found, d, place = self.found, len(self.found.names), self.place
+        A, f0 = np.zeros((self.points, d, d)), np.zeros((self.points, d))
+        harmonics = np.zeros((self.points, len(found.orders), d), complex)
+        A[:, self.at, self.at + 1] = 1.0
+        f0[:, place] = np.einsum("pvn,pn->pv", self.to_speeds, self._of(found.torques(self.value)))
+        harmonics[:, :, place] = np.einsum("pvn,hn->phv", self.to_speeds, found.torque_harmonics())
+        w, chosen = self.frequencies[:, None, :], self.chosen_harmonics
+        harmonics[:, :, self.at + 1] -= (w**2 * chosen).transpose(0, 2, 1)
+        dampers = self._of(found.ground_damping(self.value))  # of q', which has no prescribed part
+        drag = -np.einsum("pvn,pn,pnu->pvu", self.to_speeds, dampers, self.from_speeds)
+        A[:, place[:, None], place] += drag
+        harmonics[:, :, place] -= np.einsum("pvr,prh->phv", drag[:, :, : len(self.at)], 1j * w * chosen)
+        return A, f0, harmonics
+
+    def _add_spring(self, spring: Element, A: np.ndarray, f0: np.ndarray, harmonics: np.ndarray) -> None:
+        """Add the force of a spring and its damper to the arrays of `_without_elements`."""
+        c, k, damping, place = self.coefficients(spring), self.stiffness(spring), self.damping(spring), self.place
+        pull = np.einsum("pvn,n->pv", self.to_speeds, spring.row)
+        A[:, place[:, None], self.at] -= (k[:, None] * pull)[:, :, None] * c
+        A[:, place[:, None], self.at + 1] -= (damping[:, None] * pull)[:, :, None] * c
+        f0[:, place] += pull * (k * (self.middle @ c))[:, None]
+        force = (k[:, None] + 1j * self.frequencies * damping[:, None]) * self._own_harmonics(spring)
+        harmonics[:, :, place] -= np.einsum("ph,pv->phv", force, pull)
+
+    def _flanks(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of all contacts the rows (K, d), the pushes (P, K, d), and the offsets of both flanks (P, K, 2), in SI."""
+        found, count = self.found, len(self.found.contacts)
+        rows, pushes = np.zeros((count, len(found.names))), np.zeros((self.points, count, len(found.names)))
+        offsets = np.zeros((self.points, count, 2))
+        most = _SAME * np.abs(self.chosen_harmonics).max(initial=1e-290)
         for m, element in enumerate(found.contacts):
-            c = self.coefficients(element)
-            rows[m, at], rows_rate[m, at + 1] = c, c
-            rest = found.deflection_harmonics(element, self.speed) - np.einsum("r,prh->ph", c, h_chosen)
-            if np.abs(rest).max(initial=0.0) > _SAME * max(np.abs(h_chosen).max(initial=0.0), 1e-300):
+            if np.abs(self._own_harmonics(element)).max(initial=0.0) > most:
                 raise InputError(f"mesh {element.name}: error_amplitudes",
                                  "must leave the flanks of a closed loop together", "errors that do not",
                                  "Where meshes form a loop, as in a planetary set, an error of one must be that of the "
                                  "others: give errors only to meshes outside of loops.")
-            pushes[:, m, place] = np.einsum("pvn,n->pv", speeds, element.row)
-            damping[:, m], whole = self.damping(element), self.backlash(element)
-            moved = middle @ c + (whole / 2 if element.stops else 0.0)
-            offsets[:, m] = np.stack([moved, whole - moved], axis=1)
-            if not self._in_contact(element):
-                A[:, place[:, None], at + 1] -= (damping[:, m, None] * pushes[:, m, place])[:, :, None] * c
-        return self._scaled(names, A, f0, harmonics, rows, rows_rate, pushes, damping, offsets, place, at)
+            rows[m, self.at] = self.coefficients(element)
+            pushes[:, m, self.place] = np.einsum("pvn,n->pv", self.to_speeds, element.row)
+            front = self.middle @ rows[m, self.at] + (self.backlash(element) / 2 if element.stops else 0.0)
+            offsets[:, m] = np.stack([front, self.backlash(element) - front], axis=1)
+        return rows, pushes, offsets
 
-    def omega(self) -> np.ndarray:
-        """The frequency of the common period over the unit of frequency, (P,)."""
-        return float(self.found.train.base_order) * self.speed / self.units.rate
-
-    def _scaled(self, names: tuple[str, ...], A: np.ndarray, f0: np.ndarray, harmonics: np.ndarray, rows: np.ndarray,
-                rates: np.ndarray, pushes: np.ndarray, damping: np.ndarray, offsets: np.ndarray, place: np.ndarray,
-                at: np.ndarray) -> SwitchedAffine:
-        """The system in the units of the train, from its arrays in SI."""
-        found, units, points, d = self.found, self.units, self.points, len(names)
-        size = np.full(d, units.length * units.rate)
-        size[at] = units.length
-        A = A * size / size[:, None] / units.rate
-        f0, harmonics = f0 / (size * units.rate), harmonics / (size * units.rate)
-        static = self.static_forces() / units.force
-        made = MeshContacts(
-            names=tuple(element.name for element in found.contacts), front=offsets[0, :, 0] / units.length,
-            rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
-            damping=damping * units.rate / units.stiffness,
-            in_contact=np.array([self._in_contact(element) for element in found.contacts]),
-            static_forces=static, orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag,
-            **self._contacts(offsets))
-        none, flat = np.zeros(points), np.zeros((points, 0))
-        velocity = np.zeros((points, d))
-        velocity[:, 1] = 1.0
-        law = "contact" if made.in_contact.any() else "always"
-        levels = np.ones((points, 2))
-        return SwitchedAffine(
-            names=names, omega=self.omega(), A=A, b=made.pushes[:, 0], f0=f0, f_cos=harmonics.real[:, :, 1],
-            f_sin=-harmonics.imag[:, :, 1], levels=levels, starts=np.array([[0.0, 0.5]] * points), same_starts=True,
-            chi_cos=flat, chi_sin=flat, velocity=velocity, velocity0=none,
-            velocity_cos=np.zeros((points, len(found.orders))), velocity_sin=np.zeros((points, len(found.orders))),
-            mean_velocity=none, rotation_decay=none, damping=made.damping[:, 0], damping_law=law,
-            static_force=static[:, 0], contacts=made)
-
-    def static_forces(self) -> np.ndarray:
-        """Mean forces of the meshes (P, K) in N, negative on the back flank: those of the mean torques.
+    @cached_property
+    def static(self) -> np.ndarray:
+        """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.
 
         Where meshes close a loop, they share the load by their mean stiffnesses.
         """
-        return self._static()[:, : len(self.found.contacts)]
-
-    def _static(self) -> np.ndarray:
-        """Mean forces of all contacts and springs, (P, E)."""
-        found = self.found
-        elements = [*found.contacts, *found.springs]
+        elements = [*self.found.contacts, *self.found.springs]
         rows = np.array([element.row for element in elements])
         k = np.stack([self.stiffness(element) for element in elements], axis=1)
         total = np.einsum("en,pe,em->pnm", rows, k, rows)
         q = np.einsum("pnm,pm->pn", np.linalg.pinv(total, rcond=1e-12, hermitian=True),
-                      self._of(found.torques(self.value)))
+                      self._of(self.found.torques(self.value)))
         return k * (q @ rows.T)
-
-    def imbalance(self) -> tuple[np.ndarray, np.ndarray]:
-        """The mean torque left over where the train turns as a whole, and the sum of the magnitudes of all, (P,)."""
-        torques, rigid = self._of(self.found.torques(self.value)), self.found.rigid
-        left, size = torques @ rigid, np.abs(torques) @ np.abs(rigid)
-        return np.abs(left).max(axis=1, initial=0.0), size.max(axis=1, initial=0.0)
 
     def at_rest(self) -> np.ndarray:
         """The states (P, d) without speed, with the deflections under the mean torques at the phase 0."""
-        found = self.found
-        w = np.zeros((self.points, len(found.names)))
-        forces = self.static_forces()
-        for i, element in enumerate(found.chosen):
+        w, elements = np.zeros((self.points, len(self.found.names))), [*self.found.contacts, *self.found.springs]
+        for i, element in zip(self.at, self.found.chosen, strict=True):
+            force = self.static[:, elements.index(element)]
             if element.contact:
-                force = forces[:, found.contacts.index(element)] / self.units.force
                 side = np.where(force < 0, -1.0, 1.0)
-                flank = self.backlash(element) / (2 * self.units.length)
-                w[:, 2 * i] = side * flank + force / self._at_start(element, side)
+                w[:, i] = side * self.backlash(element) / 2 + force / self._at_start(element, side)
             else:
-                w[:, 2 * i] = self.spring_force(element) / self.stiffness(element) / self.units.length
-        return w
+                w[:, i] = force / self.stiffness(element)
+        return w / self.units.length
 
     def _at_start(self, element: Element, side: np.ndarray) -> np.ndarray:
-        """The stiffness of a flank (P,), 1 or −1, at the phase 0, over the unit of stiffness."""
+        """The stiffness of a flank (P,), 1 or −1, at the phase 0."""
         part = _over_period(cycle(element), *self._cycles(element))
         first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
-        return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element) / self.units.stiffness
-
-    def spring_force(self, element: Element) -> np.ndarray:
-        """The mean force of a spring, (P,)."""
-        return self._static()[:, [*self.found.contacts, *self.found.springs].index(element)]
+        return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element)
 
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
         """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""

@@ -251,11 +251,11 @@ def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
             raise InputError(name, "must be varied where a body has damping", 0.0, "Otherwise the speed of turning as "
                              "a whole is no coordinate. Give one a damping greater than 0.")
     batch = TrainBatch(model, MappingProxyType(flat), next(iter(sizes))[0])
-    left, size = batch.assembly.imbalance()
-    for name in (n for n in flat if n.endswith(".torque")):
-        if np.any(np.abs(left) > BALANCE * size):
-            raise InputError(name, "must leave the mean torques in balance", float(flat[name][np.argmax(np.abs(left))]),
-                             "Vary torque, which changes all mean torques in one ratio.")
+    left, size = found.imbalance(batch.assembly.value)
+    wrong = np.flatnonzero(np.any(np.abs(left) > BALANCE * size, axis=1))
+    for name in (n for n in flat if n.endswith(".torque") and len(wrong)):
+        raise InputError(name, "must leave the mean torques in balance", float(flat[name][wrong[0]]),
+                         "Vary torque, which changes all mean torques in one ratio.")
     return batch
 
 
