@@ -79,7 +79,7 @@ def simulate(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point, with its initial values.
     periods : int
         Mesh periods to record.
@@ -122,7 +122,7 @@ class Simulate(_Simulate):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point, with its initial values.
     periods : int
         Mesh periods to record.
@@ -156,7 +156,7 @@ def regime(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point, with its initial values.
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
@@ -191,7 +191,7 @@ class Regime(_Regime):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point, with its initial values.
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
@@ -224,7 +224,7 @@ def attractors(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point. Initial values without a range in ``box`` are those of the model.
     starts : int
         Number of initial states, points of a scrambled Sobol sequence in the box.
@@ -280,7 +280,7 @@ class Attractors(_Attractors):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point. Initial values without a range in ``box`` are those of the model.
     starts : int
         Number of initial states, points of a scrambled Sobol sequence in the box.
@@ -324,7 +324,7 @@ def bifurcation(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but those of the axes, and the initial values.
     axis : Axis or str
         The parameter and its range, as a text "eps1=0:0.3:400".
@@ -369,7 +369,7 @@ class Bifurcation(_Bifurcation):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but those of the axes, and the initial values.
     axis : Axis or str
         The parameter and its range, as a text "eps1=0:0.3:400".
@@ -407,7 +407,7 @@ def rattle(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         It must be a train.
     axis : Axis or str
         A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
@@ -460,7 +460,7 @@ class Rattle(_Rattle):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         It must be a train.
     axis : Axis or str
         A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".
@@ -500,7 +500,7 @@ def zones(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but the two of the axes; its initial values hold in every cell.
     x : Axis or str
         A parameter, or an initial value, and its range, as a text "omega=0.2:3:400".
@@ -559,7 +559,7 @@ class Zones(_Zones):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but the two of the axes; its initial values hold in every cell.
     x : Axis or str
         A parameter, or an initial value, and its range, as a text "omega=0.2:3:400".
@@ -607,7 +607,7 @@ def basins(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point. Initial values that are not on the axes are those of the model.
     x : Axis or str
         Initial value of a coordinate, and its range: z or z_dot of the single model, x1, x1_dot, ... of the others.
@@ -653,7 +653,7 @@ class Basins(_Basins):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point. Initial values that are not on the axes are those of the model.
     x : Axis or str
         Initial value of a coordinate, and its range: z or z_dot of the single model, x1, x1_dot, ... of the others.
@@ -690,7 +690,7 @@ def branch(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The branch begins at its own value of the parameter.
     axis : Axis or str
         The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
@@ -758,7 +758,7 @@ class Branch(_Branch):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The branch begins at its own value of the parameter.
     axis : Axis or str
         The parameter and its range, "eps1=0:0.3"; a number of values is accepted and has no effect.
@@ -810,7 +810,7 @@ def curve(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
     event : {'fold', 'flip', 'neimark-sacker', 'graze'}
@@ -869,7 +869,7 @@ class Curve(_Curve):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
     event : {'fold', 'flip', 'neimark-sacker', 'graze'}
@@ -920,7 +920,7 @@ def skeleton(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but those of the axes, and the initial values.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5:48". The number of values is that of the places at which motions
@@ -981,7 +981,7 @@ class Skeleton(_Skeleton):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         All parameters but those of the axes, and the initial values.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5:48". The number of values is that of the places at which motions
@@ -1023,7 +1023,7 @@ def manifolds(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point; its relative motion must have two coordinates, z and z_dot.
     period : int
         Largest period of the saddles, in mesh periods.
@@ -1072,7 +1072,7 @@ class Manifolds(_Manifolds):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point; its relative motion must have two coordinates, z and z_dot.
     period : int
         Largest period of the saddles, in mesh periods.
@@ -1110,7 +1110,7 @@ def edge_state(
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point.
     first : mapping of str to float
         Initial values that lead to one attractor.
@@ -1158,7 +1158,7 @@ class EdgeTracking(_EdgeTracking):
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         The operating point.
     first : mapping of str to float
         Initial values that lead to one attractor.

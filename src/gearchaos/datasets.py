@@ -148,16 +148,16 @@ def model_from_json(text: str) -> MeshModel:
 
 def of_mesh(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
     """A result of a train whose ``contact``, ``contact_fraction`` and ``dynamic_factor`` are those of one of its
-    meshes, without the other measures of the first mesh; raises `InputError` if it has no mesh of this name."""
+    meshes, not of the worst one, without the measures of the first; raises `InputError` for a name that it has not."""
     known = dataset["mesh"].values.tolist() if "mesh_contact" in dataset else []
     if mesh not in known:
         rule = f"must be one of {', '.join(known)}" if known else "must be left out for a result without meshes"
         raise InputError("mesh", rule, mesh, "" if known else "Maps and diagrams of a train have them.")
-    one = dataset.sel(mesh=mesh).drop_vars("mesh")
+    one = dataset.sel(mesh=mesh)
     own = {"contact": one["mesh_contact"], "dynamic_factor": one["mesh_dynamic_factor"],
            "contact_fraction": one["mesh_front_share"] + one["mesh_back_share"]}
-    kept = dataset.drop_vars([q.name for q in RESPONSES if q.name in dataset and q.name not in own
-                              and not q.name.startswith("mesh_")])
+    kept = dataset.drop_dims("mesh")
+    kept = kept.drop_vars([q.name for q in RESPONSES if q.name in kept and q.name not in own])
     return kept.assign({n: v.assign_attrs(describe(n)) for n, v in own.items()})
 
 

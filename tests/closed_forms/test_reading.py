@@ -66,7 +66,7 @@ def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
 def measured(front, back, duration):
     measures = np.zeros((len(Measure), len(front)))
     measures[Measure.FRONT_TIME], measures[Measure.BACK_TIME] = front, back
-    return compute_response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones(len(front)))
+    return compute_response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones((len(front), 1)))[0]
 
 
 def test_contact_lasts_if_no_time_is_free_but_for_rounding():
@@ -80,5 +80,21 @@ def test_contact_lasts_if_no_time_is_free_but_for_rounding():
 def test_there_is_no_dynamic_factor_without_load():
     measures = np.zeros((len(Measure), 3))
     measures[Measure.FORCE_MAX], measures[Measure.FORCE_MIN] = 0.2, -0.5
-    found = compute_response(measures, np.ones(3), np.ones(3), np.array([0.1, -0.1, 0.0]))
+    found, _ = compute_response(measures, np.ones(3), np.ones(3), np.array([[0.1], [-0.1], [0.0]]))
     np.testing.assert_allclose(found.dynamic_factor, [5, 5, np.nan])
+
+
+def test_of_several_meshes_contact_and_force_are_those_of_the_mesh_where_they_are_worst():
+    measures = np.zeros((2, len(Measure), 3))  # three motions: the second mesh is worse, the first one, neither
+    measures[:, Measure.FRONT_TIME] = [[2.0, 1.0, 2.0], [1.5, 2.0, 2.0]]
+    measures[:, Measure.BACK_TIME] = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]]
+    measures[:, Measure.FORCE_MAX] = [[3.0, 2.0, 1.0], [4.0, 1.0, 1.0]]
+    measures[:, Measure.SWITCHES] = [[0, 4, 0], [2, 0, 0]]
+    static = np.array([[1.0, 2.0], [1.0, 2.0], [0.0, -2.0]])
+    found, meshes = compute_response(measures.reshape(-1, 3), np.full(3, 2.0), np.ones(3), static)
+    assert [CONTACTS[i] for i in found.contact] == ["one-sided", "two-sided", "permanent"]
+    assert found.contact_fraction.tolist() == [0.75, 0.75, 1]
+    assert found.mesh_force_peak.tolist() == [4, 2, 1]
+    assert found.dynamic_factor.tolist() == [3, 2, 0.5]
+    assert found.switches_per_period.tolist() == [2, 4, 0]
+    np.testing.assert_array_equal(meshes.mesh_dynamic_factor, [[3, 2], [2, 0.5], [np.nan, 0.5]])

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.cli.summaries import map_document, print_map
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
+from gearchaos.studies.beside_factors import words_beside
 
 
 @pytest.fixture(scope="module")
@@ -23,10 +25,22 @@ def found():
 
 def test_the_measures_are_those_of_the_mesh(found):
     first, second = (of_mesh(found, name) for name in ("driver/one", "driver/other"))
-    assert np.array_equal(first.contact, found.contact) and not first.contact.any()
-    assert second.contact.values.all()
+    assert not first.contact.any() and second.contact.values.all()
+    assert np.array_equal(second.contact, found.contact)
     assert np.array_equal(second.dynamic_factor, found.mesh_dynamic_factor.sel(mesh="driver/other"))
     assert "v_rms" not in second and "v_rms" in found
+
+
+def test_what_is_drawn_and_printed_says_of_which_mesh_it_is(found, capsys):
+    one = of_mesh(found, "driver/one")
+    legends = [gc.plot.level(ds, "contact").get_legend() for ds in (found, one)]
+    titles = [legend.get_title().get_text().replace("\n", " ") for legend in legends]
+    assert titles[0].endswith("of the worst mesh") and titles[1].endswith("of driver/one")
+    assert words_beside(found, "z_rms") == ["of driver/one"] and words_beside(found, "switches") == ["of all meshes"]
+    document = map_document(found)
+    assert document["largest"]["mesh"] == "driver/other" and document["contact"] == {"two-sided": 4}
+    print_map(document, found)
+    assert capsys.readouterr().out.startswith("worst mesh, one motion each: hit both flanks 100 % of the cells\n")
 
 
 def test_a_mesh_that_is_not_there_is_refused(found):

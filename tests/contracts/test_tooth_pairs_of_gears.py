@@ -181,6 +181,13 @@ def test_tooth_pairs_need_the_start_of_a_relief():
         design.to_model()
 
 
+def test_a_relief_of_no_length_is_refused():
+    tip = GearDesign(**DESIGN).geometry.tip_diameter[0]
+    relief = {"amount": "20 um", "start_diameter": [tip, tip - 0.002]}
+    with pytest.raises(InputError, match=r"start_diameter\[0\] must be smaller than the tip diameter"):
+        GearDesign(**{**DESIGN, "tip_relief": relief})
+
+
 def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_error(tmp_path):
     plain, relieved = GearDesign(**DESIGN), GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})
     assert relieved.error_harmonics == plain.error_harmonics

@@ -89,7 +89,7 @@ def steady_waves(name, **values):
 def test_the_static_force_is_the_mean_one_of_a_steady_motion(name):
     model, motion = steady_waves(name)
     assert np.all(motion.contact == 1)
-    static = switched_system(vary(model, {})).static_force[0]
+    static = switched_system(vary(model, {})).static_force[0, 0]
     assert float(motion.mesh_force.mean()) == pytest.approx(static, rel=1e-9)
     both = model.beta1 + model.beta2  # the torques balance: q1 − 2β1 v = S = q2 + 2β2 v at one mean speed v
     assert static == pytest.approx((model.q1 * model.beta2 + model.q2 * model.beta1) / both, rel=1e-14)
@@ -98,7 +98,7 @@ def test_the_static_force_is_the_mean_one_of_a_steady_motion(name):
 def test_without_friction_the_static_force_is_what_speeds_both_wheels_up_alike():
     """(q1 − S)/J1 = (S − q2)/J2."""
     model, motion = steady_waves("beta/J alike", beta=0.0)
-    static = switched_system(vary(model, {})).static_force[0]
+    static = switched_system(vary(model, {})).static_force[0, 0]
     assert float(motion.mesh_force.mean()) == pytest.approx(static, rel=1e-9)
     assert (model.q1 - static) / model.J1 == pytest.approx((static - model.q2) / model.J2, rel=1e-12)
 

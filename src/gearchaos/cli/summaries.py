@@ -21,7 +21,7 @@ from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
-from gearchaos.studies.beside_factors import beside_factors, words_beside
+from gearchaos.studies.beside_factors import beside_factors, which_mesh, words_beside
 from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
@@ -126,12 +126,14 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
                  for v, ends in zip(values["lyapunov"], values["lyapunov_ci"], strict=True)]
     table.add_row("Lyapunov exponents", "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in exponents))
     table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
+    of = which_mesh() if verdict.meshes else {}
     for q in (*RESPONSES, *VERDICTS):
-        if q.title:
-            table.add_row(q.title, _measured(q.name, values[q.name], scales))
+        if q.title and of.get(q.name) != "worst":  # the table of meshes has these
+            mesh = f", {next(iter(verdict.meshes))}" if of.get(q.name) == "first" else ""
+            table.add_row(q.title + mesh, _measured(q.name, values[q.name], scales))
         if q.name == "dynamic_factor" and values[q.name] is not None:
             for name, value in beside_factors(loaded.model).items():
-                table.add_row("", f"{name} {value}")
+                table.add_row(*((name, value) if verdict.meshes else ("", f"{name} {value}")))
     if verdict.meshes:
         print_train(verdict)
         print()
@@ -165,7 +167,8 @@ def print_train(verdict: Verdict) -> None:
         parts.append("all others keep contact" if parts else "all meshes keep contact")
     answer = f"{verdict.label}: {'; '.join(parts)}"
     print(textwrap.fill(answer, _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
-    table = plain_table("mesh", "contact", "front", "back", "peak (N)", "rms (N)", "impacts/s", "K_dyn", gap=1)
+    table = plain_table(
+        "mesh", "contact", "front", "back", "peak (N)", "rms (N)", "impacts/s", "dynamic\nfactor", gap=1)
     for name, found in verdict.meshes.items():
         shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
         numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
@@ -233,7 +236,8 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
             table.add_row(f"swept {way}", label)
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
-        print(f"dynamic factor: {', '.join(map(' '.join, beside_factors(model).items()))}")
+        words = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
+        print(f"dynamic factor: {', '.join([*words, *map(' '.join, beside_factors(model).items())])}")
 
 
 _WIDTH = 80
@@ -264,6 +268,9 @@ def map_document(dataset: xr.Dataset) -> dict[str, Any]:
         if known.notnull().any():
             at, axes = dataset[name].isel(known.argmax(...)), reversed(dataset[name].dims)
             document["largest"] = {"quantity": name, "value": at.item(), "at": {str(n): at[n].item() for n in axes}}
+            if name == "dynamic_factor" and "mesh_dynamic_factor" in dataset:
+                meshes = dataset["mesh_dynamic_factor"].sel(document["largest"]["at"])
+                document["largest"]["mesh"] = str(meshes["mesh"].values[int(meshes.argmax("mesh"))])
             break
     return document | ({"proofs": proof_counts([dataset])} if "proved" in dataset else {})
 
@@ -282,7 +289,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     if "gears" in dataset.attrs:
         one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
         shares = ", ".join(f"{_TEETH[state]} {100 * n / size:.3g} %" for state, n in found["contact"].items())
-        print(textwrap.fill(f"teeth{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
+        teeth = "worst mesh" if "mesh" in dataset.dims else "teeth"
+        print(textwrap.fill(f"{teeth}{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
     else:
         counts = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in counts], cells)
@@ -293,7 +301,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     value = f"{quantity(name).symbol or quantity(name).long_name} {largest['value']:.4g}{unit_after(dataset, name)}"
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
-    print(f"largest {value}{which}, at {place}")
+    mesh = f" of {largest['mesh']}" if "mesh" in largest else ""
+    print(textwrap.fill(f"largest {value}{mesh}{which}, at {place}", _WIDTH, subsequent_indent="  "))
     if words := words_beside(dataset, name):
         print(f"dynamic factor: {', '.join(words)}")
 

@@ -84,14 +84,15 @@ class ParameterFamily:
 
     def flow(self, values: np.ndarray) -> PeriodFlow:
         """The exact flow at values (P, Q), with derivatives by the Q parameters."""
-        several = self.model.kind == "train" or self.model.stiffness.shared
+        own = self.system(values)
+        several = own.contacts is not None
         if not self.axes:
-            return (DifferencedFlow if several else SensitivityFlow)(self.system(values))
+            return (DifferencedFlow if several else SensitivityFlow)(own)
         points, steps = self._stencil(values, _FLOW_STEP if several else _STEP)
         (count, parameters), width = values.shape, len(_STENCIL)
         system = switched_system(self.batch(points), self.names)
         if several:
-            return DifferencedFlow(self.system(values), system, _WEIGHTS, steps)
+            return DifferencedFlow(own, system, _WEIGHTS, steps)
         derivatives = differentiate(system, _WEIGHTS, steps)
         return SensitivityFlow(system.take(np.arange(count) * parameters * width), derivatives)
 

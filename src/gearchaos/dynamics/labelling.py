@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from gearchaos.dynamics import orbits, time_series
-from gearchaos.dynamics.response import compute_mesh_response, compute_response
+from gearchaos.dynamics.response import compute_response
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.time_series import time_sum
@@ -171,11 +171,11 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
         periods = np.where(period > 0, period, state.settings.averaging_periods)
         measures = state.advance(motions, periods, measured=True).measures
         duration, force = periods * state.period_length(motions), state.flow.system.static_force[state.points[motions]]
-        verdicts.response.put(motions, compute_response(measures, duration, periods, force))
+        found, meshes = compute_response(measures, duration, periods, force)
+        verdicts.response.put(motions, found)
         contacts = state.flow.system.contacts
         if contacts is not None and contacts.names:
-            static = contacts.static_forces[state.points[motions]]
-            verdicts.meshes.put(motions, compute_mesh_response(measures, duration, static))
+            verdicts.meshes.put(motions, meshes)
     return verdicts
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Annotated, Any, Self, get_args, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_args, get_type_hints
 
 import numpy as np
 
@@ -28,7 +28,8 @@ class Column:
     ``missing`` is the value of an element that is not computed, ``variable`` the name of the variable in results, None
     for a column that these do not contain; ``stored`` is the type of that variable where it differs from ``dtype``, and
     ``reduce`` makes its values (L,) where they are not the array itself. A response measure is also reported of each
-    attractor of an operating point, unless ``of_attractors`` is False.
+    attractor of an operating point, unless ``of_attractors`` is False. ``mesh`` says of which mesh it is: of the
+    first, of the one where it is worst, or of all together.
     """
 
     meaning: str
@@ -39,6 +40,7 @@ class Column:
     stored: type | None = None
     reduce: Callable[[np.ndarray], np.ndarray] | None = None
     of_attractors: bool = True
+    mesh: Literal["first", "worst", "all"] = "first"
 
     def empty(self, sizes: Mapping[str, int]) -> np.ndarray:
         """An array of missing values; ``sizes`` are those of the dimensions by name."""
@@ -132,11 +134,14 @@ class Response(Columns):
 
     v_rms: Annotated[np.ndarray, Column(
         "root mean square of x1' (of z' in the single model), the paper's quality index", variable="v_rms")]
-    contact_fraction: Annotated[np.ndarray, Column("share of the time with |z| > 1", variable="contact_fraction")]
+    contact_fraction: Annotated[np.ndarray, Column(
+        "share of the time with |z| > 1", variable="contact_fraction", mesh="worst")]
     contact: Annotated[np.ndarray, Column(
-        "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact")]
+        "index into `CONTACTS`", np.int8, missing=CONTACTS.index("none"), variable="contact",
+        mesh="worst")]
     dynamic_factor: Annotated[np.ndarray, Column(
-        "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor")]
+        "peak of |mesh force| over the static mesh force; NaN without static load", variable="dynamic_factor",
+        mesh="worst")]
     z_rms: Annotated[np.ndarray, Column(
         "root mean square of z about its mean", variable="z_rms", stored=np.float32, of_attractors=False)]
     z_peak_to_peak: Annotated[np.ndarray, Column(
@@ -146,8 +151,9 @@ class Response(Columns):
     z_dot_peak_to_peak: Annotated[np.ndarray, Column(
         "range of z'", variable="z_dot_peak_to_peak", stored=np.float32, of_attractors=False)]
     switches_per_period: Annotated[np.ndarray, Column(
-        "contact switches per mesh period", variable="switches", stored=np.float32, of_attractors=False)]
-    mesh_force_peak: Annotated[np.ndarray, Column("peak of |mesh force|, with or without static load")]
+        "contact switches per mesh period", variable="switches", stored=np.float32, of_attractors=False, mesh="all")]
+    mesh_force_peak: Annotated[np.ndarray, Column(
+        "peak of |mesh force|, with or without static load", mesh="worst")]
 
 
 _OF_MESH = (MOTION, MESH)
@@ -179,51 +185,38 @@ class MeshResponse(Columns):
         variable="mesh_dynamic_factor")]
 
 
-def compute_mesh_response(measures: np.ndarray, duration: np.ndarray, static_forces: np.ndarray) -> MeshResponse:
-    """Response measures by mesh, from measures (K len(Measure), L) over a ``duration`` (L,), and the mesh forces of the
-    static load (L, K)."""
-    m = np.moveaxis(of_meshes(measures), 0, 2)  # (len(Measure), L, K)
-    time = duration[:, None]
-    peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
-    mean, square = m[Measure.FORCE] / time, m[Measure.FORCE_SQUARE] / time
-    return MeshResponse(
-        mesh_contact=_contact(m, time), mesh_front_share=m[Measure.FRONT_TIME] / time,
-        mesh_back_share=m[Measure.BACK_TIME] / time, mesh_peak_force=peak,
-        mesh_rms_force=np.sqrt(square), mesh_force_deviation=np.sqrt(np.maximum(square - mean**2, 0.0)),
-        mesh_impacts=m[Measure.SWITCHES] / 2 / time,
-        mesh_impulse=m[Measure.CONTACT_FORCE] / time,
-        mesh_dynamic_factor=peak / np.where(static_forces == 0, np.nan, np.abs(static_forces)))
-
-
-def _contact(measures: np.ndarray, duration: np.ndarray) -> np.ndarray:
-    """Index into `CONTACTS` of motions, from their measures (len(Measure), ...)."""
-    fraction = (measures[Measure.FRONT_TIME] + measures[Measure.BACK_TIME]) / duration
-    front, back = measures[Measure.FRONT_TIME] > 0, measures[Measure.BACK_TIME] > 0
-    return np.select([front & back, fraction > 1 - 1e-12, front | back], [2, 0, 1], default=3).astype(np.int8)
-
-
 def compute_response(
     measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray
-) -> Response:
-    """Response measures of L motions, from integrals and extrema (len(Measure), L) in the rows of `flow.Measure`.
+) -> tuple[Response, MeshResponse]:
+    """Response measures of L motions, and of each of K meshes, from integrals and extrema (K len(Measure), L) in the
+    rows of `flow.Measure`.
 
-    ``duration`` (L,) in units of τ is also given in mesh ``periods`` (L,); ``static_force`` (L,) is the mesh force of
-    the static load.
+    ``duration`` (L,) in units of τ is also given in mesh ``periods`` (L,); ``static_force`` (L, K) are the mesh forces
+    of the static load.
     """
-    m = measures
-    offset = m[Measure.Z] / duration  # of the mean of z from the reference
-    fraction = np.clip((m[Measure.FRONT_TIME] + m[Measure.BACK_TIME]) / duration, 0.0, 1.0)
+    m, time = np.moveaxis(of_meshes(measures), 0, 2), duration[:, None]  # (len(Measure), L, K)
+    front, back = m[Measure.FRONT_TIME], m[Measure.BACK_TIME]
+    share = np.clip((front + back) / time, 0.0, 1.0)
+    contact = np.select([(front > 0) & (back > 0), share > 1 - 1e-12, share > 0], [2, 0, 1], default=3).astype(np.int8)
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
-    static = np.where(static_force == 0, np.nan, np.abs(static_force))
+    mean, square = m[Measure.FORCE] / time, m[Measure.FORCE_SQUARE] / time
+    factor = peak / np.where(static_force == 0, np.nan, np.abs(static_force))
+    meshes = MeshResponse(
+        mesh_contact=contact, mesh_front_share=front / time, mesh_back_share=back / time, mesh_peak_force=peak,
+        mesh_rms_force=np.sqrt(square), mesh_force_deviation=np.sqrt(np.maximum(square - mean**2, 0.0)),
+        mesh_impacts=m[Measure.SWITCHES] / 2 / time, mesh_impulse=m[Measure.CONTACT_FORCE] / time,
+        mesh_dynamic_factor=factor)
+    first = m[:, :, 0]
+    offset = first[Measure.Z] / duration  # of the mean of z from the reference
     return Response(
-        v_rms=np.sqrt(m[Measure.VELOCITY_SQUARE] / duration),
-        contact_fraction=fraction,
-        contact=_contact(m, duration),
-        dynamic_factor=peak / static,
-        z_rms=np.sqrt(np.maximum(m[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
-        z_peak_to_peak=m[Measure.Z_MAX] - m[Measure.Z_MIN],
-        z_dot_rms=np.sqrt(m[Measure.Z_DOT_SQUARE] / duration),
-        z_dot_peak_to_peak=m[Measure.Z_DOT_MAX] - m[Measure.Z_DOT_MIN],
-        switches_per_period=m[Measure.SWITCHES] / periods,
-        mesh_force_peak=peak,
-    )
+        v_rms=np.sqrt(first[Measure.VELOCITY_SQUARE] / duration),
+        contact_fraction=share.min(axis=1),
+        contact=contact.max(axis=1),
+        dynamic_factor=np.fmax.reduce(factor, axis=1),
+        z_rms=np.sqrt(np.maximum(first[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
+        z_peak_to_peak=first[Measure.Z_MAX] - first[Measure.Z_MIN],
+        z_dot_rms=np.sqrt(first[Measure.Z_DOT_SQUARE] / duration),
+        z_dot_peak_to_peak=first[Measure.Z_DOT_MAX] - first[Measure.Z_DOT_MIN],
+        switches_per_period=m[Measure.SWITCHES].sum(axis=1) / periods,
+        mesh_force_peak=peak.max(axis=1),
+    ), meshes

@@ -39,7 +39,6 @@ class MeshContacts(NamedTuple):
     edges: np.ndarray  # (P, N) where pieces begin, ascending from 0, as fractions of the period
     stiffness: np.ndarray  # (P, M, N); 0 where a contact is absent
     offset: np.ndarray  # (P, M, N, 3) coefficients in the time since the piece began, in periods
-    static_forces: np.ndarray  # (P, K) mean mesh forces; used of a train alone
     orders: np.ndarray  # (H,) int, of the harmonics of the forcing
     f_cos: np.ndarray  # (P, H, d)
     f_sin: np.ndarray  # (P, H, d)
@@ -71,7 +70,7 @@ class MeshContacts(NamedTuple):
 
     def take(self, index: np.ndarray) -> Self:
         """The contacts at the points with these indices, in that order."""
-        names = ("pushes", "damping", "edges", "stiffness", "offset", "static_forces", "f_cos", "f_sin")
+        names = ("pushes", "damping", "edges", "stiffness", "offset", "f_cos", "f_sin")
         return self._replace(**{name: getattr(self, name)[index] for name in names})
 
     def reversed_in_time(self, signs: np.ndarray) -> Self:

@@ -114,7 +114,7 @@ class SwitchedAffine:
     rotation_decay: np.ndarray  # (P,), rate at which friction leads to that velocity; 0 if it is not in the state
     damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
     damping_law: str  # where that acts: always, in contact, or unilateral
-    static_force: np.ndarray  # (P,), mean of the mesh force 2ζz' + χ f(z) over a steady motion
+    static_force: np.ndarray  # (P, K), mean of the force of each mesh, 2ζz' + χ f(z), over a steady motion
     contacts: MeshContacts | None = None  # in the place of the one spring: of tooth pairs, or of several meshes
 
     @property
@@ -213,7 +213,7 @@ def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> Switche
     # equal mean accelerations of both wheels.
     b1, b2, J1, J2 = rows["beta1"], rows["beta2"], rows["J1"], rows["J2"]
     left, right = np.where(b1 + b2 > 0, b2, J2), np.where(b1 + b2 > 0, b1, J1)
-    static_force = (rows["q1"] * left + rows["q2"] * right) / (left + right)
+    static_force = ((rows["q1"] * left + rows["q2"] * right) / (left + right))[:, None]
     # A stiffness without parts has the level 1 in both halves of the period: with another division the steps would be
     # others, and results would differ in their last bits.
     stiffness = batch.model.stiffness
@@ -242,7 +242,6 @@ def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
         rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
         in_contact=np.array([rows.batch.model.damping_law != "always"]), meshes=np.zeros(len(pairs.sides), np.int64),
         sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
-        static_forces=np.zeros((rows.batch.size, 1)),
         orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])
 
 

@@ -43,6 +43,7 @@ from gearchaos.plot.classes import (
 )
 from gearchaos.plot.theme import adapt
 from gearchaos.quantities import Rule
+from gearchaos.studies.beside_factors import words_beside
 from gearchaos.validation import check_rule, to_float
 
 _CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"
@@ -243,9 +244,8 @@ def level(
                           vmax=high, extent=extent)
     label_and_limit(ax, ds, horizontal, vertical)
     if colorbar and classes:
-        title = axis_label(ds[name], name)
-        if name == "contact":
-            title += " of one motion per cell"  # in another one the teeth may separate
+        one = " of one motion per cell" if name == "contact" else ""  # in another one the teeth may separate
+        title = ", ".join([axis_label(ds[name], name) + one, *words_beside(ds, name)])
         class_legend(ax, *classes, hatch=hatch, title=wrapped(title, width_in_inches(ax)))
     elif colorbar:
         clipped = bool(np.any(values > image.norm.vmax))

@@ -1,4 +1,5 @@
-"""What a dynamic factor is read with: where the mesh damping acts, and the quasi-static ratio."""
+"""What response measures are read with: the mesh of a train; of a dynamic factor also where the mesh damping acts, and
+the quasi-static ratio."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from gearchaos.datasets import model_from_json
+from gearchaos.dynamics.response import MESH, Response
 from gearchaos.gears.units import measured
 from gearchaos.model import DAMPING_LAWS, MeshModel
 from gearchaos.studies.speed_and_torque import quasi_static_ratio
@@ -30,9 +32,19 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = ()) -> dict[str, st
     return found
 
 
+def which_mesh() -> dict[str, str]:
+    """Of which mesh the response measures are, as `Column.mesh` says."""
+    return {column.variable or name: column.mesh for name, column in Response.declared().items()}
+
+
 def words_beside(dataset: xr.Dataset, name: str) -> list[str]:
-    """The same in words for a variable of a result; empty unless it is the dynamic factor."""
-    if name != "dynamic_factor" or "model" not in dataset.attrs:
-        return []
-    found = beside_factors(model_from_json(dataset.attrs["model"]), map(str, dataset.variables))
-    return [f"{each} {value}" for each, value in found.items()]
+    """What a variable of a result is read with: of a train the mesh, and what stands beside dynamic factors."""
+    words = []
+    if MESH in dataset.coords and name in (of := which_mesh()):
+        meshes = dataset[MESH].values
+        words = [{"first": f"of {meshes.ravel()[0]}", "worst": "of the worst mesh", "all": "of all meshes"}[
+            of[name] if meshes.ndim else "first"]]
+    if name == "dynamic_factor" and "model" in dataset.attrs:
+        found = beside_factors(model_from_json(dataset.attrs["model"]), map(str, dataset.variables))
+        words += [f"{each} {value}" for each, value in found.items()]
+    return words

@@ -225,7 +225,7 @@ def _values(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.nd
         system, points = flow.system, np.repeat(np.arange(len(some)), periods)
         single = flow.advance(states, 1, points=points, measured=True).measures
         measures = combine_measures(single, system.period[points], np.cumsum(periods) - periods)
-        response = compute_response(measures, periods * system.period, periods, system.static_force)
+        response, _ = compute_response(measures, periods * system.period, periods, system.static_force)
         parts.append({
             **response.variables(double=True), "mesh_force_peak": response.mesh_force_peak,
             "z_max": measures[Measure.Z_MAX], "z_min": measures[Measure.Z_MIN]})

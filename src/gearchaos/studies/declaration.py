@@ -67,8 +67,8 @@ def _text(summary: str, sections: dict[str, str]) -> str:
 
 
 _TYPE_WORDS = (
-    ("^AnyModel$", "MeshModel, GearPair or GearDesign"), (r" \| None$", ", optional"), (r"Literal\[(.*)\]", r"{\1}"),
-    (r"Callable\[.*\]\]", "callable]"), (r"\btuple\[(.*?)\]", r"(\1)"),
+    ("^AnyModel$", "MeshModel, GearPair, GearDesign or Train"), (r" \| None$", ", optional"),
+    (r"Literal\[(.*)\]", r"{\1}"), (r"Callable\[.*\]\]", "callable]"), (r"\btuple\[(.*?)\]", r"(\1)"),
     (r"Mapping\[str, (.*)\]", r"mapping of str to \1"), (r"\bAxis\b", "Axis or str"),
 )
 """What replaces the parts of an annotation, one after another, in numpydoc's words."""

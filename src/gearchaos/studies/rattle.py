@@ -195,7 +195,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
                 total[..., 0] = -np.abs(spring)
                 continue
             total += (spring[..., None] * np.exp(2j * np.pi * order * instants)).real
-        return -total.min(axis=2) / np.where(contacts.static_forces == 0, np.nan, np.abs(contacts.static_forces))
+        return -total.min(axis=2) / np.where(system.static_force == 0, np.nan, np.abs(system.static_force))
 
 
 rattle = function_of(Rattle)

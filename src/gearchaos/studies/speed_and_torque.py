@@ -259,7 +259,7 @@ def quasi_static_ratio(model: AnyModel) -> float:
     """
     model = as_model(model)
     system = switched_system(vary(model, {}))
-    static, level = float(system.static_force[0]), system.levels[0]
+    static, level = float(system.static_force[0, 0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
     smooth = np.cos(phase) @ system.chi_cos[0] + np.sin(phase) @ system.chi_sin[0]
     if isinstance(model.stiffness, ToothPairStiffness):

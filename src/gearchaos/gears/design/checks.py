@@ -94,6 +94,9 @@ def check_wheels(design: Drawing) -> None:
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
             check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
                             geometry.tip_diameter[wheel], "It lies between the start of active profile and the tip.")
+            if start == geometry.tip_diameter[wheel] and design.tip_relief.amount[wheel]:
+                raise InputError(f"tip_relief.start_diameter[{wheel}]", "must be smaller than the tip diameter",
+                                 units.Shown(start, start), "A relief of no length has no effect: leave it out.")
     if design.speed is not None:
         check_speed_range(design, design.speed)
 

@@ -389,12 +389,12 @@ class Assembly:
         A -= np.einsum("pki,pk,kj->pij", pushes, damping * ~in_contact, rates)
         size = np.full(d, units.length * units.rate)
         size[at] = units.length
-        harmonics, static = harmonics / (size * units.rate), self.static[:, : len(rows)] / units.force
+        harmonics = harmonics / (size * units.rate)
         made = MeshContacts(
             names=tuple(element.name for element in found.contacts), front=offsets[0, :, 0] / units.length,
             rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
-            damping=damping * units.rate / units.stiffness, in_contact=in_contact, static_forces=static,
-            orders=found.orders, f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
+            damping=damping * units.rate / units.stiffness, in_contact=in_contact, orders=found.orders,
+            f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
         none, flat, over_time = np.zeros(points), np.zeros((points, 0)), np.zeros((points, len(found.orders)))
         return SwitchedAffine(
             names=found.names, omega=self.omega, A=A * size / size[:, None] / units.rate, b=made.pushes[:, 0],
@@ -403,7 +403,7 @@ class Assembly:
             chi_cos=flat, chi_sin=flat, velocity=np.tile(np.eye(d)[1], (points, 1)), velocity0=none,
             velocity_cos=over_time, velocity_sin=over_time, mean_velocity=none, rotation_decay=none,
             damping=made.damping[:, 0], damping_law="contact" if in_contact.any() else "always",
-            static_force=static[:, 0], contacts=made)
+            static_force=self.static[:, : len(rows)] / units.force, contacts=made)
 
     def _without_elements(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Linear part (P, d, d), constant forcing (P, d) and complex amplitudes of the harmonic forcing (P, H, d), in
