@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.model import COORDINATES, HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError
+from gearchaos.gears.operating import as_model
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError
 from tests.oracles import scipy_oracle
 from tests.oracles.march import levels
+from tests.oracles.random_trains import random_train
 
 sympy = pytest.importorskip("sympy")
 
@@ -28,6 +30,17 @@ MODELS = {
     "on both flanks": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
     "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 20),
 }
+
+
+def apart(shape):
+    """A random train whose meshes begin apart or on either flank."""
+    rng = np.random.default_rng(5)
+    model = as_model(random_train(shape, rng))
+    return model.with_values({n: rng.uniform(-1.5, 1.5) for n in model.state_names})
+
+
+TRAINS = {shape: (apart(shape), 1) for shape in ("stages", "stops", "pairs")}
+MOTIONS = {**MODELS, **TRAINS}
 RUN = """
 import contextlib, io, json, runpy, sys
 tables = {}
@@ -45,21 +58,22 @@ json.dump(tables, sys.stdout)
 def printed(tmp_path_factory):
     """What the script of each model prints, in a process of their own that does not import gearchaos."""
     folder = tmp_path_factory.mktemp("scripts")
-    for name, (model, _) in MODELS.items():
+    for name, (model, _) in MOTIONS.items():
         (folder / name).write_text(gc.script(model, "scipy"), encoding="utf-8")
-    asked = json.dumps([(name, periods) for name, (_, periods) in MODELS.items()])
+    asked = json.dumps([(name, periods) for name, (_, periods) in MOTIONS.items()])
     run = subprocess.run([sys.executable, "-I", "-c", RUN, asked], stdout=subprocess.PIPE, text=True, timeout=300,
                          check=True, cwd=folder)
     return json.loads(run.stdout)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", MOTIONS)
 def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
     """Errors of 1e-12 grow in chaotic motions."""
-    model, periods = MODELS[name]
-    table = np.genfromtxt(io.StringIO(printed[name]), delimiter=",", names=True)
+    model, periods = MOTIONS[name]
+    table = np.atleast_1d(np.genfromtxt(io.StringIO(printed[name]), delimiter=",", names=True, deletechars=""))
     expected = gc.simulate(model, periods)
-    assert len(table) == periods and set(COORDINATES[model.kind]) <= set(table.dtype.names)
+    columns = {str(n).removeprefix("section_") for n, v in expected.items() if v.ndim == 1} - {"tau_section"}
+    assert len(table) == periods and columns == set(table.dtype.names[1:])
     assert np.abs(table["tau"] - expected["tau_section"].values).max() < 1e-12 * expected["tau_section"].values.max()
     for column in table.dtype.names[1:]:
         assert np.abs(table[column] - expected[f"section_{column}"].values).max() < 1e-8, column

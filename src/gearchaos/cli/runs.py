@@ -221,7 +221,7 @@ def plot(
         bool, typer.Option("--hatch", help="Hatching instead of colours in maps of classes and basins.")
     ] = False,
     mesh: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is shown; by default the first.")
+        str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is shown; by default the worst.")
     ] = None,
     over: Annotated[
         str | None,

@@ -236,7 +236,7 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
             table.add_row(f"swept {way}", label)
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
-        words = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
+        words: list[str] = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
         print(f"dynamic factor: {', '.join([*words, *map(' '.join, beside_factors(model).items())])}")
 
 

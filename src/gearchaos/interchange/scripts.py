@@ -8,16 +8,19 @@ from importlib.resources import files
 from typing import Any
 
 import jinja2
+import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, check_is_pair, has_effect, vary
-from gearchaos.model.coordinates import initial_values, transmission_error_at_start
+from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
+from gearchaos.model.coordinates import initial_state, initial_values, transmission_error_at_start
+from gearchaos.model.switched import switched_system
 from gearchaos.quantities import quantity
 
 # The mesh force in Python, by damping law: from z', the spring force, and the side of the contact, 0 for none
 _FORCES = {"always": "2 * zeta * z_dot + spring", "contact": "2 * zeta * z_dot * abs(side) + spring",
            "unilateral": "side * max(0.0, side * (2 * zeta * z_dot + spring))"}
+_TRAIN = "scipy_train.py.j2"
 # The template of each tool for which scripts are written:
 TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
 PERIODS = 20  # mesh periods that a script integrates unless its user gives another number
@@ -29,11 +32,12 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     The script for SciPy needs NumPy and SciPy alone, and prints the stroboscopic section as CSV. It integrates (2.12)
     or (2.17) in the coordinates x and y of the wheels (z in the single model) by the Runge-Kutta method of order 8 of
     Dormand and Prince with tolerances of 1e-12, and stops at every contact switch, stiffness jump and extremum of z. It
-    shares no code with gearchaos.
+    shares no code with gearchaos. That of a train has the matrices of its equations, as gearchaos assembles them, and
+    prints the coordinates of its motions after each common period.
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign
+    model : MeshModel, GearPair, GearDesign or Train
         With its initial values.
     tool : {"scipy", "dynamicalsystems.jl"}
         "dynamicalsystems.jl" is a package of Julia.
@@ -47,8 +51,8 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     Raises
     ------
     InputError
-        For another tool, what is no model, tooth pairs that share the load, or for Julia a damping
-        that does not act always.
+        For another tool, what is no model, tooth pairs of a pair that share the load, or for Julia a train, or a
+        damping that does not act always.
 
     Examples
     --------
@@ -59,7 +63,10 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
-    check_is_pair(found, "a script")
+    if found.kind == "train":
+        if tool != "scipy":
+            raise InputError("tool", "must be scipy for a train", str(tool))
+        return _train_script(found)
     found.stiffness.check_one_spring("a script")
     if found.damping_law != "always" and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
@@ -67,13 +74,8 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
     orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
     scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None
-    folder = files("gearchaos.interchange").joinpath("templates")
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-    )
-    return environment.get_template(TEMPLATES[tool]).render(
-        version=version("gearchaos"), kind=found.kind, law=found.damping_law, force=_FORCES[found.damping_law],
+    return _rendered(
+        TEMPLATES[tool], kind=found.kind, law=found.damping_law, force=_FORCES[found.damping_law],
         equation=f", {wave.equation}" * bool(wave.equation), series=bool(wave.families),
         constants=[(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
         **_steps(wave),
@@ -81,9 +83,39 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
                  for n in SCALARS if has_effect(n, found.kind)],
         scales=[f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
         eps=_list(error.amplitudes), theta=_list(error.phases), names=list(names), names_in_words=", ".join(names),
-        initial=_list(_initial(found)), largest_order=max(orders), periods=PERIODS,
+        initial=_list(_initial(found)), largest_order=max(orders),
         columns_in_words="τ, z and z'" if found.kind == "single" else "τ, the coordinates, z and z'",
     )
+
+
+def _rendered(template: str, **values: Any) -> str:
+    """The text of a template with values in it."""
+    folder = files("gearchaos.interchange").joinpath("templates")
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )
+    return environment.get_template(template).render(version=version("gearchaos"), periods=PERIODS, **values)
+
+
+def _train_script(model: Any) -> str:
+    """The script of a train for SciPy."""
+    batch = vary(model, {})
+    system = switched_system(batch)
+    contacts: Any = system.contacts
+    arrays = {
+        "initial": initial_state(batch, system)[0], "A": system.A[0], "f0": system.f0[0], "orders": contacts.orders,
+        "f_cos": contacts.f_cos[0], "f_sin": contacts.f_sin[0], "rows": contacts.rows, "rates": contacts.rates,
+        "pushes": contacts.pushes[0], "damping": contacts.damping[0], "in_contact": contacts.in_contact,
+        "mesh": contacts.meshes, "side": contacts.sides, "edges": contacts.edges[0],
+        "stiffness": contacts.stiffness[0].T, "offset": contacts.offset[0].swapaxes(0, 1)}
+    fastest = np.sqrt(contacts.stiffest.max() * np.abs(np.einsum("kd,pkd->pk", contacts.rates, contacts.pushes)).max())
+    omega = float(system.omega[0])
+    length = 0.1 / max(fastest, omega * contacts.orders.max(initial=1))
+    return _rendered(
+        _TRAIN, **{name: repr(values.tolist()) for name, values in arrays.items()}, omega=repr(omega),
+        names=list(system.names), meshes=", ".join(contacts.names), max_step=repr(float(f"{length:.2g}")),
+        length=repr(model.units.length), rate=repr(model.units.rate))
 
 
 def _operation(sign: str, turned: bool = False) -> Callable[[Any, object], _Text]:
