@@ -50,3 +50,35 @@ def test_what_would_have_no_effect_or_half_of_it_cannot_be_varied(name, rule):
     with pytest.raises(InputError, match=re.escape(rule)):
         vary(as_model(two_wheels()), {name: [1.0, 2.0]})
     assert vary(as_model(two_wheels(stiffness=1e3)), {"b-c.damping": [0.0, 1.0]}).size == 2
+
+
+TABLE = {"speed": ["200 rpm", "600 rpm", "1000 rpm"], "torque": ["-0.05 N*m", "-0.1 N*m", "-0.3 N*m"]}
+
+
+def loose(**torque):
+    driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
+    mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
+                   backlash=1.2e-4)
+    return gc.Train(speed=600.0, bodies=[driver, gc.Body(name="loose", inertia=5e-4, **torque)], meshes=[mesh])
+
+
+def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
+    """The wheel turns at two thirds of the speed: 400, 600 and 800 rpm."""
+    model = as_model(loose(torque_over_speed=TABLE))
+    found = switched_system(vary(model, {"speed": [600.0, 900.0, 1200.0]}))
+    forces = np.array([0.075, 0.1, 0.2]) / 0.045 / model.units.force
+    assert found.static_force[:, 0] == pytest.approx(forces, rel=1e-13)
+    assert model.train.torque == pytest.approx(0.075)
+    assert model.with_values({"speed": 1200.0}).train.torque == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    (lambda: loose(torque=-0.1, torque_over_speed=TABLE), "torque must be left out beside torque_over_speed"),
+    (lambda: loose(torque_over_speed={**TABLE, "torque": [1.0]}), r"torque_over_speed.torque must have 3 values"),
+    (lambda: loose(torque_over_speed={**TABLE, "speed": [1.0, 3.0, 2.0]}), "must be two or more rising values"),
+    (lambda: loose(torque_over_speed=TABLE).at(speed=1600.0), "must have the speed 1066.67 rpm .* '200 to 1000 rpm'"),
+    (lambda: vary(as_model(loose(torque_over_speed=TABLE)), {"torque": [0.1]}), "torque must be left out where"),
+])
+def test_a_table_of_drag_that_does_not_do_is_refused(given, words):
+    with pytest.raises(gc.InputError, match=words):
+        given()

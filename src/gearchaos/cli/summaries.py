@@ -148,7 +148,7 @@ def _operation(model: Any, scales: Scales | None) -> list[tuple[str, str]]:
     train = model.train if model.kind == "train" else None
     wheels: dict[str, Any] = {}
     if train:
-        loaded = (body.name for body in train.bodies if body.torque)
+        loaded = (body.name for body in train.bodies if train.torque_of(body))
         wheels = {"speed": train.bodies[0].name, "torque": next(loaded, None)}
     rows = [(q.long_name.replace("wheel 1", wheel), f"{shown(model.value(q.name))} {q.unit.replace('*', ' ')}")
             for q in OPERATION if (wheel := wheels.get(q.name, "wheel 1"))]

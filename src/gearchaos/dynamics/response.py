@@ -197,7 +197,8 @@ def compute_response(
     m, time = np.moveaxis(of_meshes(measures), 0, 2), duration[:, None]  # (len(Measure), L, K)
     front, back = m[Measure.FRONT_TIME], m[Measure.BACK_TIME]
     share = np.clip((front + back) / time, 0.0, 1.0)
-    contact = np.select([(front > 0) & (back > 0), share > 1 - 1e-12, share > 0], [2, 0, 1], default=3).astype(np.int8)
+    kept = (share > 1 - 1e-12) | ((share > 0.5) & (m[Measure.SWITCHES] == 0))  # times of many segments have rounding
+    contact = np.select([(front > 0) & (back > 0), kept, share > 0], [2, 0, 1], default=3).astype(np.int8)
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
     mean, square = m[Measure.FORCE] / time, m[Measure.FORCE_SQUARE] / time
     factor = peak / np.where(static_force == 0, np.nan, np.abs(static_force))

@@ -201,7 +201,7 @@ class Structure:
 
     def torques(self, value: Value) -> np.ndarray:
         """Mean generalised forces (P, n)."""
-        given = {body.name: value(body.name, "torque", body.torque) for body in self.free}
+        given = {body.name: value(body.name, "torque", self.train.torque_of(body)) for body in self.free}
         out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
         for name, torque in given.items():
             out[:, self.index[name, "angle"]] = torque * self.sense(name)
@@ -281,7 +281,7 @@ def mean_imbalance(train: Train) -> tuple[float, float, str]:
     for mode, (left,), (size,) in zip(found.rigid.T, *(each.T for each in found.imbalance(as_given)), strict=True):
         moved = [body for body in found.free if abs(mode[found.index[body.name, "angle"]]) > _RANK]
         if abs(left) > 0 and moved:
-            body = [each for each in moved if each.torque][-1]
+            body = [each for each in moved if train.torque_of(each)][-1]
             share = abs(mode[found.index[body.name, "angle"]])
             sign = np.sign(mode[found.index[body.name, "angle"]]) * found.sense(body.name)
             return float(sign * left / share), float(size / share), body.name

@@ -183,7 +183,8 @@ def _parameters(train: Train) -> Iterator[_Parameter]:
         for part in getattr(train, kind):
             for name in names:
                 springless = isinstance(part, Shaft) and not part.stiffness and name != "stop"
-                if springless or (isinstance(part, Body) and part.prescribed):
+                if springless or (isinstance(part, Body) and (
+                        part.prescribed or (name == "torque" and part.torque_over_speed))):
                     continue
                 value = getattr(part, name)
                 if isinstance(part, Mesh) and name == "stiffness":
@@ -223,11 +224,14 @@ class TrainBatch(Batch):
     @cached_property
     def assembly(self) -> Assembly:
         train, load = self.model.train, self.values.get("torque")
+        tables = {body.name: body for body in train.bodies if body.torque_over_speed}
 
         def value(owner: str, name: str, given: float) -> np.ndarray:
             found = self.values.get(f"{parameter_owner(owner)}.{name}")
             if found is None and load is not None and name == "torque":
                 return given * load / train.torque
+            if found is None and name == "torque" and owner in tables and "speed" in self.values:
+                return train.torque_at(tables[owner], self.values["speed"])
             return np.array([given], float) if found is None else found
 
         speed = np.broadcast_to(np.asarray(self.values.get("speed", train.speed), float), self.size)
@@ -242,8 +246,8 @@ def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
         raise InputError("values", "must be one-dimensional arrays of one common length", sorted(sizes))
     for name, value in flat.items():
         check(name, value)
-    if "torque" in flat and model.train.torque == 0:
-        model.train.at(torque=1.0)  # raises: there is none to be varied
+    if "torque" in flat:
+        model.train.at(torque=1.0)  # raises if there is none that can be varied
     found = structure(model.train)
     for name in flat:
         if name in {f"{parameter_owner(body.name)}.damping" for body in found.free} and (

@@ -153,6 +153,29 @@ class TorqueOrder(_Order):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TorqueTable(Record):
+    """A mean torque over the speed of its body, linear between the values given."""
+
+    speed: Any = field(metadata=read_by(each(units.SPEED)))
+    torque: Any = field(metadata=read_by(each(units.TORQUE)))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+        if len(self.speed) < 2 or any(b <= a for a, b in zip((-1e-300, *self.speed), self.speed, strict=False)):
+            raise InputError("speed", "must be two or more rising values, none below 0", list(self.speed))
+        if len(self.torque) != len(self.speed):
+            raise InputError("torque", f"must have {len(self.speed)} values, one for each speed", len(self.torque))
+
+    def at(self, speed: Any) -> Any:
+        """The torque at speeds of the body in rpm, of either sign; raises `InputError` beyond the table."""
+        wrong = np.extract((np.abs(speed) < self.speed[0]) | (np.abs(speed) > self.speed[-1]), speed)
+        if len(wrong):
+            raise InputError("torque_over_speed", f"must have the speed {abs(wrong[0]):.6g} rpm of the body within it",
+                             f"{self.speed[0]:.6g} to {self.speed[-1]:.6g} rpm")
+        return np.interp(np.abs(speed), self.speed, self.torque)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Support(Record):
     """An elastic support of the centre of a body: along one direction, or alike in all."""
 
@@ -195,6 +218,9 @@ class Body(HasCard):
         Whether it is held by the housing, as the ring of many planetary sets. Then it has no inertia.
     torque : torque
         Mean torque from outside in the body's own sense of rotation: it drives if positive.
+    torque_over_speed : TorqueTable or table, optional
+        In place of ``torque``: lists ``speed`` and ``torque`` of a drag or load that depends on the steady speed of the
+        body. Oscillations do not change it; ``damping`` acts on these.
     torque_orders : list of TorqueOrder or tables
         With ``order``, ``amplitude`` and ``phase``.
     damping : torque time
@@ -227,6 +253,7 @@ class Body(HasCard):
     motion: Any = field(default=None, metadata=read_by(_terms(MotionOrder)))
     fixed: bool = False
     torque: Any = field(default=0.0, metadata=read_by(one(units.TORQUE)))
+    torque_over_speed: Any = field(default=None, metadata=read_by(record(TorqueTable)))
     torque_orders: Any = field(default=(), metadata=read_by(_terms(TorqueOrder)))
     damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
     mass: Any = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
@@ -247,7 +274,9 @@ class Body(HasCard):
             raise InputError("inertia", "must be given, or motion, or fixed, and only one of them", given or None,
                              f"{self.name} is moved by torques, or moves as prescribed (motion = [] is uniform "
                              "rotation), or is held.")
-        idle = {"torque": self.torque, "torque_orders": self.torque_orders, "damping": self.damping}
+        if self.torque and self.torque_over_speed is not None:
+            raise InputError("torque", "must be left out beside torque_over_speed", self.torque)
+        idle = {name: getattr(self, name) for name in ("torque", "torque_over_speed", "torque_orders", "damping")}
         for name, value in idle.items() if self.prescribed else ():
             if value:
                 raise InputError(name, "must be left out where the motion is prescribed", value,

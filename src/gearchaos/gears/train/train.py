@@ -10,6 +10,8 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
@@ -108,10 +110,10 @@ class Train(HasCard):
         left, size, name = mean_imbalance(self)
         if abs(left) <= BALANCE * size:
             return
-        own = self.body(name).torque
+        own = self.torque_of(self.body(name))
         others = [body for body in self.bodies if not body.prescribed and body.name != name and self.ratios[body.name]]
         advice = f"{left:.6g} N m are left over; {own - left:.9g} N m would balance them."
-        if others and not any(body.torque for body in others):
+        if others and not any(map(self.torque_of, others)):
             other = others[-1].name
             load = -left * abs(self.ratios[name] / self.ratios[other])
             advice = f"{left:.6g} N m are left over; {load:.9g} N m at {other} would balance them."
@@ -277,6 +279,9 @@ class Train(HasCard):
         `torque`, N m."""
         changed: dict[str, Any] = {} if speed is None else {"speed": speed}
         if torque is not None:
+            if tables := [body for body in self.bodies if body.torque_over_speed]:
+                raise InputError("torque", "must be left out where a torque depends on the speed",
+                                 field_of(tables[0], "torque_over_speed"), "Vary speed, or give that body a torque.")
             if self.torque == 0:
                 raise InputError("torque", "must be given for a body, if the load is to be varied", 0.0,
                                  "All mean torques change in the ratio of the first one.")
@@ -301,7 +306,20 @@ class Train(HasCard):
     @property
     def torque(self) -> float:
         """The first mean torque that is not 0, without its sign, N m: it stands for the load of the train."""
-        return next((abs(body.torque) for body in self.bodies if body.torque), 0.0)
+        return next((abs(torque) for torque in map(self.torque_of, self.bodies) if torque), 0.0)
+
+    def torque_of(self, body: Body) -> float:
+        """The mean torque on a body at the speed of the train, N m."""
+        if body.torque_over_speed is None:
+            return body.torque
+        return float(self.torque_at(body, self.speed))
+
+    def torque_at(self, body: Body, speed: Any) -> Any:
+        """The torque by the table of a body at speeds of the train in rpm."""
+        try:
+            return body.torque_over_speed.at(float(self.ratios[body.name]) * np.asarray(speed))
+        except InputError as error:
+            raise InputError(field_of(body, error.field), error.rule, error.value, error.advice) from None
 
     @property
     def warnings(self) -> tuple[str, ...]:
