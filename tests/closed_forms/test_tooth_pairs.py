@@ -220,3 +220,12 @@ def test_pairs_that_never_pull_are_refused():
 def test_what_has_one_spring_alone_refuses_tooth_pairs(ask):
     with pytest.raises(gc.InputError, match=r"stiffness must be one spring for .*; got 'tooth pairs, "):
         ask(gc.MeshModel.of(kind="single", stiffness=gc.ToothPairStiffness(relief1=0.1)))
+
+
+def test_the_force_along_a_motion_is_that_of_the_pairs_in_contact():
+    """With a relief it is less than stiffness times deflection; its samples reach the peak that the flow measures."""
+    pairs = gc.ToothPairStiffness((0.7,), (0.0,), 1.6, relief1=0.1, relief2=0.1,
+                                  relief_length1=0.25, relief_length2=0.25)
+    model = gc.MeshModel(kind="single", omega=0.9, q1=0.1, q2=0.1, zeta=0.05, damping_law="contact", stiffness=pairs)
+    motion = gc.simulate(model, periods=1, transient=300, samples=4000)
+    assert float(np.abs(motion.mesh_force).max()) == pytest.approx(gc.regime(model).mesh_force_peak, rel=1e-5)

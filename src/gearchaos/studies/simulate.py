@@ -175,6 +175,16 @@ def mesh_variables(contacts: MeshContacts, dim: str, w: np.ndarray, phase: np.nd
     return {**found, "mesh": ("mesh", list(contacts.names))}
 
 
+def mesh_forces(
+    model: Any, system: SwitchedAffine, w: np.ndarray, contact: np.ndarray, share: np.ndarray
+) -> np.ndarray:
+    """The force of each mesh (S, K) in states w (S, d) with these contact states (S,), at shares (S,) of the period."""
+    if system.contacts is not None:
+        return system.contacts.states(w, share)[2]
+    force = 2 * model.zeta * w[:, 1] + mesh_stiffness(model, share * model.period) * backlash(w[:, 0])
+    return (force if model.damping_law == "always" else force * (contact != 0))[:, None]
+
+
 def _trajectory(
     batch: Batch, names: tuple[str, ...], samples: np.ndarray, transient: int, x2: np.ndarray | None,
     system: SwitchedAffine,
@@ -198,11 +208,9 @@ def _trajectory(
         known = (x2[:-1, None] + rotation_within_periods(batch, names, samples[..., :-1])).reshape(1, -1)
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
-    force = 2 * model.zeta * values["z_dot"] + mesh_stiffness(model, phase) * backlash(values["z"])
     contact = np.nan_to_num(flat[:, -1]).astype(np.int8)
-    if model.damping_law != "always":
-        force = force * (contact != 0)
-    data = {n: variable(n, ("tau",), v) for n, v in {**values, "mesh_force": force}.items()}
+    values["mesh_force"] = mesh_forces(model, system, flat[:, :-1], contact, share)[:, 0]
+    data = {n: variable(n, ("tau",), v) for n, v in values.items()}
     data["mesh_force"].attrs["comment"] = _FORCE_COMMENTS[model.damping_law]
     data["contact"] = variable("contact", ("tau",), contact, coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
