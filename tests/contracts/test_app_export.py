@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.motion import SpectrumFigure
+from gearchaos.explorer.panels.motion import SpectrumFigure, Wheels
 from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.presets import preset_of, presets
@@ -138,7 +138,7 @@ def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orde
     motion = list(point_motion(PAIR.model))[-1].trajectory
     drawn = []
     for velocity in (motion["z_dot"], gc.physical(motion, PAIR.pair)["z_dot"]):
-        figure.show(motion, velocity, Units())
+        figure.show(motion, velocity, Units(), Wheels())
         drawn.append((put[figure.source.id]["data"], put[figure.figure.yaxis[0].id]["axis_label"]))
     (plain, words), (scaled, unit) = drawn
     assert words == "amplitude" and unit == "amplitude [mm/s]"

@@ -12,7 +12,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.map import MapGrid, physical_measures
 from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text
+from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text, wheels_of
 from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
 from gearchaos.explorer.view.presets import preset_of, presets
@@ -242,7 +242,7 @@ def test_the_mesh_force_is_shown_over_time_and_roll_angle():
     figure = ForceFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
     trajectory = list(point_motion(DESIGN.point))[-1].trajectory
     units = Units(DESIGN.gears, True)
-    figure.show(units.scaled(trajectory), *times(trajectory), units, DESIGN.gears)
+    figure.show(units.scaled(trajectory), *times(trajectory), units, wheels_of(DESIGN))
     data, end = put[figure.source.id]["data"], put[figure.figure.x_range.id]["end"]
     assert put[figure.figure.xaxis[-1].id]["axis_label"] == "time [ms]"
     assert put[figure.figure.yaxis[0].id]["axis_label"] == "mesh force S [N]"

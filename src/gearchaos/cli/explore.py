@@ -55,10 +55,8 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
     from gearchaos.explorer.view.models import as_operating_axis
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
-    from gearchaos.gears.operating import gears_of
-    from gearchaos.model import check_is_pair
+    from gearchaos.gears.operating import OperatingModel
 
-    check_is_pair(loaded.model, "the explorer")
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
@@ -66,8 +64,8 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
         return presets()["2"].view
     options = loaded.options_for("zones")
     of_study = [options[name] for name in ("x", "y") if name in options]
-    if (gears := gears_of(loaded.model)) is not None:
-        of_study = [as_operating_axis(gears, axis) for axis in of_study]
+    if isinstance(loaded.model, OperatingModel):
+        of_study = [as_operating_axis(loaded.model.gears, axis) for axis in of_study]
     return view_of(loaded.model, *(given or of_study))
 
 

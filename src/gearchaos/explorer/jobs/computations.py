@@ -211,7 +211,7 @@ class Computations:
         """Make a file of the map or of the motion, in the units that the view shows."""
         motion, dataset, title = self.point_motion, None, ""
         if kind == "map" and self.map is not None:
-            dataset = self.map.dataset
+            dataset = (self.map if suffix == "nc" else self.map.of_mesh(self._view.mesh)).dataset
         elif kind == "motion" and motion is not None:
             dataset, title = motion.trajectory, motion.verdict.label
         if dataset is None:

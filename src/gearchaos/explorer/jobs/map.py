@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
 import xarray as xr
 
+from gearchaos.datasets import of_mesh
 from gearchaos.dynamics import Classification, Label
 from gearchaos.execute import tiles
 from gearchaos.execute.machine import cores
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
+from gearchaos.explorer.view.models import coarseness
 from gearchaos.explorer.view.state import COLOURS, View
+from gearchaos.flow import WIDTH
 from gearchaos.gears.operating import Gears, gears_of
 from gearchaos.gears.results import physical
 from gearchaos.quantities import quantity
@@ -42,6 +45,10 @@ class Map:
     stride: int  # distance between the rows, and between the columns, of the lattice that is being computed
     share: float  # of the cells, those that are computed or chaotic so far
     physical: xr.Dataset | None = None  # the measures of ``dataset`` that have a unit, in the units of the gears
+
+    def of_mesh(self, mesh: str) -> Map:
+        """The same map with the contact and the dynamic factor of one mesh of a train; itself for the worst one."""
+        return replace(self, dataset=self.dataset.assign(of_mesh(self.dataset, mesh).data_vars)) if mesh else self
 
     def labels(self) -> xr.DataArray:
         """Labels (rows, columns), with `Label.CHAOTIC` in cells that are chaotic so far."""
@@ -142,7 +149,8 @@ def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarra
     if "torque" not in dataset.dims:
         return physical(dataset[names], gears)
     other = 1 - dataset["label"].dims.index("torque")
-    measures = dataset[names].drop_vars([n for n in dataset.coords if n != "torque"])  # an axis of ω is not scaled
+    measures = dataset[names]  # an axis of ω is not scaled
+    measures = measures.drop_vars([n for n in measures.coords if n != "torque"])
     found = physical(measures.isel(torque=np.flatnonzero(known.any(axis=other))), gears)
     return found.reindex(torque=dataset["torque"])
 
@@ -161,7 +169,7 @@ FULL = Classification(transient_lengths=(64, 320), longest_period=16, exponent_r
 _TILE_SECONDS = 0.4
 """Computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
-_SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells
+_SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells of a pair
 _INTERVAL = 1.0  # least number of seconds between two maps shown
 
 
@@ -232,17 +240,18 @@ class _Stages:
 
     def _tiles(self, stage: str, count: int) -> Iterator[slice]:
         """Tiles of about `_TILE_SECONDS`, smaller ones at the end, so that all threads end at about the same time."""
-        first = 0
+        first, smallest = 0, max(WIDTH, _SMALLEST_TILE // coarseness(self.study.model) ** 2)
         while first < count:
-            largest = min(_LARGEST_TILE, max(_SMALLEST_TILE, (count - first) // (2 * cores())))
-            size = int(np.clip(_TILE_SECONDS * self.rate.get(stage, 0.0), _SMALLEST_TILE, largest))
+            largest = min(_LARGEST_TILE, max(smallest, (count - first) // (2 * cores())))
+            size = int(np.clip(_TILE_SECONDS * self.rate.get(stage, 0.0), smallest, largest))
             yield slice(first, min(first + size, count))
             first += size
 
 
 def _attractor_map(view: View) -> Generator[Map]:
     """The map of the number of attractors: several initial states in every cell of a coarser plane, row by row."""
-    columns, rows, starts = ATTRACTOR_MAP
+    columns, rows = (count // coarseness(view.model) for count in ATTRACTOR_MAP[:2])
+    starts = ATTRACTOR_MAP[2]
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
     study = Zones(view.model, x, y, starts=starts, settings=QUICK)
     grid = MapGrid(columns, rows)

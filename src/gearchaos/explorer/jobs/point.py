@@ -13,6 +13,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.explorer.view.bounds import BASIN_CELLS, DIAGRAM_COLUMNS, DIAGRAM_POINTS, INITIAL_STATES, PORTRAIT_POINTS
+from gearchaos.explorer.view.models import coarseness
 from gearchaos.explorer.view.state import View
 from gearchaos.gears.results import physical
 from gearchaos.model import MeshModel
@@ -50,6 +51,21 @@ class PointMotion:
         if self.trajectory is None and self.verdict.section:
             return "verdict"
         return "complete" if self.final else "preliminary"
+
+    def of_mesh(self, mesh: str, half_backlash: float) -> PointMotion:
+        """The same with the relative motion of one mesh of a train in the place of that of the first."""
+        names = {"z": ("deflection", half_backlash), "z_dot": ("deflection_rate", 0.0)}
+
+        def one(found: xr.Dataset | None) -> xr.Dataset | None:
+            if found is None:
+                return None
+            of = found.sel(mesh=mesh)
+            return of.assign({f"{prefix}{z}": variable(z, tuple(map(str, of[part].dims)), of[part].values + middle)
+                              for prefix in ("", "section_") for z, (name, middle) in names.items()
+                              if (part := f"{prefix}{name}") in of})
+
+        trajectory, portrait = one(self.trajectory), one(self.portrait)
+        return replace(self, trajectory=trajectory, portrait=trajectory if portrait is None else portrait)
 
     def with_trajectory_of(self, before: PointMotion | None) -> PointMotion:
         """The same with the trajectory of an earlier one of the same motion, so that it is computed only once."""
@@ -106,7 +122,7 @@ def bifurcation(view: View, *strides: int) -> Generator[xr.Dataset]:
     """
     axis = view.line_axis
     for stride in strides:
-        along = Axis(axis.name, axis.start, axis.stop, DIAGRAM_COLUMNS // stride)
+        along = Axis(axis.name, axis.start, axis.stop, DIAGRAM_COLUMNS // coarseness(view.model) // stride)
         study = Bifurcation(view.operating_point, along, points=DIAGRAM_POINTS, settings=_SETTINGS)
         for found in _in_parts(study, _PARTS if stride == 1 else 1):
             yield in_units(found, view) if found else found
@@ -130,12 +146,13 @@ def basins(view: View) -> Generator[xr.Dataset]:
     """Basins of attraction of the point, coarse and then fine.
 
     The plane is that of displacement and velocity of wheel 1, or of the relative ones for the single model; initial
-    values off the plane are those of the motion chosen at the point. An empty Dataset stands for progress without a
-    result.
+    values off the plane are those of the motion chosen at the point. Of a train the plane is that of its first mesh. An
+    empty Dataset stands for progress without a result.
     """
     ends = list(default_box(view.point).items())[:2]
     for share in (4, 1):
-        x, y = (Axis(name, *box, cells // share) for (name, box), cells in zip(ends, BASIN_CELLS, strict=True))
+        x, y = (Axis(name, *box, cells // coarseness(view.model) // share)
+                for (name, box), cells in zip(ends, BASIN_CELLS, strict=True))
         in_plane = view.point.with_values({axis.name: axis.start for axis in (x, y)})
         yield from _in_parts(Basins(in_plane, x, y, settings=_SETTINGS), _PARTS if share == 1 else 1)
 
@@ -146,7 +163,7 @@ def attractors(view: View) -> Generator[xr.Dataset]:
     In addition to the variables of `gearchaos.attractors` the Dataset has ``attractor_start_NAME``: initial values that
     lead to each motion.
     """
-    found = Attractors(view.operating_point, INITIAL_STATES, settings=_SETTINGS).run()
+    found = Attractors(view.operating_point, INITIAL_STATES // coarseness(view.model), settings=_SETTINGS).run()
     index = found["attractor"].values
     first = np.array([int(np.flatnonzero(index == i)[0]) for i in range(found.sizes.get("number", 0))], dtype=int)
     yield found.assign({

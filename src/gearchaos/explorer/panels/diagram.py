@@ -185,4 +185,5 @@ class BifurcationFigure(Panel):
         strip = motion_class(found["label"], found["period"])[None].astype(np.uint8)
         self._set(self.strip, data=image_data(strip, left, right, high, top))
         self._limit((float(found[axis][0]), float(found[axis][-1])), (low, top))
-        self._label(units.parameter(axis), units.label(z, "z"))
+        of = f" of {found['mesh'].values[0]}" if "mesh" in found.coords else ""  # of a train, its first mesh
+        self._label(units.parameter(axis), units.label(z, "z") + of)

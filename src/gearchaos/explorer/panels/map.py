@@ -119,8 +119,8 @@ def _scale_of(classes: Sequence[MotionClass]) -> dict[str, Any]:
             "tags": [[c.name for c in classes], ""]}
 
 
-_FORMATS = {"speed": "0.0", "torque": "0.00"}
-"""Formats of the numbers beside the pointer; those of other parameters have four digits after the point."""
+_FORMATS, _USUAL, _PARTS = {"speed": "0.0", "torque": "0.00"}, "0.0000", "0.000e+0"
+"""Formats of the numbers beside the pointer: of some parameters, of others, and of those of the parts of a train."""
 
 _HOVER = """
 const [names, unit] = mapper.tags
@@ -210,7 +210,7 @@ class MapFigure(Panel):
         extent = cell_extent(found.dataset[horizontal].values, found.dataset[vertical].values)
         self._set(self.image, data=image_data(image, *extent))
         at = (
-            (symbol(name), f"${way}{{{_FORMATS.get(name, '0.0000')}}}{units.after(name)}")
+            (symbol(name), f"${way}{{{_FORMATS.get(name, _PARTS if '.' in name else _USUAL)}}}{units.after(name)}")
             for way, name in (("x", horizontal), ("y", vertical))
         )
         self._set(self.hover, tooltips=[(words, "@image{custom}"), *at])

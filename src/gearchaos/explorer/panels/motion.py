@@ -13,19 +13,43 @@ from gearchaos.explorer.jobs.orbits import obstacle
 from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.panels import style
 from gearchaos.explorer.panels.style import BOUNDARY, FIRST_DATA, NONE, Panel, SetAttributes, Units
+from gearchaos.explorer.view import trains
 from gearchaos.explorer.view.models import gear_values
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.operating import Gears, OperatingModel, pair_of
+from gearchaos.gears.operating import OperatingModel, pair_of
+from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.units import RPM
 from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
 from gearchaos.quantities import quantity
-from gearchaos.studies.beside_factors import beside_factors
+from gearchaos.studies.beside_factors import beside_factors, which_mesh
 
 _HISTORY_SAMPLES = 3000  # largest number of samples drawn
 
 _PERIODS = "time τ/T (mesh periods)"
+
+
+class Wheels(NamedTuple):
+    """What figures have to know of the wheels whose motion they draw, those of a pair or of one mesh of a train."""
+
+    half_backlash: float = 1.0  # dimensionless
+    cycles: int = 1  # mesh cycles in a period of the excitations
+    turns: float = 0.0  # of wheel 1, or of the first body of a train, in that period
+    static: float = 0.0  # mesh force of the mean torques, dimensionless
+
+
+def wheels_of(view: View) -> Wheels:
+    """The wheels whose motion a view draws."""
+    model = view.point
+    if isinstance(model, TrainModel):
+        train, mesh = model.train, trains.shown_mesh(model, view.mesh)
+        return Wheels(mesh.backlash / 2 / model.units.length, max([1, *train.cycles.values()]),
+                      1 / float(train.base_order), trains.static_force(model, mesh))
+    if view.gears is None:
+        return Wheels()
+    pair = pair_of(view.gears)
+    return Wheels(turns=1 / pair.n1, static=pair.M10 / pair.R1 / pair.scales.force)
 
 
 class _LineFigure(Panel):
@@ -66,15 +90,14 @@ class ForceFigure(_LineFigure):
         style.style_axis(self.roll, ticks=6)
         self.figure.add_layout(self.roll, "above")
 
-    def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units, gears: Gears) -> None:
+    def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units, wheels: Wheels) -> None:
         """Draw a motion of gears; arguments as of `HistoryFigure.show`."""
-        (time, shown, words), pair = _times_shown(tau, period, units), pair_of(gears)
+        time, shown, words = _times_shown(tau, period, units)
         self._set(self.source, data=_samples(time, motion["mesh_force"].values[shown]))
-        static = pair.M10 / pair.R1
-        self._set(self.static, location=static if units.gears is not None else static / pair.scales.force)
+        self._set(self.static, location=wheels.static * units.one("mesh_force"))
         self._set(self.figure.x_range, start=0.0, end=float(time[-1]))
         periods = float((tau[shown][-1] - tau[0]) / period)
-        self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods / pair.n1)
+        self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods * wheels.turns)
         self._label(words, units.label(motion["mesh_force"], "mesh_force"))
         self._set(self.figure, visible=True)
 
@@ -119,13 +142,13 @@ class PhaseFigure(Panel):
         for end in self.ends:
             self.figure.add_layout(end)
 
-    def show(self, motion: xr.Dataset, units: Units) -> None:
+    def show(self, motion: xr.Dataset, units: Units, wheels: Wheels) -> None:
         """Draw a motion, which is in these units."""
         self._set(self.line, data=_samples(*(motion[n].values[:_PHASE_SAMPLES] for n in ("z", "z_dot"))))
         x, y = (motion[f"section_{n}"].values[:_PHASE_POINTS] for n in ("z", "z_dot"))
         self._set(self.points, data={"x": x, "y": y})
         for sign, end in zip((-1, 1), self.ends, strict=True):
-            self._set(end, location=sign * units.one("z"))
+            self._set(end, location=sign * wheels.half_backlash * units.one("z"))
         self._label(units.label(motion["z"], "z"), units.label(motion["z_dot"], "z_dot"))
 
     def clear(self) -> None:
@@ -180,16 +203,19 @@ class SpectrumFigure(_LineFigure):
                          x_range=Range1d(0, _ORDERS), x_axis_label=_ORDER, y_axis_label=_AMPLITUDE)
         self.figure.xaxis.ticker = FixedTicker(ticks=list(range(_ORDERS + 1)))
 
-    def show(self, motion: xr.Dataset, velocity: xr.DataArray, units: Units) -> None:
+    def show(self, motion: xr.Dataset, velocity: xr.DataArray, units: Units, wheels: Wheels) -> None:
         """Draw the spectrum of a velocity in these units; ``motion``, dimensionless, has the times of the samples."""
+        cycles = wheels.cycles
         order, amplitude = amplitudes(motion.assign(z_dot=(velocity.dims, velocity.values)), "z_dot")
-        inside = order <= _ORDERS
+        inside = order <= _ORDERS * cycles
+        self._set(self.figure.x_range, end=_ORDERS * cycles)
+        self._set(self.figure.xaxis.ticker, ticks=[cycles * order for order in range(_ORDERS + 1)])
         least = max(float(amplitude[inside].max()) * FLOOR, 1e-37)
         self._set(self.source, data=_samples(order[inside], np.maximum(amplitude[inside], least)))
         _, bracket, unit = units.label(velocity, "z_dot").partition(" [")
         words = f"{_ORDER} [{NONE}]" if units.marked else _ORDER
         if units.gears is not None:  # with the frequency of order 1, short enough for a small figure
-            words = f"order (1 is {pair_of(units.gears).mesh_frequency / (2 * np.pi):.5g} Hz)"
+            words = f"order (1 is {1e3 / (mesh_period(motion) * units.one('tau')):.5g} Hz)"
         self._label(words, _AMPLITUDE + bracket + unit)
 
 
@@ -212,12 +238,19 @@ HINTS = {words: style.hint(name) for name, words in {
 """What the rows of a verdict mean, by their names."""
 
 
+MESH_NUMBERS = {"front_share": "{:.1%}", "back_share": "{:.1%}", "force_peak": "{:.4g}", "impacts_per_second": "{:.4g}",
+                "dynamic_factor": "{:.4g}"}
+"""Columns of the table of meshes: keys of `Verdict.meshes`, with the format of their numbers."""
+
+
 class VerdictText(NamedTuple):
     """What the page says of a motion beside its label and reason."""
 
     colour: str  # of the kind of motion
     where: str  # the point on the map
     rows: list[tuple[str, str]]  # names and values of the evidence and of the response measures
+    meshes: list[tuple[str, ...]]  # of a train, the numbers of `MESH_NUMBERS` of each mesh, after its name and contact
+    drawn: str  # of a train, the mesh whose motion is drawn
     spectral: str  # the class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none
     evidence: str  # what the verdict rests on
     obstacle: str  # why the branch of the motion cannot be followed; empty if it can
@@ -235,13 +268,21 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
         rows += [(name, number(f"{value:.5g}", unit_text)) for name, value, unit_text in (
             ("speed of wheel 1", values["speed"], "rpm"), ("mesh frequency", frequency, "Hz"),
             ("torque at wheel 1", values["torque"], "N m"), ("static mesh force", force, "N"))]
-    if v.contact:
+    of = which_mesh() if v.meshes else {}
+    drawn = trains.shown_mesh(model, view.mesh).name if isinstance(model, TrainModel) else ""
+    if isinstance(model, TrainModel):
+        train = model.train
+        rows += [(f"speed of {train.bodies[0].name}", f"{train.speed:.5g} rpm"),
+                 ("common period", f"{train.period * 1e3:.4g} ms")]
+    elif v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
     titles = _MEASURES | (_FORCES if units.gears is not None else {})
-    known = {n: x for n in titles if (x := getattr(v, n)) is not None}
+    known = {n: x for n in titles if of.get(n) != "worst" and (x := getattr(v, n)) is not None}
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
-    rows += [(titles[n], number(f"{float(value):.5g}", style.unit(value))) for n, value in measures.items()]
-    if "dynamic_factor" in known:
+    beside = {n: f", {next(iter(v.meshes))}" for n in known if of.get(n) == "first"}
+    rows += [(titles[n] + beside.get(n, ""), number(f"{float(value):.5g}", style.unit(value)))
+             for n, value in measures.items()]
+    if "dynamic_factor" in known or v.meshes:
         rows += beside_factors(model).items()
     if v.multipliers:
         rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
@@ -251,7 +292,9 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
         mark = "1/s" if units.gears is not None else "ω₀" if units.marked else ""
         rows.append((quantity("lyapunov").long_name, number(f"{exponent:+.3g} ({low:+.3g} to {high:+.3g})", mark)))
     rows.append((quantity("periods_spent").title, number(f"{v.periods_spent:,}", "")))
-    return VerdictText(style.motion_colour(v.label), where, rows,
+    meshes = [(name, each["contact"], *("–" if each[n] is None else shape.format(each[n]) for n, shape in
+                                        MESH_NUMBERS.items())) for name, each in v.meshes.items()]
+    return VerdictText(style.motion_colour(v.label), where, rows, meshes, drawn,
                        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
                        evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
                        obstacle=obstacle(found))

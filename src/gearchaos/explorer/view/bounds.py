@@ -15,6 +15,12 @@ DIAGRAM_COLUMNS, DIAGRAM_POINTS = 400, 96  # columns of the bifurcation diagram,
 BASIN_CELLS = (160, 160)  # columns and rows of the plane of initial values whose basins are shown
 INITIAL_STATES = 64  # number of initial states from which the coexisting motions of one point are sought
 ATTRACTOR_MAP = (48, 36, 6)  # columns, rows, and initial states in each cell, of the map of the number of attractors
+COARSER_TRAIN = (4, 16)
+"""How many times fewer columns, and rows, the studies of a train have, of few and of many coordinates."""
+
+SHARES = (0.1, 2.5)
+"""Ends of the axes that a page shows first, relative to the values with which gears operate."""
+
 BRANCH_POINTS = 2000  # largest number of points of a branch, or of a curve over the map, in each direction
 
 SKELETON_PERIODS, SKELETON_PERIOD = (1, 2, 4), 2
@@ -28,13 +34,16 @@ HIGHEST_HARMONIC = 8  # highest order of the harmonics of the transmission error
 LEVELS = (0.05, 20.0)  # least and largest level of a stepped mesh stiffness
 QUERY_LENGTH = 4000  # largest number of characters in the query of an address
 
+_OF_PARTS = Range(0.0, 1.0, -1e12, 1e12)
+"""Range of the parameters of a train's parts. The train checks them too, and sliders lie around its own values."""
+
 
 def value_range(name: str) -> Range:
     """The range that the explorer accepts for a parameter, pair, harmonic or initial value; `InputError` if none."""
     found = None if parse(name).prefix else find(name)
-    if found is None or found.range is None:
+    if found is None or not (found.range or "." in name):
         raise InputError("parameter", "must be one that the explorer knows", name)
-    return found.range
+    return found.range or _OF_PARTS
 
 
 def bounded(name: str, value: object) -> float:

@@ -11,10 +11,19 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, MAP_CELLS, in_range, rounded, value_range
+from gearchaos.explorer.view import trains
+from gearchaos.explorer.view.bounds import (
+    HIGHEST_HARMONIC,
+    MAP_CELLS,
+    SHARES,
+    in_range,
+    rounded,
+    value_range,
+)
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.operating import Gears, OperatingModel, operating_model, pair_of
+from gearchaos.gears.operating import Gears, OperatingModel, is_train, operating_model, pair_of
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.transmission_error import Quality, editions
 from gearchaos.gears.units import RPM
 from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
@@ -56,9 +65,6 @@ _UM = 1e-6
 
 _DIMENSIONLESS = {"speed": ("omega",), "torque": ("q0", "q1")}
 """Parameters of which one stands for a speed or torque on an axis."""
-
-_SHARES = (0.1, 2.5)
-"""Ends of the axes that a page shows first, relative to the speed and the torque at which the gears operate."""
 
 TOLERANCE = 1e-12  # relative rounding error allowed for the conversion of a value to SI units and back
 
@@ -190,15 +196,31 @@ def at_on_axis(model: OperatingModel, axis: str, name: str, value: float) -> flo
     return value * RPM * pair.n1 / pair.omega0 if name == "speed" else value / pair.scales.torque1
 
 
+def coarseness(model: MeshModel) -> int:
+    """How many times fewer columns, and rows, a study of this model has than one of a pair."""
+    return trains.coarseness(model) if isinstance(model, TrainModel) else 1
+
+
+def map_cells(model: MeshModel) -> tuple[int, int]:
+    """Columns and rows of the complete map of a model."""
+    columns, rows = (count // coarseness(model) for count in MAP_CELLS)
+    return columns, rows
+
+
 def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
+    if is_train(gears):
+        model: Any = TrainModel(gears)
+        x, y = (Axis(name, *trains.range_around(model, name)[:2], count)
+                for name, count in zip(trains.varied_names(model), map_cells(model), strict=False))
+        return x, y
     pair = pair_of(gears)
     speed, torque = pair.speed, pair.M10
-    low, high = sorted(share * torque for share in _SHARES) if torque else (0.0, 0.3 * pair.scales.torque1)
+    low, high = sorted(share * torque for share in SHARES) if torque else (0.0, 0.3 * pair.scales.torque1)
     omega = value_range("omega")  # at all torques; the resonance rises with the torque
     least = 1.01 * omega.least * _resonance_speed(pair_of(gears, high))
     most = 0.99 * omega.most * _resonance_speed(pair_of(gears, low or high))
-    first, last = max(_SHARES[0] * speed, least), min(_SHARES[1] * speed, max(most, speed))
+    first, last = max(SHARES[0] * speed, least), min(SHARES[1] * speed, max(most, speed))
     ends = ("speed", min(first, 0.9 * last), last), ("torque", low, high)
     x, y = (Axis(name, rounded(start, stop - start) or start, rounded(stop, stop - start), count)  # ends of few digits
             for (name, start, stop), count in zip(ends, MAP_CELLS, strict=True))
@@ -234,6 +256,8 @@ def _resonance_speed(pair: GearPair) -> float:
 
 def slider_range(gears: Gears | None, name: str) -> Range:
     """The range of the slider of a value: that of its axis for speed and torque, of the edition for a grade."""
+    if is_train(gears):
+        return trains.range_around(TrainModel(gears), name)
     found = value_range(name)
     if gears is None:
         return found
@@ -254,6 +278,8 @@ def limits(model: MeshModel, name: str) -> tuple[float, float]:
         return max(found.least, omega.least * unit), min(found.most, omega.most * unit)
     if isinstance(model, OperatingModel) and name == "torque" and isinstance(model.gears, GearDesign):
         return 1e-3 * abs(pair_of(model.gears).M10), found.most
+    if isinstance(model, TrainModel) and name == "torque":  # from 0 no torque could be scaled again
+        return 1e-3 * model.train.torque, found.most
     return found.least, found.most
 
 
@@ -282,6 +308,8 @@ def axis_names(model: MeshModel) -> list[str]:
     A pair stands in place of its two members; parameters that have no effect on this kind of model are left out, and
     so are initial values. The harmonics listed are those that the model has, and at least the first.
     """
+    if isinstance(model, TrainModel):
+        return list(trains.varied_names(model))
     out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
     for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
         order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
@@ -291,7 +319,12 @@ def axis_names(model: MeshModel) -> list[str]:
 
 
 def initial_values(model: MeshModel) -> dict[str, float]:
-    """Every coordinate of a model at τ = 0, by name: as given, otherwise x1 = 1 and all others 0, as in the paper."""
+    """Every coordinate of a model at τ = 0, by name: as given, otherwise x1 = 1 and all others 0, as in the paper.
+
+    Of a train those that are given: others follow from its mean torques.
+    """
+    if isinstance(model, TrainModel):
+        return dict(model.initial)
     return {n: 1.0 if n == "x1" else 0.0 for n in model.coordinate_names} | dict(model.initial)
 
 
@@ -302,6 +335,8 @@ def value_on(model: MeshModel, axis: Axis) -> float:
     """
     if isinstance(model, OperatingModel) and axis.name in gear_values(model):
         return gear_values(model)[axis.name]
+    if isinstance(model, TrainModel):
+        return (axis.start + axis.stop) / 2 if (value := model.value(axis.name)) is None else value
     known = model.parameters() | initial_values(model)
     missing = dict.fromkeys(model.state_names)  # None for z, which follows from x1, x2, ... and is not in `known`
     values = {known.get(n, missing.get(n, 0.0)) for n in model.set_by(axis.name)}  # an absent harmonic is 0

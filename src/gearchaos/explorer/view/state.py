@@ -9,7 +9,7 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.view import models
-from gearchaos.explorer.view.bounds import LEVELS, MAP_CELLS, bounded, finite_number, in_range, rounded, value_range
+from gearchaos.explorer.view.bounds import LEVELS, bounded, finite_number, in_range, rounded
 from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, first_plane, value_on
 from gearchaos.gears.operating import Gears, OperatingModel, gears_of
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel, check_is_pair
@@ -31,7 +31,7 @@ LINES = {"x": "horizontal", "y": "vertical"}
 class View:
     """The state of a page: everything that determines what it shows; `InputError` if a value is not accepted."""
 
-    model: MeshModel  # all parameters except the two of the map; an `OperatingModel` if gears are shown
+    model: MeshModel  # all parameters except the two of the map; an `OperatingModel` or `TrainModel` of gears
     x: Axis  # the axes of the map, over the part in view
     y: Axis
     at: tuple[float, float]  # the point chosen, in the two parameters of the map
@@ -39,12 +39,14 @@ class View:
     line: str = "x"  # the axis along which the bifurcation diagram runs through the point, one of `LINES`
     initial: tuple[tuple[str, float], ...] = ()  # of another motion chosen at the point; empty for those of the model
     physical: bool = False  # whether results are shown in the units of the gears, if there are some
+    mesh: str = ""  # of a train, the mesh whose contact and motion are shown; empty for the worst one
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
         check_known("line", self.line, LINES)
+        check_known("mesh", self.mesh, ("", *getattr(self.model, "mesh_names", ())))
         _check_model(self.model)
-        for axis, value, count in zip((self.x, self.y), self.at, MAP_CELLS, strict=True):
+        for axis, value, count in zip((self.x, self.y), self.at, models.map_cells(self.model), strict=True):
             for end in (axis.start, axis.stop, value):
                 bounded(axis.name, end)
             if axis.count != count:
@@ -116,10 +118,8 @@ class View:
         if name == other.name:
             x, y = (Axis(a.name, a.start, a.stop, b.count) for a, b in ((self.y, self.x), (self.x, self.y)))
             return self.with_axes(x, y)
-        axes = models.operating_axes(gears) if (gears := gears_of(self.model)) is not None else ()
-        slider = value_range(name)
-        new = next((a for a in axes if a.name == name), Axis(name, slider.low, slider.high, 2))
-        new = replace(new, count=old.count)
+        slider = models.slider_range(gears_of(self.model), name)
+        new = Axis(name, slider.low, slider.high, old.count)
         return self.with_axes(new, self.y) if which == "x" else self.with_axes(self.x, new)
 
     def moved(self, x: float, y: float) -> View:
@@ -183,6 +183,7 @@ class View:
     def with_kind(self, kind: str) -> View:
         """The view with another kind of model; axes of parameters that it does not have are replaced by the default."""
         check_known("kind", kind, KINDS)
+        check_is_pair(self.model, "another kind of model")
         point = self.operating_point
         if isinstance(point, OperatingModel):
             model: MeshModel = models.with_new_gears(point, point.gears, kind)
@@ -193,6 +194,7 @@ class View:
     def with_stiffness(self, name: str) -> View:
         """The view with this kind of mesh stiffness, at its default values, unless it has it already."""
         check_known("stiffness", name, STIFFNESS_KINDS)
+        check_is_pair(self.model, "another kind of stiffness")
         if name == self.model.stiffness.kind:
             return self
         return self._with_model(replace(self.operating_point, stiffness=STIFFNESS_KINDS[name].example()))
@@ -219,11 +221,10 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, the map shows
     the contact of the teeth, and results are in their units.
     """
-    check_is_pair(model, "the explorer")
     gears = gears_of(model)
     defaults = first_plane() if gears is None else models.operating_axes(gears)
     x, y = (Axis(a.name, a.start, a.stop, n) if a else default
-            for a, default, n in zip((x, y), defaults, MAP_CELLS, strict=True))
+            for a, default, n in zip((x, y), defaults, models.map_cells(model), strict=True))
     return View(model, x, y, (value_on(model, x), value_on(model, y)), "motion" if gears is None else "contact",
                 physical=gears is not None)
 
@@ -242,6 +243,8 @@ def _check_model(model: MeshModel) -> None:
     own = models.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
         (in_range if own.get(name) == value else bounded)(name, value)
+    if model.kind == "train":  # its meshes have no levels over a mean
+        return
     least, most = LEVELS
     for _, level in model.stiffness.parts(model.stiffness.numbers()) if model.stiffness.unnamed() else ():
         if not least <= level <= most:

@@ -18,11 +18,12 @@ import tomlkit
 import gearchaos
 from gearchaos.errors import InputError
 from gearchaos.explorer.view import models
-from gearchaos.explorer.view.bounds import MAP_CELLS, QUERY_LENGTH, bounded, finite_number
+from gearchaos.explorer.view.bounds import QUERY_LENGTH, bounded, finite_number
 from gearchaos.explorer.view.state import View, check_known, view_of
 from gearchaos.gears.design.gear_design import FILES, GearDesign
 from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.pair import GearPair
+from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.units import RPM
 from gearchaos.model import (
     COORDINATES,
@@ -38,12 +39,13 @@ from gearchaos.model import (
 )
 from gearchaos.studies.axis import Axis
 
-_OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "damping_law", "x", "y", "at", "colour", "line", "start", "units")
+_OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "damping_law", "x", "y", "at", "colour", "line", "start", "units",
+                                 "mesh")
 """Names in a query that set no parameter or initial value: the kinds of model and stiffness, the damping law, and
 fields of `View`.
 
 ``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
-the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`).
+the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`), ``mesh`` that of a train.
 """
 
 _USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))  # the kind of stiffness that a query does not name
@@ -54,11 +56,16 @@ _OF_GEARS = set(models.GEAR_VALUES) - {"zeta"}
 """Names in a query that only gears have: a query with one of them is about the gears of the server."""
 
 
-def to_query(view: View) -> str:
+def to_query(view: View, default: View | None = None) -> str:
     """The view as the query of an address: values that differ from the defaults, with all their digits.
 
     Of gears it has `GEAR_VALUES` at the point, and what was set apart from the gears; all else stays with the server.
+    Of a train it has the values that are not those of ``default``, or all.
     """
+    if isinstance(view.model, TrainModel):
+        known = {} if default is None else default.model.parameters()
+        others = {n: repr(v) for n, v in view.model.parameters().items() if v != known.get(n)}
+        return _query({"kind": view.model.kind, **others}, view)
     model = point = view.operating_point
     of_gears, own = isinstance(point, OperatingModel), {}
     if isinstance(point, OperatingModel):
@@ -70,16 +77,24 @@ def to_query(view: View) -> str:
     if named is not None:
         stiffness = _stiffness(model.stiffness.kind, named)
         usual = replace(model, stiffness=stiffness) if of_gears else MeshModel(kind=model.kind, stiffness=stiffness)
-        default = usual.parameters()
-        changed |= {n: v for n, v in model.parameters().items() if v != default.get(n, 0.0)}
+        own_values = usual.parameters()
+        changed |= {n: v for n, v in model.parameters().items() if v != own_values.get(n, 0.0)}
     law = {"damping_law": model.damping_law} if of_gears or model.damping_law != DEFAULT_LAW else {}
     out = {"kind": model.kind, **law, **(named or {})} | {n: repr(v) for n, v in {**own, **changed}.items()}
+    return _query(out, view)
+
+
+def _query(model: Mapping[str, str], view: View) -> str:
+    """The query of a view whose model has these names and values in it."""
+    out = {**model}
     out |= {n: repr(v) for n, v in view.model.initial.items()}
     out |= {n: f"{a.name}={a.start!r}:{a.stop!r}" for n, a in (("x", view.x), ("y", view.y))}
     out |= {"at": ",".join(map(repr, view.at)), "colour": view.colour, "line": view.line}
     if view.initial:
         out["start"] = ",".join(f"{n}={v!r}" for n, v in view.initial)
-    if view.physical or of_gears:
+    if view.mesh:
+        out["mesh"] = view.mesh
+    if view.physical or view.gears is not None:
         out["units"] = _UNITS[view.physical]
     return urlencode(out, safe=":,=")
 
@@ -105,20 +120,24 @@ def from_query(text: str, default: View) -> View:
     given = dict(parse_qsl(text, keep_blank_values=True))
     model = _model(given, default)
     usual = view_of(model)
-    counts = dict(zip("xy", MAP_CELLS, strict=True))
+    counts = dict(zip("xy", models.map_cells(model), strict=True))
     x, y = (_axis(n, given[n], count) if n in given else getattr(usual, n) for n, count in counts.items())
     at = _two_numbers(given["at"]) if "at" in given else (models.value_on(model, x), models.value_on(model, y))
     units = given.get("units", _UNITS[usual.physical])
     check_known("units", units, _UNITS)
     initial = [part.partition("=") for part in given.get("start", "").split(",") if part]
     for name, _, _ in initial:
-        check_known("start", name, {n for names in COORDINATES.values() for n in names})
+        check_known("start", name, {*model.state_names, *(n for names in COORDINATES.values() for n in names)})
     start = tuple((name, bounded(name, value)) for name, _, value in initial)
-    return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical")
+    return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical",
+                given.get("mesh", ""))
 
 
 def _model(given: Mapping[str, str], default: View) -> MeshModel:
-    """The model of a query: that of the server's gears if it has a value that only gears have."""
+    """The model of a query: that of the server's gears if it has a value that only gears have, or they are a train."""
+    if default.model.kind == "train":
+        check_known("kind", given.get("kind", "train"), ("train",))
+        return default.model.with_values({n: bounded(n, v) for n, v in given.items() if n not in _OTHER_NAMES})
     others, axes = _OTHER_NAMES, {given.get(n, "").partition("=")[0] for n in "xy"}
     if of_gears := _OF_GEARS & (given.keys() | axes):
         gears, others = default.gears, others + models.GEAR_VALUES
@@ -182,20 +201,24 @@ def as_python(view: View) -> str:
     """A script that computes what the page shows, in the units that it shows."""
     model = view.point
     x, y = (f'gc.Axis("{a.name}", {a.start!r}, {a.stop!r}, {a.count})' for a in (view.x, view.y))
-    first, scaled = "", ""
-    if isinstance(model, OperatingModel):
+    scaled = "motion, zones = gc.physical(motion, gears), gc.physical(zones, gears)\n"
+    first, scaled = "", scaled if view.physical and view.gears is not None else ""
+    if isinstance(model, TrainModel):
+        first = "from gearchaos.gears.train.model import TrainModel\n"
+        made = f"gc.Train({', '.join(f'{n}={v!r}' for n, v in pair_values(model.train).items())})"
+        lines = f"gears = {made}\nmodel = TrainModel(gears, {dict(model.initial)!r})\n"
+    elif isinstance(model, OperatingModel):
         gears, values = model.gears, {**models.changes(model), **model.initial}
         own = design_values(gears) if isinstance(gears, GearDesign) else pair_values(gears)
         made = f"gc.{type(gears).__name__}({', '.join(f'{n}={v!r}' for n, v in own.items())})"
         first = "from gearchaos.gears.operating import operating_model\n"
         set_apart = f".with_values({_with_prefix(repr(values))})" if values else ""
         lines = f"gears = {made}\nmodel = operating_model(gears, {model.kind!r}){set_apart}\n"
-        if view.physical:
-            scaled = "motion, zones = gc.physical(motion, gears), gc.physical(zones, gears)\n"
     else:
         lines = f"model = {_with_prefix(repr(model))}\n"
-    if not hasattr(gearchaos, used := type(model.stiffness).__name__) and used in lines:
-        first += f"from gearchaos.model.stiffness import {used}\n"
+    for used in {kind.__name__ for kind in STIFFNESS_KINDS.values()}:
+        if f"{used}(" in lines and not hasattr(gearchaos, used):
+            first += f"from gearchaos.model.stiffness import {used}\n"
     return (
         f"import gearchaos as gc\n{first}\n{lines}"
         "verdict = gc.regime(model)\n"
@@ -236,13 +259,16 @@ def as_toml(view: View) -> str:
 
 def _tables(model: MeshModel) -> tuple[str, dict[str, Any]]:
     """A comment, and the tables of a study file that describe a model."""
+    at_point = "The gears at the point chosen; numbers without a unit are in SI, speeds in rpm."
+    if isinstance(model, TrainModel):
+        return at_point, {"train": pair_values(model.train)}
     comment, dimensionless = "", {"model": {
         "kind": model.kind, **{n: getattr(model, n) for n in SCALARS}, "damping_law": model.damping_law,
         "error": {"amplitudes": list(model.error.amplitudes), "phases": list(model.error.phases)},
         "stiffness": {"kind": model.stiffness.kind, **model.stiffness.record()},
     }}
     if isinstance(model, OperatingModel):
-        gears, comment = model.gears, "The gears at the point chosen; numbers without a unit are in SI, speeds in rpm."
+        gears, comment = model.gears, at_point
         if isinstance(gears, GearDesign) and model.kind == models.own_kind(gears) and not models.changes(model):
             values = design_values(gears)
             operation = {n: values.pop(n) for n in ("speed", "torque")}

@@ -18,10 +18,12 @@ from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_va
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.explorer.view.text import as_python, as_toml, to_query
+from gearchaos.explorer.view.trains import meaning, shown_mesh
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.gears.operating import OperatingModel
+from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
-from gearchaos.quantities import HARMONICS, parse_harmonic
+from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
@@ -95,7 +97,10 @@ class Form(NamedTuple):
     buttons: tuple[Button, ...]
     groups: tuple[Group, ...]
     folded: tuple[Group, ...] = ()
+    folded_title: str = "Dimensionless parameters"
 
+
+_UNITS = Button("units", "physical units", toggle=True)
 
 _BUTTONS = {
     "Transmission error": Button("more-eps", "one more error harmonic"),
@@ -110,6 +115,8 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
 
     ``start`` is what the server shows first; its gears determine the ranges of the sliders of speed and torque.
     """
+    if isinstance(view.model, TrainModel):
+        return _train_form(view.model, start)
     figures = tuple((key, preset.name) for key, preset in presets().items())
     gears, marks = start.gears, Units(marked=start.gears is not None)
     first = () if gears is None else ((GEARS, "the gears loaded"),)
@@ -119,7 +126,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
         Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
         Menu("damping_law", "Mesh damping", tuple(DAMPING_LAWS.items())),
     )
-    buttons = (Button("units", "physical units", toggle=True),) if gears is not None else ()
+    buttons = (_UNITS,) if gears is not None else ()
     values = field_values(view)
 
     def group(heading: str, entries: Iterable[str], without: Iterable[str] = ()) -> Group:
@@ -141,6 +148,21 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
     return Form(menus, buttons, of_gears, (*(group(*each, shown) for each in _GROUPS), initial))
 
 
+def _train_form(model: Any, start: View) -> Form:
+    """The form of a train: its speed and torques, and folded the parameters of its parts."""
+    units, fields = Units(marked=True), dict[str, list[Field]]()
+    for name in axis_names(model):
+        owner, _, own = name.rpartition(".")
+        slider, found = slider_range(start.gears, name), quantity(name)
+        words = found.axis_name if own == "torque" and owner else own
+        fields.setdefault("" if own == "torque" else owner, []).append(Field(
+            name, words, found.symbol, slider.low, slider.high, f"{slider.step:.6g}",
+            meaning(model, name) or found.long_name, units.of_parameter(name)))
+    operation = Group("Operation", tuple(fields.pop("")))
+    parts = tuple(Group(owner, tuple(each)) for owner, each in fields.items())
+    return Form((), (_UNITS,), (operation,), parts, "Parameters of parts")
+
+
 def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
     """Menus for the two parameters of the map and for its colouring."""
     texts = {n: f"{symbol(n)}  {title(n)}{units.bracketed(n)}" for n in axis_names(view.model)}
@@ -148,7 +170,10 @@ def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
         Menu(which, text, tuple({**texts, axis.name: texts.get(axis.name, axis.name)}.items()))
         for which, text, axis in (("x", "Across", view.x), ("y", "Up", view.y))
     )
-    return (*axes, Menu("colour", "Colour", tuple((n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items())))
+    colours = Menu("colour", "Colour", tuple((n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items()))
+    if not isinstance(view.model, TrainModel):
+        return (*axes, colours)
+    return (*axes, colours, Menu("mesh", "Mesh", (("", "worst mesh"), *((n, n) for n in view.model.mesh_names))))
 
 
 def field_values(view: View) -> dict[str, float]:
@@ -156,6 +181,8 @@ def field_values(view: View) -> dict[str, float]:
 
     A pair has the value of its first member.
     """
+    if isinstance(view.operating_point, TrainModel):
+        return {n: view.operating_point.value(n) or 0.0 for n in axis_names(view.model)}
     values = view.operating_point.parameters()
     values |= {pair: values[members[0]] for pair, members in PARAMETER_PAIRS.items() if members[0] in values}
     offered = set(axis_names(view.model))
@@ -229,7 +256,7 @@ class Page:
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view, self.units(view))
-        self.messages.set_page_state(to_query(view), as_python(view), as_toml(view))
+        self.messages.set_page_state(to_query(view, self._start), as_python(view), as_toml(view))
 
     def show_form(self) -> None:
         """Show the values of the view in the form, which is replaced only if it has other fields."""
@@ -244,36 +271,40 @@ class Page:
             self._write("axes", "menus", menus=plane_menus(view, self.units(view)))
             lines = Menu("line", "Diagram along the", tuple((k, f"{v} line") for k, v in LINES.items()))
             self._write("line-choose", "menus", menus=[lines])
+        stiffness = {} if isinstance(view.model, TrainModel) else {"stiffness": view.model.stiffness.kind}
         self.messages.set_values({
-            **{name: f"{value:{_NUMBER}}" for name, value in values.items()},
+            **{name: f"{value:{_NUMBER}}" for name, value in values.items()}, **stiffness,
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
-            "stiffness": view.model.stiffness.kind, "damping_law": view.model.damping_law, "x": view.x.name,
-            "y": view.y.name, "colour": view.colour, "line": view.line, "alike": alike, "units": view.physical,
+            "damping_law": view.model.damping_law, "x": view.x.name, "y": view.y.name, "colour": view.colour,
+            "line": view.line, "alike": alike, "units": view.physical, "mesh": view.mesh,
         })
 
     def show_map(self, found: Map) -> None:
         """Draw the map and its legend."""
-        self.map.show(found, self.view.colour, self.units(self.view))
+        self.map.show(found.of_mesh(self.view.mesh), self.view.colour, self.units(self.view))
         self._write("legend", "legend", legend=self.map.legend, map=found, colour=self.view.colour)
 
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
-        view, units = self.view, self.units(self.view)
-        key = found.model, found.verdict.periods_spent, found.portrait is None, units
+        view, units, wheels = self.view, self.units(self.view), motion.wheels_of(self.view)
+        drawn = found
+        if isinstance(view.point, TrainModel):
+            drawn = found.of_mesh(shown_mesh(view.point, view.mesh).name, wheels.half_backlash)
+        key = found.model, found.verdict.periods_spent, drawn.portrait is None, units, view.mesh
         if found.verdict.section and key != self._portrait_key:
             self._portrait_key = key
-            self.portrait.show(found, units)
-        if (trajectory := found.trajectory) is not None:
-            trajectory_key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units
+            self.portrait.show(drawn, units)
+        if (trajectory := drawn.trajectory) is not None:
+            trajectory_key = float(trajectory["z"].values[0]), trajectory.sizes["tau"], units, view.mesh
             if trajectory_key != self._trajectory_key:  # it is not drawn already
                 self._trajectory_key = trajectory_key
                 tau, period = motion.times(trajectory)
                 shown = units.scaled(trajectory)
-                self.spectrum.show(trajectory, shown["z_dot"], units)
+                self.spectrum.show(trajectory, shown["z_dot"], units, wheels)
                 self.history.show(shown, tau, period, units)
-                self.phase.show(shown, units)
+                self.phase.show(shown, units, wheels)
                 if self.force is not None and view.gears is not None:
-                    self.force.show(shown, tau, period, units, view.gears)
+                    self.force.show(shown, tau, period, units, wheels)
                 elif self.force is not None:
                     self.force.clear()
         elif not found.verdict.section:  # it diverged

@@ -17,9 +17,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.errors import InputError, missing_package
 from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess, Workers
 from gearchaos.explorer.web import LOCAL
-from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.axis import Axis
 
@@ -117,14 +115,14 @@ class Explorer:
 
 
 def explore(
-    model: MeshModel | GearPair | GearDesign | None = None, x: Axis | None = None, y: Axis | None = None, *,
+    model: AnyModel | None = None, x: Axis | None = None, y: Axis | None = None, *,
     port: int = 0,
 ) -> Explorer:
     """The explorer: a map of motions in the browser, and for any point of the map the motion there.
 
     Parameters
     ----------
-    model : MeshModel, GearPair or GearDesign, optional
+    model : MeshModel, GearPair, GearDesign or Train, optional
         The model to begin with; the paper's defaults if left out. Results for gears are in their units.
     x, y : Axis, optional
         Axes of the map, whose counts are ignored; mesh frequency and error amplitude if left out, for gears speed and

@@ -43,6 +43,7 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
     "damping_law": View.with_damping_law,
     "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
     "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
+    "mesh": lambda view, name: replace(view, mesh=name),
 }
 """The change made by choosing from a menu; an impossible view is refused by `View`."""
 
@@ -107,10 +108,10 @@ class Session:
             return
         self.page.show_view()
         computed = self.computations
-        recoloured = (before.colour, before.physical) != (view.colour, view.physical)
+        recoloured = (before.colour, before.physical, before.mesh) != (view.colour, view.physical, view.mesh)
         if recoloured and before.map_key == view.map_key and computed.map is not None:
             computed.show_map(computed.map)
-        if before.physical != view.physical and computed.point_motion is not None:
+        if (before.physical, before.mesh) != (view.physical, view.mesh) and computed.point_motion is not None:
             self.page.show_point_motion(computed.point_motion)
         computed.update_rest(before)
 
