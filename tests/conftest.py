@@ -20,10 +20,10 @@ def small(monkeypatch):
     from dataclasses import replace
 
     import gearchaos as gc
-    from gearchaos.explorer.view import state
+    from gearchaos.explorer.view import models
     from gearchaos.explorer.view.presets import presets
 
-    monkeypatch.setattr(state, "MAP_CELLS", (56, 40))
+    monkeypatch.setattr(models, "MAP_CELLS", (56, 40))
     x, y = gc.Axis("omega", 0.9, 1.1, 56), gc.Axis("eps1", 0.0, 0.02, 40)
     return replace(presets()["2"].view, x=x, y=y, at=(1.0, 0.01))
 

@@ -21,7 +21,7 @@ from gearchaos.explorer.jobs.map import MapGrid
 from gearchaos.explorer.jobs.point import final_verdict, point_motion
 from gearchaos.explorer.panels.map import choices
 from gearchaos.explorer.panels.style import plain
-from gearchaos.explorer.view import bounds, state
+from gearchaos.explorer.view import bounds, models
 from gearchaos.explorer.view.models import axis_names
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View, view_of
@@ -197,7 +197,7 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
 
 
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
-    monkeypatch.setattr(state, "MAP_CELLS", (40, 30))
+    monkeypatch.setattr(models, "MAP_CELLS", (40, 30))
     monkeypatch.setattr(maps, "_INTERVAL", 0.0)
     view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
     found = list(maps.successive_maps(view))

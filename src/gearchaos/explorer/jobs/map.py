@@ -179,8 +179,12 @@ def successive_maps(view: View) -> Generator[Map]:
 
 
 def warm_up(view: View) -> Generator[None]:
-    """Compute the coarsest map and discard it, so that the kernels it needs are compiled and loaded."""
-    next(_motion_map(view))
+    """Compute the coarsest map and discard it, so that the kernels it needs are compiled and loaded.
+
+    Of a train it would only delay that of the first page.
+    """
+    if view.model.kind != "train":
+        next(_motion_map(view))
     yield
 
 

@@ -65,7 +65,9 @@ class PointMotion:
                               if (part := f"{prefix}{name}") in of})
 
         trajectory, portrait = one(self.trajectory), one(self.portrait)
-        return replace(self, trajectory=trajectory, portrait=trajectory if portrait is None else portrait)
+        if portrait is None and trajectory is not None:  # one period of an orbit, else all that there is
+            portrait = trajectory.isel(period=slice(self.verdict.period))
+        return replace(self, trajectory=trajectory, portrait=portrait)
 
     def with_trajectory_of(self, before: PointMotion | None) -> PointMotion:
         """The same with the trajectory of an earlier one of the same motion, so that it is computed only once."""

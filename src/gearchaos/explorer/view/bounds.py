@@ -21,6 +21,9 @@ COARSER_TRAIN = (4, 16)
 SHARES = (0.1, 2.5)
 """Ends of the axes that a page shows first, relative to the values with which gears operate."""
 
+LEAST_SPEED = 0.4
+"""The same for the low end of the speed of a train: a period at a lower speed takes long to compute."""
+
 BRANCH_POINTS = 2000  # largest number of points of a branch, or of a curve over the map, in each direction
 
 SKELETON_PERIODS, SKELETON_PERIOD = (1, 2, 4), 2

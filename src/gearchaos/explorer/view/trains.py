@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.bounds import COARSER_TRAIN, SHARES, rounded, value_range
+from gearchaos.explorer.view.bounds import COARSER_TRAIN, LEAST_SPEED, SHARES, rounded, value_range
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Mesh
 from gearchaos.model import vary
@@ -57,7 +57,8 @@ def static_force(model: TrainModel, mesh: Mesh) -> float:
 
 def range_around(model: TrainModel, name: str) -> Range:
     """The range of the slider and the axis of a value, around the one that the train has."""
-    low, high = sorted(share * (model.value(name) or 0.0) for share in SHARES)
+    shares = (LEAST_SPEED, SHARES[1]) if name == "speed" else SHARES
+    low, high = sorted(share * (model.value(name) or 0.0) for share in shares)
     return value_range(name)._replace(low=rounded(low, high - low), high=rounded(high, high - low))
 
 

@@ -24,6 +24,7 @@ from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
+from gearchaos.studies.beside_factors import which_mesh
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),
@@ -176,6 +177,14 @@ def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
     return (*axes, colours, Menu("mesh", "Mesh", (("", "worst mesh"), *((n, n) for n in view.model.mesh_names))))
 
 
+def _whose(view: View) -> str:
+    """Of which mesh of a train the map's measure is; empty for a pair, and for what is of the motion as a whole."""
+    of = which_mesh().get(view.colour)
+    if not isinstance(view.model, TrainModel) or of is None:
+        return ""
+    return f"of {view.model.mesh_names[0] if of == 'first' else view.mesh or 'the worst mesh'}"
+
+
 def field_values(view: View) -> dict[str, float]:
     """All values at the point by name: parameters, pairs, and the initial values of the motion chosen there.
 
@@ -282,7 +291,9 @@ class Page:
     def show_map(self, found: Map) -> None:
         """Draw the map and its legend."""
         self.map.show(found.of_mesh(self.view.mesh), self.view.colour, self.units(self.view))
-        self._write("legend", "legend", legend=self.map.legend, map=found, colour=self.view.colour)
+        legend = self.map.legend
+        legend = legend._replace(title=f"{legend.title} {_whose(self.view)}".strip())
+        self._write("legend", "legend", legend=legend, map=found, colour=self.view.colour)
 
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
