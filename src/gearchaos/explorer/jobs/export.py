@@ -44,7 +44,7 @@ def exported(
     It is in the units of the gears, if there are some. The suffix "nc" gives the Dataset as NetCDF with checksums.
     """
     if gears is not None:
-        dataset = physical(dataset, gears)
+        dataset = physical(dataset)  # which carries its gears: of a train's map those of its file
     if suffix == "nc":
         content, media = bytes(netcdf_bytes(dataset)), _MEDIA_TYPES["nc"]
     else:
