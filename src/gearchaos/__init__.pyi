@@ -61,6 +61,7 @@ from gearchaos.studies.rattle import Rattle as _Rattle
 from gearchaos.studies.regime import Regime as _Regime
 from gearchaos.studies.regime import Verdict as Verdict
 from gearchaos.studies.regime import steady as steady
+from gearchaos.studies.runup import RunUp as _RunUp
 from gearchaos.studies.saddles import EdgeTracking as _EdgeTracking
 from gearchaos.studies.saddles import Manifolds as _Manifolds
 from gearchaos.studies.simulate import Simulate as _Simulate
@@ -489,6 +490,110 @@ class Rattle(_Rattle):
 
     def __init__(
         self, model: AnyModel, axis: Axis | str, *, mesh: str | None = None, settings: Classification | None = None,
+    ) -> None: ...
+
+def runup(
+    model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, down: bool = False, signal:
+    bool = False, samples: int = 64,
+) -> xr.Dataset:
+    """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
+
+    The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
+    such that these begin when they do at the speed that changes continuously. From one to the next the positions and
+    velocities of the wheels stay. Within a period the flow is exact. The run begins with the motion that is reached
+    from rest at the first speed; a run-down begins with that at its own first speed, the highest.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        Given gears, with their torque.
+    speed : Axis or str
+        The first and the last speed, as a text "speed=500:6000" in rpm.
+    duration : float
+        Of the run-up, in s.
+    mesh : str, optional
+        Of a train, the mesh whose force is looked at; by default the first.
+    down : bool
+        Run down again as well, in the same time.
+    signal : bool
+        Also give the mesh force over the time.
+    samples : int
+        Instants of each mesh period at which the force is taken for its spectrum.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``direction`` ("up", and with ``down`` also "down") and ``speed``: ``dynamic_factor``, the largest mesh
+        force over the static one; ``mesh_force_peak``, ``contact`` and ``z_peak_to_peak``, the worst in any period.
+        Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
+        wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
+        ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
+        by a quarter or more, and lastingly. With ``signal`` also ``signal_time``, s, and ``signal_force``
+        over ``direction`` and ``instant``.
+
+        Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
+        says at what speed the motion diverged.
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, or the speed changes by more than 5 % within a period.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.runup(design.at(speed=500), "speed=500:900", 1.0)
+    >>> found.order_force.dims, found.attrs["status"]
+    (('direction', 'speed', 'order'), 'ok')
+    """
+
+class RunUp(_RunUp):
+    """The study that `runup` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `runup` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        Given gears, with their torque.
+    speed : Axis or str
+        The first and the last speed, as a text "speed=500:6000" in rpm.
+    duration : float
+        Of the run-up, in s.
+    mesh : str, optional
+        Of a train, the mesh whose force is looked at; by default the first.
+    down : bool
+        Run down again as well, in the same time.
+    signal : bool
+        Also give the mesh force over the time.
+    samples : int
+        Instants of each mesh period at which the force is taken for its spectrum.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> study = gc.RunUp(design.at(speed=500), "speed=500:6000", 60.0, down=True)
+    >>> study.kind, study.count
+    ('runup', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, down: bool =
+        False, signal: bool = False, samples: int = 64,
     ) -> None: ...
 
 def zones(

@@ -79,6 +79,25 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {'mesh': {'type': 'str', 'help': 'The mesh whose onset is looked for; by default all.'}},
         'run_options': {},
     },
+    'runup': {
+        'module': 'studies.runup', 'class': 'RunUp',
+        'help': 'Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.',
+        'group': 'Gears', 'needs_out': False, 'summary': 'runup',
+        'axes': {'speed': 2},
+        'options': {
+            'duration': {'type': 'float', 'help': 'Of the run-up, in s; 60 by default.'},
+            'mesh': {
+                'type': 'str', 'help': 'Of a train, the mesh whose force is looked at; by default the first.',
+            },
+            'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
+            'samples': {
+                'type': 'int',
+                'help': 'Instants of each mesh period at which the force is taken for its spectrum; 64 by default.',
+                'least': 16,
+            },
+        },
+        'run_options': {},
+    },
     'zones': {
         'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
         'group': 'Motions', 'needs_out': True, 'summary': 'map',

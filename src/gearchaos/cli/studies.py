@@ -12,6 +12,7 @@ import typer
 from gearchaos import catalogue
 from gearchaos.cli import options
 from gearchaos.cli.errors import say
+from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
@@ -141,8 +142,57 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
-_OWN = {"regime": regime}
-"""Commands that print a verdict and not a Dataset."""
+def runup(
+    gears: GearsPath,
+    speed: Annotated[
+        str, typer.Option(metavar="START:STOP", help="First and last speed of wheel 1 in rpm, or with units: 500:6000.")
+    ],
+    sets: Sets = None,
+    duration: Annotated[str, typer.Option(metavar="TIME", help="Of the run-up, in s or with a unit.")] = "60 s",
+    down: Annotated[bool, typer.Option("--down", help="Run down again as well, in the same time.")] = False,
+    torque: Annotated[
+        str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that given.")
+    ] = None,
+    mesh: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of a train: the mesh whose force it is; by default the first.")
+    ] = None,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    wav: Annotated[
+        Path | None, typer.Option(metavar="FILE.wav", help="The mesh force as sound, full scale its largest deviation.",
+                                  readable=False)
+    ] = None,
+    json_out: Json = False,
+) -> None:
+    """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
+    for option, path, suffixes in (("--out", out, DATA_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
+            "--wav", wav, (".wav",))):
+        check_output(option, path, suffixes)
+    from gearchaos.cli.summaries import Found, report
+    from gearchaos.gears.units import DURATION, to_si
+    from gearchaos.studies.axis import as_range
+    from gearchaos.studies.runup import RunUp
+    from gearchaos.studyfile import parse_value
+
+    if speed.count(":") != 1:
+        raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
+    axis = as_range(f"speed={speed}", "--speed", options.RANGE)
+    seconds = to_si("--duration", parse_value(duration), DURATION)
+    chosen = [*(sets or []), *([] if torque is None else [f"torque={torque}"])]
+    loaded = options.load(gears, chosen, physical=True, axes=[axis])
+    study = loaded.study(RunUp, speed=axis, duration=seconds, mesh=mesh, down=down, signal=wav is not None)
+    found = Found("runup", study.run(progress=True), loaded, True, (axis,), out, plot)
+    save(found.dataset.drop_dims("instant", errors="ignore"), out)
+    if wav is not None:
+        from gearchaos.sound import write_wav
+
+        largest = write_wav(found.dataset, wav)
+        say(f"wrote {wav}: the mesh force less its mean, full scale {largest:.4g} N")
+    report(found, "runup", json_out)
+
+
+_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup}
+"""Commands that print a verdict and not a Dataset, or have options of their own."""
 
 for _kind, _entry in catalogue.STUDIES.items():
     app.command(_kind.replace("_", "-"), rich_help_panel=_entry["group"])(

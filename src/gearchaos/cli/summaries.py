@@ -23,6 +23,7 @@ from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.beside_factors import beside_factors, which_mesh, words_beside
 from gearchaos.studies.proved_cells import proof_counts
+from gearchaos.studies.runup import response_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -399,6 +400,48 @@ def print_rattle(found: Found, content: dict[str, Any]) -> None:
         print_table(table)
 
 
+def runup_document(found: Found) -> dict[str, Any]:
+    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each direction."""
+    dataset = found.dataset
+    jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
+        *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
+                                               "factor_after_jump")), strict=True)]
+    peaks, ways = [], {}
+    for way in dataset["direction"].values.tolist():
+        one = dataset.sel(direction=way)
+        for i in response_peaks(one):
+            at = one.isel(speed=i)
+            line = at["order_force"][1:].fillna(0.0)
+            peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
+                          "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
+        states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
+            ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
+        ways[way] = {word: _ranges(where, one["speed"].values) for word, where in states.items()}
+    return {**found.head, "jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"]}
+
+
+def print_runup(found: Found, content: dict[str, Any]) -> None:
+    """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
+    words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
+    for way, states in content["directions"].items():
+        parts = [f"{words[name]} at {', '.join(_edges(*r) for r in ranges)} rpm"
+                 for name, ranges in states.items() if ranges]
+        _say_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts) or 'contact is kept'}")
+        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
+                 if j["direction"] == way]
+        if jumps:
+            _say_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
+    if content["status"] != "ok":
+        _say_wrapped(content["status"])
+    print(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}")
+    if content["peaks"]:
+        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
+        for peak in content["peaks"]:
+            table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
+                          f"{peak['order']:g}")
+        print_table(table)
+
+
 def _say_wrapped(text: str) -> None:
     """Print a text in lines of at most 79 characters."""
     print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
@@ -417,6 +460,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
     "skeleton": (lambda found: {**found.head, **branches.skeleton_document(found.dataset)},
                  lambda found, content: branches.print_skeleton(content)),
     "rattle": (rattle_document, print_rattle),
+    "runup": (runup_document, print_runup),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

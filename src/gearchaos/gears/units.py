@@ -54,6 +54,7 @@ VELOCITY = Dimension("a velocity", "m/s", "5 mm/s")
 ANGULAR_VELOCITY = Dimension("an angular velocity", "rad/s", "0.5 rad/s")  # of a vibration
 SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
 ANGLE = Dimension("an angle", "rad", "30 deg")
+DURATION = Dimension("a time", "s", "60 s")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
 PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
 DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")

@@ -51,6 +51,15 @@ def transmission_error_at_start(batch: Any) -> tuple[np.ndarray, np.ndarray]:
     return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
 
 
+@singledispatch
+def prescribed_at_start(batch: Any, names: tuple[str, ...]) -> np.ndarray:
+    """What of the states is prescribed at the start of every mesh period, (P, d): the rest follows from the positions
+    and velocities of the wheels."""
+    out = np.zeros((batch.size, len(names)))
+    out[:, :2] = -np.stack(transmission_error_at_start(batch), axis=1)
+    return out
+
+
 def from_physical(names: tuple[str, ...], x: dict[str, np.ndarray], error: np.ndarray,
                   error_dot: np.ndarray) -> np.ndarray:
     """The dynamic state w (P, d) from all coordinates x by name, and from ε and ε' at the same time, each (P,)."""

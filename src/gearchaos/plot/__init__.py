@@ -9,6 +9,7 @@ from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
+from gearchaos.plot._runup import runup
 from gearchaos.plot._train import flanks, train
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot.diagrams import bifurcation, branch, lyapunov, response, response_curve
@@ -22,7 +23,7 @@ __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
     "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "flanks",
     "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
-    "motion_class", "motion_strip", "phase", "portrait", "response", "response_curve", "result", "save_with_data",
-    "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train", "transmission_error",
-    "zones",
+    "motion_class", "motion_strip", "phase", "portrait", "response", "response_curve", "result", "runup",
+    "save_with_data", "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train",
+    "transmission_error", "zones",
 ]

@@ -17,6 +17,7 @@ from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._modes import campbell
 from gearchaos.plot._overlays import agreement, skeleton
+from gearchaos.plot._runup import runup
 from gearchaos.plot.axes import axis_label, new_axes
 from gearchaos.plot.classes import named_classes
 from gearchaos.plot.diagrams import bifurcation, lyapunov, response, response_curve
@@ -189,6 +190,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "dynamic_factor": dynamic_factor,
     "speeds_to_avoid": dynamic_factor,
     "natural_frequencies": campbell,
+    "runup": runup,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

@@ -464,6 +464,14 @@ class Assembly:
                       self._of(self.found.torques(self.value)))
         return k * (q @ rows.T)
 
+    def prescribed(self) -> np.ndarray:
+        """The prescribed parts of the states (P, d) at the phase 0: those of the deflections and of their rates."""
+        out, chosen = np.zeros((self.points, len(self.found.names))), self.chosen_harmonics
+        out[:, self.at] = chosen.real.sum(axis=2) / self.units.length
+        rates = 1j * self.frequencies[:, None, :] * chosen
+        out[:, self.at + 1] = rates.real.sum(axis=2) / (self.units.length * self.units.rate)
+        return out
+
     def at_rest(self) -> np.ndarray:
         """The states (P, d) without speed, with the deflections under the mean torques at the phase 0."""
         w, elements = np.zeros((self.points, len(self.found.names))), [*self.found.contacts, *self.found.springs]

@@ -17,7 +17,12 @@ from gearchaos.gears.train.assembly import Assembly, mean_stiffness, structure, 
 from gearchaos.gears.train.parts import Body, Mesh, Shaft, Units, field_of
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
-from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
+from gearchaos.model.coordinates import (
+    initial_state,
+    prescribed_at_start,
+    to_physical,
+    transmission_error_at_start,
+)
 from gearchaos.model.switched import Batch, SwitchedAffine, coordinates, switched_system, vary
 from gearchaos.quantities import parameter_owner
 from gearchaos.validation import check, to_float
@@ -286,6 +291,11 @@ def _(batch: TrainBatch, system: SwitchedAffine) -> np.ndarray:
 @transmission_error_at_start.register
 def _(batch: TrainBatch) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(batch.size), np.zeros(batch.size)
+
+
+@prescribed_at_start.register
+def _(batch: TrainBatch, names: tuple[str, ...]) -> np.ndarray:
+    return batch.assembly.prescribed()
 
 
 @to_physical.register

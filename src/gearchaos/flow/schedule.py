@@ -1,0 +1,49 @@
+"""Motions whose parameters change from one period to the next: a trajectory visits a list of parameter points."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearchaos.flow.exact import ExactFlow
+from gearchaos.flow.kernels.constants import OK
+
+
+class Followed(NamedTuple):
+    """L motions along N periods; after the first status other than `OK` a motion is NaN."""
+
+    w: np.ndarray  # (d, L) at the end
+    measures: np.ndarray  # (N, K len(Measure), L) of each period
+    samples: np.ndarray  # (N, samples, d + 1, L) coordinates and contact state
+    status: np.ndarray  # (L,)
+
+
+def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: np.ndarray) -> Followed:
+    """Advance motions by one period at each of a list of points.
+
+    Parameters
+    ----------
+    flow : ExactFlow
+        With samples or without.
+    w : (d, L)
+        Coordinates at the start of the first period.
+    points : (N, L)
+        The point of each motion in each period.
+    kicks : (N, d, L)
+        What is added to the coordinates before each period: what they change by where the parameters do, while the
+        positions and velocities of the wheels stay.
+
+    Raises
+    ------
+    StoppedError
+        If the computation is cancelled.
+    """
+    w, found, status = np.array(w, float), [], np.full(w.shape[1], OK)
+    for each, kick in zip(points, kicks, strict=True):
+        out = flow.advance(np.where(status == OK, w + kick, 0.0), 1, points=each, measured=True, sample=True)
+        status = np.where(status == OK, out.status, status)
+        w, unknown = out.w, np.where(status == OK, 0.0, np.nan)
+        found.append((out.measures + unknown, out.samples[0] + unknown))
+    measures, samples = (np.stack(part) for part in zip(*found, strict=True))
+    return Followed(np.where(status == OK, w, np.nan), measures, samples, status)

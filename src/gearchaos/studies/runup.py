@@ -1,0 +1,325 @@
+"""A run-up: the speed changes from one mesh period to the next, and the motion with it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from gearchaos.datasets import new_dataset, variable, variables
+from gearchaos.dynamics.response import MESH
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.execute.machine import check_memory
+from gearchaos.execute.progress import bar
+from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
+from gearchaos.model import vary
+from gearchaos.model.coordinates import prescribed_at_start
+from gearchaos.model.switched import switched_system
+from gearchaos.quantities import POSITIVE
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.options import RANGE, axis_option, option
+from gearchaos.studies.simulate import mesh_forces
+from gearchaos.studies.speed_and_torque import checked_operating_model
+from gearchaos.studies.study import WholeStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_CHUNK = 1024  # periods whose step matrices are in memory at once
+_BINS = 400  # most speeds at which results are given
+_TURNS = 2  # of the first wheel in a window of the spectrum: half orders have a line of their own
+_HIGHEST = 6  # highest harmonic of the mesh in the spectrum
+_SETTLED = 500  # periods at the first speed before the run begins
+_FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
+_PARTS, _WIDTHS = 800, (24, 400)  # of a run, and fewest and most periods, on either side of a jump
+_JUMP = 1.25  # smallest ratio of the ranges of the force beyond which they change suddenly
+_LEAST = 1e-12  # range of the force that counts as none
+_BEYOND = 0.05  # share of the periods on either side that may lie beyond those on the other side
+
+
+class _Run(NamedTuple):
+    """N periods of a run, one after the other."""
+
+    time: np.ndarray  # (N + 1,) when they begin, s
+    speed: np.ndarray  # (N,) the mean speed in each, rpm
+
+
+@dataclass(frozen=True)
+class RunUp(WholeStudy):
+    """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
+
+    The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
+    such that these begin when they do at the speed that changes continuously. From one to the next the positions and
+    velocities of the wheels stay. Within a period the flow is exact. The run begins with the motion that is reached
+    from rest at the first speed; a run-down begins with that at its own first speed, the highest.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``direction`` ("up", and with ``down`` also "down") and ``speed``: ``dynamic_factor``, the largest mesh
+        force over the static one; ``mesh_force_peak``, ``contact`` and ``z_peak_to_peak``, the worst in any period.
+        Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
+        wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
+        ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
+        by a quarter or more, and lastingly. With ``signal`` also ``signal_time``, s, and ``signal_force``
+        over ``direction`` and ``instant``.
+
+        Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
+        says at what speed the motion diverged.
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, or the speed changes by more than 5 % within a period.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.runup(design.at(speed=500), "speed=500:900", 1.0)
+    >>> found.order_force.dims, found.attrs["status"]
+    (('direction', 'speed', 'order'), 'ok')
+
+    As a value
+    ----------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> study = gc.RunUp(design.at(speed=500), "speed=500:6000", 60.0, down=True)
+    >>> study.kind, study.count
+    ('runup', 1)
+    """
+
+    kind: ClassVar[str] = "runup"
+    rank: ClassVar[int] = 5
+    group: ClassVar[str] = "Gears"
+    summary: ClassVar[str] = "runup"
+    model_words: ClassVar[str] = "Given gears, with their torque."
+
+    speed: Axis = axis_option('The first and the last speed, as a text "speed=500:6000" in rpm.', RANGE)
+    duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
+    mesh: str | None = option(None, "Of a train, the mesh whose force is looked at; by default the first.")
+    down: bool = option(False, "Run down again as well, in the same time.")
+    signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
+    samples: int = option(64, "Instants of each mesh period at which the force is taken for its spectrum.", least=16)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_operating_model(self.model)  # type: ignore[arg-type]
+        if self.mesh is not None and not self._meshes:
+            raise InputError("mesh", "must be left out for a single pair", self.mesh)
+        if self.mesh is not None and self.mesh not in self._meshes:
+            raise unknown_name("mesh", self.mesh, self._meshes)
+        if self.speed.name != "speed":
+            raise InputError("speed", "must be an axis of speed", self.speed.name, "E.g. speed=500:6000.")
+        first, last = self.speed.start, self.speed.stop
+        change = (last - first) / self.duration / (first**2 * self._cycles_per_rpm)
+        if change > _FASTEST_CHANGE:
+            raise InputError("duration", "must let the speed change by at most 5 % within a period", self.duration,
+                             f"At {first:g} rpm it would change by {100 * change:.3g} %. It must be at least "
+                             f"{self.duration * change / _FASTEST_CHANGE:.3g} s, or the first speed higher.")
+        cycles = (first + last) / 2 * self._cycles_per_rpm * self.duration
+        check_memory("duration", int(cycles), 200 + 8 * self._samples * (1 + 2 * self.signal))
+
+    @property
+    def _cycles_per_rpm(self) -> float:
+        """Periods per second over the speed in rpm."""
+        model: Any = self.model
+        return model.gears.to_pair().scales.rate / (model.period * model.value("speed"))
+
+    @property
+    def _meshes(self) -> tuple[str, ...]:
+        model: Any = self.model
+        return model.mesh_names if model.kind == "train" else ()
+
+    @property
+    def _at(self) -> int:
+        """The index of the mesh that is looked at."""
+        return self._meshes.index(self.mesh) if self.mesh else 0
+
+    @property
+    def _cycles_per_turn(self) -> Fraction:
+        return Fraction(60 * self._cycles_per_rpm).limit_denominator(10_000)
+
+    @property
+    def _samples(self) -> int:
+        """Instants in a period: of a train in its fastest mesh cycle as many as are asked for."""
+        train = self.model.train.cycles.values() if self.model.kind == "train" else ()  # type: ignore[attr-defined]
+        return self.samples * max(1, *train, 1)
+
+    def _run(self, down: bool) -> _Run:
+        """The periods of a run: k of them are over when the wheel has turned that far."""
+        first, last = (self.speed.stop, self.speed.start) if down else (self.speed.start, self.speed.stop)
+        rate = (last - first) / self.duration
+        count = int((first + last) / 2 * self.duration * self._cycles_per_rpm)
+        turned = np.arange(count + 1) / self._cycles_per_rpm  # integral of the speed
+        time = 2 * turned / (first + np.sqrt(np.maximum(first**2 + 2 * rate * turned, 0.0)))
+        return _Run(time, 1 / (self._cycles_per_rpm * np.diff(time)))
+
+    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        runs = [self._run(False), *([self._run(True)] if self.down else [])]
+        measures, forces, stopped = self._follow(runs, progress)
+        edges = np.linspace(self.speed.start, self.speed.stop, self._bins(runs[0]) + 1)
+        names = ["up", "down"][: len(runs)]
+        found = [_over_speed(run, m, edges) for run, m in zip(runs, measures, strict=True)]
+        static = abs(float(switched_system(vary(self.model, {})).static_force[0, self._at]))
+        order, spectra = self._spectra(runs, forces, edges)
+        over = ("direction", "speed", "order")
+        data = variables(over, {n: np.stack([each[n] for each in found]) for n in found[0]})
+        factor = data["mesh_force_peak"].values / (static or np.nan)
+        data["dynamic_factor"] = variable("dynamic_factor", over[:2], factor)
+        data["order_force"] = variable("order_force", over, spectra)
+        jumps = [(speed, name, before / (static or np.nan), after / (static or np.nan))
+                 for name, run, m in zip(names, runs, measures, strict=True) for speed, before, after in _jumps(run, m)]
+        for i, name in enumerate(("speed_of_jump", "direction_of_jump", "factor_before_jump", "factor_after_jump")):
+            values = np.array([jump[i] for jump in jumps], str if name == "direction_of_jump" else float)
+            data[name] = variable(name, ("jump",), values)
+        if self.signal:
+            instants = [(run.time[:-1, None] + np.diff(run.time)[:, None] * np.arange(self._samples) / self._samples
+                         ).ravel() for run in runs]
+            data["signal_time"] = variable("signal_time", ("direction", "instant"), np.stack(instants))
+            data["signal_force"] = variable("signal_force", ("direction", "instant"), np.stack(
+                [force.ravel() for force in forces]))
+        coords = {"direction": variable("direction", ("direction",), np.array(names)), "order": variable(
+            "order", ("order",), order), "speed": variable("speed", ("speed",), (edges[1:] + edges[:-1]) / 2)}
+        if self._meshes:
+            coords[MESH] = variable(MESH, (), np.array(self._meshes[self._at]))
+        settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples")}
+        status = "; ".join(f"diverged at {speed:.4g} rpm, {name}" for name, speed in zip(names, stopped, strict=True)
+                           if speed is not None)
+        return new_dataset(data, coords, {**self.provenance(**settings), "status": status or "ok"})
+
+    def _bins(self, run: _Run) -> int:
+        """The number of speeds of the result: each has some periods."""
+        return max(1, min(_BINS, len(run.speed) // 8))
+
+    def _follow(
+        self, runs: list[_Run], progress: bool
+    ) -> tuple[list[np.ndarray], list[np.ndarray], list[float | None]]:
+        """Of each run the measures (len(Measure), N) and mesh forces (N, samples) of its periods, and the speed at
+        which it diverged; all runs have as many periods."""
+        speeds = np.stack([run.speed for run in runs], axis=1)  # (N, L)
+        count, lanes = speeds.shape
+        start = initial_value_problems(self.model, {"speed": speeds[0]})
+        w, measures, forces = start.flow.advance(start.w, _SETTLED).w, [], []
+        before = prescribed_at_start(start.batch, start.flow.system.names)
+        with bar("runup, periods" if progress else None, count) as advance:
+            for first in range(0, count, _CHUNK):
+                part = speeds[first : first + _CHUNK]
+                batch = vary(self.model, {"speed": part.ravel()})
+                system = switched_system(batch, start.flow.system.names)
+                prescribed = prescribed_at_start(batch, system.names).reshape(len(part), lanes, -1)
+                kicks = np.diff(prescribed, axis=0, prepend=before[None])
+                points = np.arange(part.size).reshape(part.shape)
+                out = follow_schedule(ExactFlow(system, self._samples), w, points, kicks.transpose(0, 2, 1))
+                w, before = out.w, prescribed[-1]
+                measures.append(out.measures[:, self._at * len(Measure) : (self._at + 1) * len(Measure)])
+                forces.append(self._forces(system, out.samples))
+                advance(len(part))
+                if np.all(out.status != OK):
+                    break
+        found, force = np.concatenate(measures), np.concatenate(forces)
+        missing = count - len(found)
+        found, force = (np.pad(v, ((0, missing), (0, 0), (0, 0)), constant_values=np.nan) for v in (found, force))
+        lost = [np.flatnonzero(np.isnan(found[:, 0, i])) for i in range(lanes)]
+        stopped = [float(speeds[at[0], i]) if len(at) else None for i, at in enumerate(lost)]
+        return [found[:, :, i].T for i in range(lanes)], [force[:, :, i] for i in range(lanes)], stopped
+
+    def _forces(self, system: Any, samples: np.ndarray) -> np.ndarray:
+        """The force of the mesh (N, samples, L) from samples (N, samples, d + 1, L) of periods."""
+        periods, per_period, _, lanes = samples.shape
+        flat = samples.transpose(0, 3, 1, 2).reshape(periods * lanes * per_period, -1)
+        share = np.tile(np.arange(per_period) / per_period, periods * lanes)
+        force = mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
+        return force.reshape(periods, lanes, per_period).transpose(0, 2, 1).astype(np.float32)
+
+    def _spectra(
+        self, runs: list[_Run], forces: list[np.ndarray], edges: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Orders (O,) of the turn of the first wheel, and the amplitudes of the mesh force (L, B, O) in each bin."""
+        turns = _TURNS * self._cycles_per_turn.denominator
+        window = int(turns * self._cycles_per_turn)  # periods
+        lines = _HIGHEST * (self._samples // self.samples) * window + 1
+        out = np.full((len(runs), len(edges) - 1, lines), np.nan, np.float32)
+        centres = (edges[1:] + edges[:-1]) / 2
+        for run, force, found in zip(runs, forces, out, strict=True):
+            count = len(force) // window
+            if not count:
+                continue
+            power = np.zeros((count, lines))
+            for i in range(count):
+                line = np.fft.rfft(force[i * window : (i + 1) * window].ravel())[:lines] / (window * self._samples / 2)
+                power[i] = np.abs(line) ** 2
+            power[:, 0] /= 4
+            speed = run.speed[: count * window].reshape(count, window).mean(axis=1)
+            at = np.digitize(speed, edges[1:-1])
+            for b, centre in enumerate(centres):
+                own = np.flatnonzero(at == b) if (at == b).any() else [int(np.argmin(np.abs(speed - centre)))]
+                found[b] = np.sqrt(power[own].mean(axis=0))
+        return np.arange(lines) / turns, out
+
+
+runup = function_of(RunUp)
+
+
+def response_peaks(dataset: xr.Dataset) -> list[int]:
+    """The indices of the speeds with a peak of the dynamic factor, of a run in one direction: it falls by a quarter or
+    more on both sides before it rises higher."""
+    from scipy.signal import find_peaks  # here, since it takes a third of a second to load
+
+    level = np.log(dataset["dynamic_factor"].values)
+    return find_peaks(np.where(np.isfinite(level), level, -np.inf), prominence=math.log(_JUMP))[0].tolist()
+
+
+def _over_speed(run: _Run, measures: np.ndarray, edges: np.ndarray) -> dict[str, np.ndarray]:
+    """The largest values of the periods (len(Measure), N) of a run in each bin of speeds, and their contact."""
+    m, at, bins = measures, np.digitize(run.speed, edges[1:-1]), len(edges) - 1
+    peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
+    out = {}
+    for name, each in (("mesh_force_peak", peak), ("z_peak_to_peak", m[Measure.Z_MAX] - m[Measure.Z_MIN])):
+        out[name] = np.full(bins, np.nan)
+        np.fmax.at(out[name], at, each)
+    front, back = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0
+    apart = (m[Measure.SWITCHES] > 0) | ~(front | back)
+    front, back, apart, known = (np.bincount(at, each & ~np.isnan(peak), bins) > 0
+                                 for each in (front, back, apart, np.True_))
+    contact = np.select([~known, front & back, apart & (front | back), front | back], [-1, 2, 1, 0], default=3)
+    return {**out, "contact": contact.astype(np.int8)}
+
+
+def _jumps(run: _Run, measures: np.ndarray) -> list[tuple[float, float, float]]:
+    """Where the range of the mesh force of the periods (len(Measure), N) changes suddenly: the speed, and the largest
+    forces before and after.
+
+    That of two periods is taken, alike along a motion of doubled period. Before and after, most of them must lie apart,
+    so that a chaotic motion has no jumps.
+    """
+    from scipy.ndimage import maximum_filter1d, percentile_filter  # here, since they take a tenth of a second to load
+
+    width = int(np.clip(len(run.speed) // _PARTS, *_WIDTHS))
+    extent = measures[Measure.FORCE_MAX] - measures[Measure.FORCE_MIN]
+    peak = np.maximum(np.abs(measures[Measure.FORCE_MAX]), np.abs(measures[Measure.FORCE_MIN]))
+    known = int(np.count_nonzero(np.isfinite(extent)))
+    if known < 4 * width:
+        return []
+    level = np.log(np.maximum(maximum_filter1d(extent[:known], 2), _LEAST))
+    low, high = (percentile_filter(level, share, width) for share in (100 * _BEYOND, 100 * (1 - _BEYOND)))
+    change = np.maximum(low[2 * width :] - high[: -2 * width], low[: -2 * width] - high[2 * width :])
+    out = []
+    while change.max() > math.log(_JUMP):
+        k = int(np.argmax(change)) + width
+        near = slice(k - width // 2, k + width // 2)  # between the two windows
+        k = near.start + int(np.argmax(np.abs(np.diff(level[near]))))
+        out.append((float(run.speed[k]), float(peak[k - width : k].max()), float(peak[k + 2 : k + width].max())))
+        change[max(0, k - 3 * width) : k + width] = 0.0
+    return sorted(out)

@@ -1,0 +1,143 @@
+"""Run-ups: linear motions in closed form, an integration of its own, a fold of a branch, spectra, sound, bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import wavfile
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
+from gearchaos.gears.operating import as_model
+from gearchaos.model import vary
+from gearchaos.model.coordinates import initial_state, prescribed_at_start
+from gearchaos.model.switched import switched_system
+from gearchaos.sound import RATE, write_wav
+from gearchaos.studyfile import load_study
+
+PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.05638, "c0": 4e8, "k": 2000.0,
+        "backlash": 1.2e-4, "M10": 85.0, "speed": 4000.0}
+LINEAR = gc.GearPair(**PAIR, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)
+
+
+def test_a_slow_run_has_the_steady_response_of_each_speed():
+    """z'' + 2ζz' + z = q + ε1 ω² cos ωτ: the force has the amplitude √(1 + (2ζω)²) |Z| beside the static one."""
+    found = gc.runup(LINEAR, "speed=4000:5000", 4.0)
+    system = switched_system(vary(as_model(LINEAR), {"speed": found.speed.values}))
+    w, damping = system.omega, system.damping  # 2ζ
+    force = np.hypot(1, damping * w) * np.abs(system.f_cos[:, 0]) / np.hypot(1 - w**2, damping * w)
+    assert not found.contact.any()
+    step = np.abs(np.gradient(force))  # from one speed to the next: values are the largest between two
+    peak = np.abs(system.static_force[:, 0]) + force
+    assert np.all(np.abs(found.mesh_force_peak[0] - peak) < 0.6 * step + 2e-4 * force)
+    lines = found.order_force[0]
+    assert np.all(np.abs(lines.sel(order=25) - force) < 4 * step + 1e-3 * force)  # windows of two turns
+    np.testing.assert_allclose(lines.sel(order=0), system.static_force[:, 0], rtol=1e-4)
+    assert float(lines.drop_sel(order=[0, 25]).max()) < 2e-3 * force.max()
+
+
+@pytest.mark.parametrize(("rate", "largest", "at"), [(1e-3, 9.5917378726, 1.0284941), (1e-4, 9.9950077043, 1.0015178)])
+def test_a_run_through_the_resonance_of_a_linear_wheel(rate, largest, at):
+    """z'' + 2ζz' + z = cos(.5τ + rate τ²/2), ζ = .05: a wheel under a torque of the first order of its driver."""
+    mass, omega0, radius = 1.0, 100.0, 0.05
+    k = mass * omega0**2
+    bodies = [gc.Body(name="driver", motion=[]), gc.Body(
+        name="wheel", inertia=mass * radius**2, torque=-20 * radius,
+        torque_orders=[{"order": 1, "amplitude": -radius, "phase": 0.0}])]
+    rpm = 60 * omega0 / (2 * np.pi)
+    train = gc.Train(speed=0.5 * rpm, bodies=bodies, meshes=[gc.Mesh(
+        between=("driver", "wheel"), teeth=(20, 20), base_radii=(radius, radius), stiffness=k,
+        damping=0.1 * mass * omega0, backlash=1e-3)])
+    found = gc.runup(train, f"speed={0.5 * rpm!r}:{1.5 * rpm!r}", 1 / (rate * omega0))
+    amplitude = found.z_peak_to_peak[0] / 2 * train.scales.length * k
+    assert not found.contact.any()
+    assert float(amplitude.max()) == pytest.approx(largest, rel=10 * rate)
+    assert abs(float(amplitude.idxmax()) / rpm - at) < 0.5 / found.sizes["speed"] + 4e-3
+
+
+def test_a_motion_that_visits_speeds_is_that_of_scripts_one_after_the_other():
+    """The script of each speed integrates one mesh period by SciPy, in the coordinates of the wheels."""
+    model = as_model(gc.GearPair(**{**PAIR, "k": 530.0, "M10": 20.0}, error_amplitudes=[6e-6, 2e-6],
+                                 error_phases=[0.3, 1.2], chi1=0.1, chi2=0.2, contact_ratio=1.6))
+    speeds = np.random.default_rng(3).uniform(6000, 14000, 10)
+    batch = vary(model, {"speed": speeds})
+    system = switched_system(batch)
+    kicks = np.diff(prescribed_at_start(batch, system.names), axis=0, prepend=np.nan)[:, :, None]
+    kicks[0] = 0.0
+    start = initial_state(batch, system)[:1].T
+    out = follow_schedule(ExactFlow(system, 1), start, np.arange(len(speeds))[:, None], kicks)
+    state, z = None, []
+    for speed in speeds.tolist():
+        script = {"__name__": "script"}
+        exec(gc.script(model.with_values({"speed": speed})), script)
+        state = script["initial"] if state is None else state
+        first = script["relative_motion"](0.0, state)[0]
+        z.append(first)
+        side = int(first > 1) - int(first < -1)
+        for begin, end, level in script["intervals"]:
+            state, side = script["advance"](state, side, begin, end, level)
+    assert (out.status == OK).all() and out.measures[:, Measure.SWITCHES].sum() > 6
+    np.testing.assert_allclose(out.samples[:, 0, 0, 0], z, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(out.w[:2, 0], script["relative_motion"](0.0, state), rtol=0, atol=1e-9)
+
+
+def signal(frequency):
+    """A force 3 + 2 sin of a run-up, at instants that become closer and closer."""
+    time = np.cumsum(np.linspace(2e-5, 1e-5, 40_000))
+    return xr.Dataset({"signal_time": (("direction", "instant"), time[None]),
+                       "signal_force": (("direction", "instant"), 3 + 2 * np.sin(2 * np.pi * frequency * time)[None])})
+
+
+def test_the_sound_has_the_frequency_and_size_of_the_force(tmp_path):
+    assert write_wav(signal(440.0), tmp_path / "a.wav") == pytest.approx(2.0, rel=3e-2)  # edges
+    rate, heard = wavfile.read(tmp_path / "a.wav")
+    line = np.abs(np.fft.rfft(heard * np.hanning(len(heard))))
+    assert rate == RATE and heard.dtype == np.int16 and np.abs(heard).max() == 32767
+    assert np.argmax(line) * rate / len(heard) == pytest.approx(440, abs=1)
+    with pytest.raises(gc.InputError, match="must be a result of runup with signal=True"):
+        write_wav(xr.Dataset(), tmp_path / "b.wav")
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("speed=6000:500", 60.0), "axis speed must run from a smaller to a larger value"),
+    (("speed=0:500", 60.0), "speed must be greater than 0"),
+    (("torque=5:50", 60.0), "speed must be an axis of speed"),
+    (("speed=500:6000", 0.001), r"at most 5 % within a period; .* At 500 rpm it would change by .* at least"),
+    (("speed=500:6000", -1.0), "duration must be greater than 0")])
+def test_a_run_that_cannot_be_is_refused(arguments, words):
+    with pytest.raises(gc.InputError, match=words):
+        gc.RunUp(LINEAR, *arguments)
+
+
+def test_a_dimensionless_model_has_no_speed():
+    with pytest.raises(gc.InputError):
+        gc.RunUp(gc.MeshModel(), "speed=500:6000")
+
+
+def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
+    """A run passes the fold by the time that the motion takes to leave: the less, the slower it is."""
+    branch = gc.branch(load_study(PAIR_FILE).model.with_values({"speed": 1300.0}), "speed=1200:1330")
+    (fold,) = [value for value, kind in zip(branch.event_value.values, branch.event_kind.values, strict=True)
+               if kind == "fold" and value < 1290]
+    late = []
+    for duration in (4, 16):
+        result = CliRunner().invoke(app, [
+            "runup", str(PAIR_FILE), "--speed", "1200:1330", "--duration", f"{duration} s", "--down", "--json", "--out",
+            str(tmp_path / "r.nc"), "--wav", str(tmp_path / "r.wav")])
+        assert result.exit_code == 0, result.stderr
+        document = json.loads(result.stdout)
+        (jump,) = [jump for jump in document["jumps"] if jump["direction"] == "down"]
+        assert jump["from"] > jump["to"] > 1
+        late.append(fold - jump["speed"])
+    assert 0 < late[1] < late[0] < 5
+    assert {"jumps", "peaks", "directions"} <= set(document) and document["status"] == "ok"
+    with xr.open_dataset(tmp_path / "r.nc") as found:
+        assert found.order_force.dims == ("direction", "speed", "order") and found.order_force.attrs["units"] == "N"
+    assert wavfile.read(tmp_path / "r.wav")[1].size == pytest.approx(2 * 16 * RATE, rel=1e-3)

@@ -1,0 +1,32 @@
+"""The explorer of a gear train in a browser: the menu of meshes, the table of meshes, what is left out."""
+
+from pathlib import Path
+
+import pytest
+
+from gearchaos.explorer.view.state import view_of
+from gearchaos.studyfile import load_study
+from tests.slow.browser import NEEDED, Visit, served
+
+pytest.importorskip("playwright.sync_api")
+pytestmark = NEEDED
+TRAIN = str(Path(__file__).parents[2] / "examples" / "train_idler.toml")
+
+
+def test_a_train_opens_with_a_menu_of_its_meshes_and_a_table_of_them(chromium, kernels):
+    with served(TRAIN, few=True) as (url, _):
+        for size in ("desk", "phone"):
+            visit = Visit(chromium, url, size, view_of(load_study(TRAIN).model))
+            page = visit.page
+            page.wait_for_selector("#legend [data-colour=contact]", state="attached")
+            assert page.evaluate("document.documentElement.scrollWidth") == page.viewport_size["width"]
+            assert page.locator("select").evaluate_all("menus => menus.map(menu => menu.dataset.set)") == [
+                "x", "y", "colour", "mesh", "skeleton-period", "line"]
+            assert visit.after(lambda shown=visit: shown.choose("mesh", "idler/pump")).mesh == "idler/pump"
+            page.wait_for_selector("#legend :text('of idler/pump')")
+            page.wait_for_selector("#verdict :text('The figures of the motion are those of idler/pump')")
+            visit.after(lambda shown=visit: shown.page.mouse.click(*shown.spot(0.5, 0.6)))
+            visit.settled()
+            rows = page.locator("#verdict .meshes tr").evaluate_all("all => all.map(row => row.innerText.split('\\t'))")
+            assert [row[0] for row in rows] == ["mesh", "motor/idler", "idler/pump"] and {*map(len, rows)} == {7}
+            visit.close()
