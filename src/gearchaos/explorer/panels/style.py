@@ -101,9 +101,9 @@ def title(name: str) -> str:
 
 
 def symbol(name: str) -> str:
-    """The symbol of a parameter or variable, or its name in words if it has none."""
+    """The symbol of a parameter or variable, or its name: of a part of a train as it is, of others in words."""
     found = find(name)
-    return found.symbol if found is not None and found.symbol else name.replace("_", " ")
+    return found.symbol if found is not None and found.symbol else name if "." in name else name.replace("_", " ")
 
 
 def label(array: xr.DataArray | xr.Variable, name: str) -> str:
@@ -118,7 +118,7 @@ def unit(array: xr.DataArray | xr.Variable) -> str:
 
 def _unit_symbols(text: str) -> str:
     """A unit as it is shown: ``Δω₀`` for ``delta*omega0``, ``N m`` for ``N*m``; empty for a plain number."""
-    parts = text.split("*")
+    parts = text.replace("^2", "²").split("*")
     return "".join(_SCALES[part] for part in parts) if set(parts) <= _SCALES.keys() else " ".join(parts)
 
 
