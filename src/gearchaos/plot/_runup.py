@@ -74,7 +74,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, direction: str = "up"
     handles = [Line2D([], [], color=adapt(_WAYS[w][0]), linestyle=_WAYS[w][1], label=_WAYS[w][2]) for w in known]
     handles += [Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump")]
     handles += [Line2D([], [], linestyle="none", label=words) for words in words_beside(ds, shown)]
-    draw_legend(above, handles)
+    draw_legend(above, handles, ncols=2)
     force = ds["order_force"].sel(direction=direction)[:, 1:]
     step = speed[1] - speed[0] if len(speed) > 1 else 1.0
     group = -(-force.sizes["order"] // _ROWS)  # orders that share a row, which has the largest of them
