@@ -76,7 +76,7 @@ def test_help_lists_the_commands_in_groups():
     panels = re.split(r"(?m)^╭─ (\w+) ─+╮$", text)[1:]
     listed = [(title, re.findall(r"(?m)^│ ([a-z-]+) ", body)) for title, body in zip(*[iter(panels)] * 2, strict=True)]
     studies = {group: [kind.replace("_", "-") for kind, study in STUDIES.items() if study["group"] == group]
-               for group in ("Motions", "Bifurcations")}
+               for group in ("Gears", "Motions", "Bifurcations")}
     assert listed[1:] == [
         ("Gears", ["gear", "map"]),
         ("Motions", [*studies["Motions"], "explore"]),
