@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RATE = 44_100  # samples per second of a file
+_SILENCE = 1e-6  # of the largest force: what varies by less is none
 _FINER = 4  # times as many are computed, and filtered
 
 
@@ -44,14 +45,16 @@ def write_wav(dataset: xr.Dataset, path: Path) -> float:
     parts = []
     for time, force in zip(dataset["signal_time"].values, dataset["signal_force"].values, strict=True):
         known = np.isfinite(force)
+        if np.count_nonzero(known) < 2:
+            continue
         time, force = time[known], force[known].astype(float)
         integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (force[1:] + force[:-1]) / 2)])
-        instants = np.arange(0.0, time[-1], 1 / (_FINER * RATE)) if len(time) else time
+        instants = np.arange(time[0], time[-1], 1 / (_FINER * RATE))
         finer = np.diff(np.interp(instants, time, integral)) * _FINER * RATE
         parts.append(resample_poly(finer - finer.mean(), 1, _FINER))
-    signal = np.concatenate(parts)
+    signal = np.concatenate([*parts, np.zeros(0)])
     largest = float(np.abs(signal).max(initial=0.0))
-    if not largest > 0:
+    if not largest > _SILENCE * np.nanmax(np.abs(dataset["signal_force"].values), initial=0.0):
         raise InputError("dataset", "must have a mesh force that varies", largest)
     buffer = io.BytesIO()
     wavfile.write(buffer, RATE, np.round(signal / largest * 32767).astype(np.int16))

@@ -16,7 +16,7 @@ from gearchaos.cli import app
 from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
 from gearchaos.gears.operating import as_model
 from gearchaos.model import vary
-from gearchaos.model.coordinates import initial_state, prescribed_at_start
+from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.sound import RATE, write_wav
 from gearchaos.studyfile import load_study
@@ -69,7 +69,7 @@ def test_a_motion_that_visits_speeds_is_that_of_scripts_one_after_the_other():
     speeds = np.random.default_rng(3).uniform(6000, 14000, 10)
     batch = vary(model, {"speed": speeds})
     system = switched_system(batch)
-    kicks = np.diff(prescribed_at_start(batch, system.names), axis=0, prepend=np.nan)[:, :, None]
+    kicks = np.diff(prescribed_rates_at_start(batch, system.names), axis=0, prepend=np.nan)[:, :, None]
     kicks[0] = 0.0
     start = initial_state(batch, system)[:1].T
     out = follow_schedule(ExactFlow(system, 1), start, np.arange(len(speeds))[:, None], kicks)
@@ -110,6 +110,7 @@ def test_the_sound_has_the_frequency_and_size_of_the_force(tmp_path):
     (("speed=0:500", 60.0), "speed must be greater than 0"),
     (("torque=5:50", 60.0), "speed must be an axis of speed"),
     (("speed=500:6000", 0.001), r"at most 5 % within a period; .* At 500 rpm it would change by .* at least"),
+    (("speed=500:500.1", 0.01), "duration must be at least that of 50 periods; .* Give 0.24 s or more"),
     (("speed=500:6000", -1.0), "duration must be greater than 0")])
 def test_a_run_that_cannot_be_is_refused(arguments, words):
     with pytest.raises(gc.InputError, match=words):
@@ -141,3 +142,27 @@ def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
     with xr.open_dataset(tmp_path / "r.nc") as found:
         assert found.order_force.dims == ("direction", "speed", "order") and found.order_force.attrs["units"] == "N"
     assert wavfile.read(tmp_path / "r.wav")[1].size == pytest.approx(2 * 16 * RATE, rel=1e-3)
+
+
+def test_a_driver_with_a_prescribed_acceleration_does_not_jump_between_periods():
+    """A wheel follows its driver as long as its drag exceeds J α: the force is 1 ± J α/drag, at any speed."""
+    bodies = [gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}]),
+              gc.Body(name="loose", inertia=5e-4, torque=-0.2)]
+    train = gc.Train(speed=600.0, bodies=bodies, meshes=[gc.Mesh(
+        between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
+        backlash=1.2e-4)])
+    found = gc.runup(train, "speed=600:700", 6.0)
+    assert not found.contact.any()
+    np.testing.assert_allclose(found.dynamic_factor, 1.5, rtol=1e-3)
+    lines = found.order_force[0]
+    np.testing.assert_allclose(lines.sel(order=2) / lines.sel(order=0), 0.5, rtol=1e-3)
+
+
+def test_the_lines_at_low_speed_are_not_those_of_instants_too_far_apart():
+    """The mean of the mesh force is the static one, however steep its jumps; more instants give the same lines."""
+    model = load_study(PAIR_FILE).model
+    few, many = (gc.runup(model, "speed=250:260", 2.0, samples=n).order_force[0] for n in (64, 512))
+    static = float(switched_system(vary(model, {})).static_force[0, 0])
+    np.testing.assert_allclose(few.sel(order=0), static, rtol=2e-3)
+    for order in (50, 100, 150, 200):
+        np.testing.assert_allclose(few.sel(order=order), many.sel(order=order), atol=2e-3 * static)

@@ -594,7 +594,7 @@ def test_lengths():
 
 def test_physical_needs_a_pair(tmp_path):
     text = refused("simulate", "--periods", 1, "--physical")
-    assert "--physical needs a study file with a table [gearpair] or [design]" in text
+    assert "--physical needs a study file with a table [gearpair], [design] or [train]" in text
 
 
 def test_unknown_mode(tmp_path):

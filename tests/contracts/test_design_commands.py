@@ -220,7 +220,7 @@ def test_bad_input_of_a_map_is_refused(arguments, message, tmp_path):
 
 def test_a_dimensionless_file_has_no_map(tmp_path):
     text = refused("map", EXAMPLES / "fig06.toml", "--speed", "1:2:2", "--torque", "1:2:2", "--out", tmp_path / "m.nc")
-    assert "needs a study file with a table [gearpair] or [design]" in text
+    assert "needs a study file with a table [gearpair], [design] or [train]" in text
 
 
 @pytest.mark.parametrize(("text", "message"), [

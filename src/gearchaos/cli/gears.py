@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
 
 GearsPath = Annotated[
-    Path, typer.Argument(metavar="GEARS", help="File with \\[design] or \\[gearpair], TOML.", readable=False)
+    Path, typer.Argument(metavar="GEARS", help="File with \\[design], \\[gearpair] or \\[train], TOML.", readable=False)
 ]
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", help="File with \\[design], TOML.", readable=False)]
 Page = Annotated[

@@ -97,7 +97,7 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False, axe
     loaded = read_study(study, sets, axes)
     if physical and loaded.pair is None:
         file = None if study is None else str(study)
-        raise InputError("--physical", "needs a study file with a table [gearpair] or [design]", file)
+        raise InputError("--physical", "needs a study file with a table [gearpair], [design] or [train]", file)
     return loaded
 
 

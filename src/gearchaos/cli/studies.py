@@ -148,7 +148,9 @@ def runup(
         str, typer.Option(metavar="START:STOP", help="First and last speed of wheel 1 in rpm, or with units: 500:6000.")
     ],
     sets: Sets = None,
-    duration: Annotated[str, typer.Option(metavar="TIME", help="Of the run-up, in s or with a unit.")] = "60 s",
+    duration: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of the run-up, in s or with a unit; 60 s by default.")
+    ] = None,
     down: Annotated[bool, typer.Option("--down", help="Run down again as well, in the same time.")] = False,
     torque: Annotated[
         str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that given.")
@@ -177,10 +179,11 @@ def runup(
     if speed.count(":") != 1:
         raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
     axis = as_range(f"speed={speed}", "--speed", options.RANGE)
-    seconds = to_si("--duration", parse_value(duration), DURATION)
+    seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
     chosen = [*(sets or []), *([] if torque is None else [f"torque={torque}"])]
     loaded = options.load(gears, chosen, physical=True, axes=[axis])
-    study = loaded.study(RunUp, speed=axis, duration=seconds, mesh=mesh, down=down, signal=wav is not None)
+    given = options.given(duration=seconds, mesh=mesh, down=down or None)
+    study = loaded.study(RunUp, **given, speed=axis, signal=wav is not None)
     found = Found("runup", study.run(progress=True), loaded, True, (axis,), out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
     if wav is not None:

@@ -60,7 +60,8 @@ class Found:
     @property
     def head(self) -> dict[str, Any]:
         """The study and its files, as JSON documents begin."""
-        return {"study": self.kind, "out": str(self.out), "plot": None if self.plot is None else str(self.plot)}
+        files = {name: None if path is None else str(path) for name, path in (("out", self.out), ("plot", self.plot))}
+        return {"study": self.kind, **files}
 
 
 _SHOWN_ROWS = 20
@@ -366,7 +367,7 @@ def _ranges(where: np.ndarray, values: np.ndarray) -> list[list[float]]:
 
 
 def _edges(first: float, last: float) -> str:
-    return f"{first:.4g} to {last:.4g}" if first != last else f"{first:.4g}"
+    return f"{first:.5g} to {last:.5g}" if first != last else f"{first:.5g}"
 
 
 def print_rattle(found: Found, content: dict[str, Any]) -> None:
@@ -416,7 +417,9 @@ def runup_document(found: Found) -> dict[str, Any]:
                           "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
         states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
             ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
-        ways[way] = {word: _ranges(where, one["speed"].values) for word, where in states.items()}
+        most = one.isel(speed=int(one["dynamic_factor"].fillna(0.0).argmax("speed")))
+        largest = {"speed": most["speed"].item(), "dynamic_factor": most["dynamic_factor"].item()}
+        ways[way] = {"largest": largest} | {word: _ranges(where, one["speed"].values) for word, where in states.items()}
     return {**found.head, "jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"]}
 
 
@@ -424,16 +427,22 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
     """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
     words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
     for way, states in content["directions"].items():
-        parts = [f"{words[name]} at {', '.join(_edges(*r) for r in ranges)} rpm"
-                 for name, ranges in states.items() if ranges]
-        _say_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts) or 'contact is kept'}")
+        most = states["largest"]
+        parts = [f"{text} at {', '.join(_edges(*r) for r in states[name])} rpm" for name, text in words.items()
+                 if states[name]]
+        if most["dynamic_factor"]:
+            parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
+        kept = [] if any(states[name] for name in words) else ["contact is kept"]
+        _say_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
         jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
                  if j["direction"] == way]
         if jumps:
             _say_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
     if content["status"] != "ok":
         _say_wrapped(content["status"])
-    print(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}")
+    step = float(found.dataset["speed"][:2].diff("speed").sum())
+    _say_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
+                 f"{step:.3g} rpm. Jumps are those from or to a steady motion.")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:

@@ -52,11 +52,11 @@ def transmission_error_at_start(batch: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @singledispatch
-def prescribed_at_start(batch: Any, names: tuple[str, ...]) -> np.ndarray:
-    """What of the states is prescribed at the start of every mesh period, (P, d): the rest follows from the positions
-    and velocities of the wheels."""
+def prescribed_rates_at_start(batch: Any, names: tuple[str, ...]) -> np.ndarray:
+    """What of the velocities in the states is prescribed at the start of every mesh period, (P, d): the rest follows
+    from the velocities of the wheels."""
     out = np.zeros((batch.size, len(names)))
-    out[:, :2] = -np.stack(transmission_error_at_start(batch), axis=1)
+    out[:, 1] = -transmission_error_at_start(batch)[1]
     return out
 
 

@@ -16,7 +16,7 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.execute.progress import bar
 from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
 from gearchaos.model import vary
-from gearchaos.model.coordinates import prescribed_at_start
+from gearchaos.model.coordinates import prescribed_rates_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
@@ -30,7 +30,8 @@ from gearchaos.studies.study import WholeStudy
 if TYPE_CHECKING:
     import xarray as xr
 
-_CHUNK = 1024  # periods whose step matrices are in memory at once
+_SAMPLES = 1 << 16  # instants of the periods whose step matrices are in memory at once
+_DENSITY = 5.0  # fewest instants in a unit of τ, of which a free vibration in contact has about 6
 _BINS = 400  # most speeds at which results are given
 _TURNS = 2  # of the first wheel in a window of the spectrum: half orders have a line of their own
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
@@ -49,14 +50,17 @@ class _Run(NamedTuple):
     speed: np.ndarray  # (N,) the mean speed in each, rpm
 
 
+_State = tuple[np.ndarray, np.ndarray]
+
+
 @dataclass(frozen=True)
 class RunUp(WholeStudy):
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
-    such that these begin when they do at the speed that changes continuously. From one to the next the positions and
-    velocities of the wheels stay. Within a period the flow is exact. The run begins with the motion that is reached
-    from rest at the first speed; a run-down begins with that at its own first speed, the highest.
+    such that these begin when they do at the speed that changes continuously. From one to the next the deflections
+    stay, and the velocities of the wheels. Within a period the flow is exact. The run begins with the motion that is
+    reached from rest at the first speed; a run-down goes on with the motion of the run-up.
 
     Returns
     -------
@@ -66,8 +70,8 @@ class RunUp(WholeStudy):
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
         ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
-        by a quarter or more, and lastingly. With ``signal`` also ``signal_time``, s, and ``signal_force``
-        over ``direction`` and ``instant``.
+        by a quarter or more, and is steady before or after. With ``signal`` also ``signal_time``, s, and
+        ``signal_force`` over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
@@ -128,8 +132,12 @@ class RunUp(WholeStudy):
             raise InputError("duration", "must let the speed change by at most 5 % within a period", self.duration,
                              f"At {first:g} rpm it would change by {100 * change:.3g} %. It must be at least "
                              f"{self.duration * change / _FASTEST_CHANGE:.3g} s, or the first speed higher.")
-        cycles = (first + last) / 2 * self._cycles_per_rpm * self.duration
-        check_memory("duration", int(cycles), 200 + 8 * self._samples * (1 + 2 * self.signal))
+        rate = (first + last) / 2 * self._cycles_per_rpm  # periods per second
+        if rate * self.duration < self._window:
+            raise InputError("duration", f"must be at least that of {self._window} periods", self.duration,
+                             f"Give {self._window / rate:.3g} s or more.")
+        check_memory("duration", int(rate * self.duration), 200 + 8 * self._samples * (1 + 2 * self.signal))
+        switched_system(vary(self.model, {"speed": [first, last]}))  # raises for a speed that the gears cannot have
 
     @property
     def _cycles_per_rpm(self) -> float:
@@ -157,6 +165,11 @@ class RunUp(WholeStudy):
         train = self.model.train.cycles.values() if self.model.kind == "train" else ()  # type: ignore[attr-defined]
         return self.samples * max(1, *train, 1)
 
+    @property
+    def _window(self) -> int:
+        """Periods in a window of the spectrum."""
+        return _TURNS * self._cycles_per_turn.numerator
+
     def _run(self, down: bool) -> _Run:
         """The periods of a run: k of them are over when the wheel has turned that far."""
         first, last = (self.speed.stop, self.speed.start) if down else (self.speed.start, self.speed.stop)
@@ -167,20 +180,25 @@ class RunUp(WholeStudy):
         return _Run(time, 1 / (self._cycles_per_rpm * np.diff(time)))
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        runs = [self._run(False), *([self._run(True)] if self.down else [])]
-        measures, forces, stopped = self._follow(runs, progress)
+        runs, measures, forces, stopped = [self._run(down) for down in (False, True)[: 1 + self.down]], [], [], []
+        start = initial_value_problems(self.model, {"speed": [self.speed.start]})
+        state = start.flow.advance(start.w, _SETTLED).w, prescribed_rates_at_start(start.batch, start.flow.system.names)
+        for run in runs:
+            state, measure, force, lost = self._follow(run, state, start.flow.system.names, progress)
+            measures.append(measure)
+            forces.append(force)
+            stopped.append(lost)
         edges = np.linspace(self.speed.start, self.speed.stop, self._bins(runs[0]) + 1)
         names = ["up", "down"][: len(runs)]
         found = [_over_speed(run, m, edges) for run, m in zip(runs, measures, strict=True)]
-        static = abs(float(switched_system(vary(self.model, {})).static_force[0, self._at]))
         order, spectra = self._spectra(runs, forces, edges)
         over = ("direction", "speed", "order")
         data = variables(over, {n: np.stack([each[n] for each in found]) for n in found[0]})
-        factor = data["mesh_force_peak"].values / (static or np.nan)
-        data["dynamic_factor"] = variable("dynamic_factor", over[:2], factor)
+        static = self._static((edges[1:] + edges[:-1]) / 2)
+        data["dynamic_factor"] = variable("dynamic_factor", over[:2], data["mesh_force_peak"].values / static)
         data["order_force"] = variable("order_force", over, spectra)
-        jumps = [(speed, name, before / (static or np.nan), after / (static or np.nan))
-                 for name, run, m in zip(names, runs, measures, strict=True) for speed, before, after in _jumps(run, m)]
+        jumps = [(speed, name, *(np.array(forces) / self._static(np.array([speed]))))
+                 for name, run, m in zip(names, runs, measures, strict=True) for speed, *forces in _jumps(run, m)]
         for i, name in enumerate(("speed_of_jump", "direction_of_jump", "factor_before_jump", "factor_after_jump")):
             values = np.array([jump[i] for jump in jumps], str if name == "direction_of_jump" else float)
             data[name] = variable(name, ("jump",), values)
@@ -199,56 +217,67 @@ class RunUp(WholeStudy):
                            if speed is not None)
         return new_dataset(data, coords, {**self.provenance(**settings), "status": status or "ok"})
 
+    def _static(self, speeds: np.ndarray) -> np.ndarray:
+        """The static mesh force at speeds (V,); NaN without load."""
+        force = np.abs(switched_system(vary(self.model, {"speed": speeds})).static_force[:, self._at])
+        return np.where(force == 0, np.nan, force)
+
     def _bins(self, run: _Run) -> int:
         """The number of speeds of the result: each has some periods."""
         return max(1, min(_BINS, len(run.speed) // 8))
 
     def _follow(
-        self, runs: list[_Run], progress: bool
-    ) -> tuple[list[np.ndarray], list[np.ndarray], list[float | None]]:
-        """Of each run the measures (len(Measure), N) and mesh forces (N, samples) of its periods, and the speed at
-        which it diverged; all runs have as many periods."""
-        speeds = np.stack([run.speed for run in runs], axis=1)  # (N, L)
-        count, lanes = speeds.shape
-        start = initial_value_problems(self.model, {"speed": speeds[0]})
-        w, measures, forces = start.flow.advance(start.w, _SETTLED).w, [], []
-        before = prescribed_at_start(start.batch, start.flow.system.names)
-        with bar("runup, periods" if progress else None, count) as advance:
-            for first in range(0, count, _CHUNK):
-                part = speeds[first : first + _CHUNK]
-                batch = vary(self.model, {"speed": part.ravel()})
-                system = switched_system(batch, start.flow.system.names)
-                prescribed = prescribed_at_start(batch, system.names).reshape(len(part), lanes, -1)
-                kicks = np.diff(prescribed, axis=0, prepend=before[None])
-                points = np.arange(part.size).reshape(part.shape)
-                out = follow_schedule(ExactFlow(system, self._samples), w, points, kicks.transpose(0, 2, 1))
-                w, before = out.w, prescribed[-1]
-                measures.append(out.measures[:, self._at * len(Measure) : (self._at + 1) * len(Measure)])
-                forces.append(self._forces(system, out.samples))
-                advance(len(part))
-                if np.all(out.status != OK):
-                    break
-        found, force = np.concatenate(measures), np.concatenate(forces)
-        missing = count - len(found)
-        found, force = (np.pad(v, ((0, missing), (0, 0), (0, 0)), constant_values=np.nan) for v in (found, force))
-        lost = [np.flatnonzero(np.isnan(found[:, 0, i])) for i in range(lanes)]
-        stopped = [float(speeds[at[0], i]) if len(at) else None for i, at in enumerate(lost)]
-        return [found[:, :, i].T for i in range(lanes)], [force[:, :, i] for i in range(lanes)], stopped
+        self, run: _Run, state: _State, names: tuple[str, ...], progress: bool
+    ) -> tuple[_State, np.ndarray, np.ndarray, float | None]:
+        """The state at the end of a run, the measures (len(Measure), N) and mesh forces (N, samples) of its periods,
+        and the speed at which it diverged.
 
-    def _forces(self, system: Any, samples: np.ndarray) -> np.ndarray:
-        """The force of the mesh (N, samples, L) from samples (N, samples, d + 1, L) of periods."""
-        periods, per_period, _, lanes = samples.shape
-        flat = samples.transpose(0, 3, 1, 2).reshape(periods * lanes * per_period, -1)
-        share = np.tile(np.arange(per_period) / per_period, periods * lanes)
-        force = mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
-        return force.reshape(periods, lanes, per_period).transpose(0, 2, 1).astype(np.float32)
+        A state has the coordinates (d, 1), and what of them is prescribed at the start of the period before (1, d).
+        """
+        from scipy.signal import resample_poly  # here, since it takes a third of a second to load
+
+        count, (w, before) = len(run.speed), state
+        measures = np.full((len(Measure), count), np.nan)
+        forces = np.full((count, self._samples), np.nan, np.float32)
+        rows = slice(self._at * len(Measure), (self._at + 1) * len(Measure))
+        with bar("runup, periods" if progress else None, count) as advance:
+            first = 0
+            while first < count:
+                finer = self._finer(run.speed[first])
+                part = slice(first, min(first + max(_SAMPLES // (finer * self._samples), 8), count))
+                first = part.stop
+                batch = vary(self.model, {"speed": run.speed[part]})
+                system = switched_system(batch, names)
+                prescribed = prescribed_rates_at_start(batch, names)
+                kicks = np.diff(prescribed, axis=0, prepend=before)[:, :, None]
+                flow, points = ExactFlow(system, finer * self._samples), np.arange(batch.size)[:, None]
+                out = follow_schedule(flow, w, points, kicks)
+                w, before = out.w, prescribed[-1:]
+                measures[:, part] = out.measures[:, rows, 0].T
+                flat = out.samples[..., 0].reshape(-1, out.samples.shape[2])
+                share = np.tile(np.arange(finer * self._samples) / (finer * self._samples), batch.size)
+                force = mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
+                if finer > 1 and out.status[0] == OK:
+                    force = resample_poly(force, 1, finer, padtype="line")
+                forces[part] = force.reshape(batch.size, -1)[:, : self._samples]
+                advance(batch.size)
+                if out.status[0] != OK:
+                    break
+        lost = np.flatnonzero(np.isnan(measures[0]))
+        return (w, before), measures, forces, float(run.speed[lost[0]]) if len(lost) else None
+
+    def _finer(self, speed: float) -> int:
+        """How many times as many instants the flow samples as the spectrum needs, a power of 2: then they are filtered,
+        for a force that jumps and rings has lines far above those that are looked at."""
+        model: Any = self.model
+        period = model.period * model.value("speed") / speed
+        return int(2 ** max(0, math.ceil(math.log2(_DENSITY * period / self._samples))))
 
     def _spectra(
         self, runs: list[_Run], forces: list[np.ndarray], edges: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Orders (O,) of the turn of the first wheel, and the amplitudes of the mesh force (L, B, O) in each bin."""
-        turns = _TURNS * self._cycles_per_turn.denominator
-        window = int(turns * self._cycles_per_turn)  # periods
+        turns, window = _TURNS * self._cycles_per_turn.denominator, self._window
         lines = _HIGHEST * (self._samples // self.samples) * window + 1
         out = np.full((len(runs), len(edges) - 1, lines), np.nan, np.float32)
         centres = (edges[1:] + edges[:-1]) / 2
@@ -301,8 +330,8 @@ def _jumps(run: _Run, measures: np.ndarray) -> list[tuple[float, float, float]]:
     """Where the range of the mesh force of the periods (len(Measure), N) changes suddenly: the speed, and the largest
     forces before and after.
 
-    That of two periods is taken, alike along a motion of doubled period. Before and after, most of them must lie apart,
-    so that a chaotic motion has no jumps.
+    That of two periods is taken, alike along a motion of doubled period. On one side it must be steady, so that a
+    chaotic motion has no jumps but its beginning and end.
     """
     from scipy.ndimage import maximum_filter1d, percentile_filter  # here, since they take a tenth of a second to load
 
@@ -313,13 +342,16 @@ def _jumps(run: _Run, measures: np.ndarray) -> list[tuple[float, float, float]]:
     if known < 4 * width:
         return []
     level = np.log(np.maximum(maximum_filter1d(extent[:known], 2), _LEAST))
-    low, high = (percentile_filter(level, share, width) for share in (100 * _BEYOND, 100 * (1 - _BEYOND)))
-    change = np.maximum(low[2 * width :] - high[: -2 * width], low[: -2 * width] - high[2 * width :])
+    low, middle, high = (percentile_filter(level, share, width) for share in (100 * _BEYOND, 50, 100 * (1 - _BEYOND)))
+    before, after = slice(0, -2 * width), slice(2 * width, None)
+    steady = np.minimum((high - low)[before], (high - low)[after]) < math.log(_JUMP)
+    change = np.where(steady, np.abs(middle[after] - middle[before]), 0.0)
     out = []
     while change.max() > math.log(_JUMP):
         k = int(np.argmax(change)) + width
         near = slice(k - width // 2, k + width // 2)  # between the two windows
         k = near.start + int(np.argmax(np.abs(np.diff(level[near]))))
-        out.append((float(run.speed[k]), float(peak[k - width : k].max()), float(peak[k + 2 : k + width].max())))
+        later = slice(k + width, k + 2 * width)  # when the transient is over
+        out.append((float(run.speed[k]), float(peak[k - width : k].max()), float(peak[later].max())))
         change[max(0, k - 3 * width) : k + width] = 0.0
     return sorted(out)

@@ -464,11 +464,10 @@ class Assembly:
                       self._of(self.found.torques(self.value)))
         return k * (q @ rows.T)
 
-    def prescribed(self) -> np.ndarray:
-        """The prescribed parts of the states (P, d) at the phase 0: those of the deflections and of their rates."""
-        out, chosen = np.zeros((self.points, len(self.found.names))), self.chosen_harmonics
-        out[:, self.at] = chosen.real.sum(axis=2) / self.units.length
-        rates = 1j * self.frequencies[:, None, :] * chosen
+    def prescribed_rates(self) -> np.ndarray:
+        """The prescribed parts of the rates of the deflections at the phase 0, in states (P, d)."""
+        out = np.zeros((self.points, len(self.found.names)))
+        rates = 1j * self.frequencies[:, None, :] * self.chosen_harmonics
         out[:, self.at + 1] = rates.real.sum(axis=2) / (self.units.length * self.units.rate)
         return out
 

@@ -19,7 +19,7 @@ from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.coordinates import (
     initial_state,
-    prescribed_at_start,
+    prescribed_rates_at_start,
     to_physical,
     transmission_error_at_start,
 )
@@ -262,6 +262,10 @@ def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
     batch = TrainBatch(model, MappingProxyType(flat), next(iter(sizes))[0])
     left, size = found.imbalance(batch.assembly.value)
     wrong = np.flatnonzero(np.any(np.abs(left) > BALANCE * size, axis=1))
+    if "speed" in flat and len(wrong) and any(body.torque_over_speed for body in model.train.bodies):
+        raise InputError("torque_over_speed", "must leave the mean torques in balance at each speed",
+                         f"torques that do not at {flat['speed'][wrong[0]]:.6g} rpm",
+                         "Give each load its torque at every speed, or prescribe the motion of a body.")
     for name in (n for n in flat if n.endswith(".torque") and len(wrong)):
         raise InputError(name, "must leave the mean torques in balance", float(flat[name][wrong[0]]),
                          "Vary torque, which changes all mean torques in one ratio.")
@@ -293,9 +297,9 @@ def _(batch: TrainBatch) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(batch.size), np.zeros(batch.size)
 
 
-@prescribed_at_start.register
+@prescribed_rates_at_start.register
 def _(batch: TrainBatch, names: tuple[str, ...]) -> np.ndarray:
-    return batch.assembly.prescribed()
+    return batch.assembly.prescribed_rates()
 
 
 @to_physical.register
