@@ -70,6 +70,19 @@ def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
     assert found.static_force[:, 0] == pytest.approx(forces, rel=1e-13)
     assert model.train.torque == pytest.approx(0.075)
     assert model.with_values({"speed": 1200.0}).train.torque == pytest.approx(0.2)
+    scan = gc.rattle(model.train, "speed=600:1200:2")  # the table has no torque at other speeds
+    assert gc.physical(scan).mesh_peak_force.shape == (3, 2, 1)
+
+
+def test_a_free_train_whose_load_does_not_balance_at_a_speed_is_refused():
+    load = {"speed": ["300 rpm", "900 rpm"], "torque": ["-15 N*m", "-45 N*m"]}
+    train = gc.Train(speed=900.0, bodies=[
+        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="pump", inertia=1e-3, torque_over_speed=load)],
+        meshes=[gc.Mesh(between=("motor", "pump"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8,
+                        damping=60.0, backlash=1.2e-4)])
+    vary(as_model(train), {"speed": [900.0]})
+    with pytest.raises(gc.InputError, match="balance at each speed; got 'torques that do not at 1200 rpm'"):
+        vary(as_model(train), {"speed": [900.0, 1200.0]})
 
 
 @pytest.mark.parametrize(("given", "words"), [

@@ -348,10 +348,11 @@ def _jumps(run: _Run, measures: np.ndarray) -> list[tuple[float, float, float]]:
     change = np.where(steady, np.abs(middle[after] - middle[before]), 0.0)
     out = []
     while change.max() > math.log(_JUMP):
-        k = int(np.argmax(change)) + width
-        near = slice(k - width // 2, k + width // 2)  # between the two windows
+        middle_of = int(np.argmax(change)) + width
+        near = slice(middle_of - width // 2, middle_of + width // 2)  # between the two windows
         k = near.start + int(np.argmax(np.abs(np.diff(level[near]))))
-        later = slice(k + width, k + 2 * width)  # when the transient is over
-        out.append((float(run.speed[k]), float(peak[k - width : k].max()), float(peak[later].max())))
-        change[max(0, k - 3 * width) : k + width] = 0.0
+        earlier = peak[max(0, near.start - width) : near.start].max()
+        later = peak[middle_of + width : middle_of + 2 * width].max()  # when the transient is over
+        out.append((float(run.speed[k]), float(earlier), float(later)))
+        change[max(0, middle_of - 3 * width) : middle_of + width] = 0.0
     return sorted(out)

@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from gearchaos.display import HasCard
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.fields import (
@@ -201,7 +200,7 @@ class Units(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body(HasCard):
+class Body:
     """A rotating body of a `Train`: a wheel with its shaft, a motor, a load, a carrier.
 
     A value is a number in SI or a text with a unit such as ``"5e-4 kg*m^2"``.
@@ -303,7 +302,7 @@ class Body(HasCard):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shaft(HasCard):
+class Shaft:
     """A shaft, clutch or spline between two bodies of a `Train`, which turn alike.
 
     Parameters
@@ -450,7 +449,7 @@ def _design(field: str, value: Any) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mesh(HasCard):
+class Mesh:
     """A gear mesh between two bodies of a `Train`.
 
     Its deflection is s = r_a φ_a − r_b φ_b − e(t), φ in each wheel's own sense of rotation: s > 0 on the front flank,
