@@ -11,12 +11,29 @@ from gearchaos.flow.kernels.constants import OK
 
 
 class Followed(NamedTuple):
-    """L motions along N periods; after the first status other than `OK` a motion is NaN."""
+    """Results for L motions along N periods; after the first status other than `OK` a motion is NaN.
 
-    w: np.ndarray  # (d, L) at the end
-    measures: np.ndarray  # (N, K len(Measure), L) of each period
-    samples: np.ndarray  # (N, samples, d + 1, L) coordinates and contact state
-    status: np.ndarray  # (L,)
+    Attributes
+    ----------
+    w : (d, L)
+        Coordinates at the end.
+    measures : (N, K len(Measure), L)
+        Of each period, in the rows of `Measure`.
+    samples : (N, samples, d + 1, L)
+        Coordinates and contact state.
+    status : (L,)
+        As of `FlowResult`.
+
+    Examples
+    --------
+    >>> Followed._fields
+    ('w', 'measures', 'samples', 'status')
+    """
+
+    w: np.ndarray
+    measures: np.ndarray
+    samples: np.ndarray
+    status: np.ndarray
 
 
 def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: np.ndarray) -> Followed:
@@ -34,10 +51,25 @@ def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: n
         What is added to the coordinates before each period: what they change by where the parameters do, while the
         positions and velocities of the wheels stay.
 
+    Returns
+    -------
+    Followed
+
     Raises
     ------
     StoppedError
         If the computation is cancelled.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> import numpy as np
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1), {"omega": np.array([0.8, 0.9])}, samples=8)
+    >>> visits = np.array([[0], [1], [0]])
+    >>> found = follow_schedule(problem.flow, problem.w[:, :1], visits, np.zeros((3, 2, 1)))
+    >>> found.samples.shape
+    (3, 8, 3, 1)
     """
     w, found, status = np.array(w, float), [], np.full(w.shape[1], OK)
     for each, kick in zip(points, kicks, strict=True):
