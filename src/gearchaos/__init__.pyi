@@ -499,9 +499,9 @@ def runup(
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
-    such that these begin when they do at the speed that changes continuously. From one to the next the positions and
-    velocities of the wheels stay. Within a period the flow is exact. The run begins with the motion that is reached
-    from rest at the first speed; a run-down begins with that at its own first speed, the highest.
+    such that these begin when they do at the speed that changes continuously. From one to the next the deflections
+    stay, and the velocities of the wheels. Within a period the flow is exact. The run begins with the motion that is
+    reached from rest at the first speed; a run-down goes on with the motion of the run-up.
 
     Parameters
     ----------
@@ -528,8 +528,8 @@ def runup(
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
         ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
-        by a quarter or more, and lastingly. With ``signal`` also ``signal_time``, s, and ``signal_force``
-        over ``direction`` and ``instant``.
+        by a quarter or more, and is steady before or after. With ``signal`` also ``signal_time``, s, and
+        ``signal_force`` over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
