@@ -526,10 +526,10 @@ def runup(
         Over ``direction`` ("up", and with ``down`` also "down") and ``speed``: ``dynamic_factor``, the largest mesh
         force over the static one; ``mesh_force_peak``, ``contact`` and ``z_peak_to_peak``, the worst in any period.
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
-        wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
-        ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
-        by a quarter or more, and is steady before or after. With ``signal`` also ``signal_time``, s, and
-        ``signal_force`` over ``direction`` and ``instant``.
+        wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
+        ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
+        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.

@@ -3,6 +3,7 @@
 import errno
 import os
 import pickle
+import shutil
 import sys
 from uuid import uuid4
 
@@ -125,3 +126,19 @@ def test_objects_that_are_deleted_meanwhile_have_no_size(tmp_path, monkeypatch):
     objects.delete(["b"])
     monkeypatch.setattr(objects, "names", lambda: names)
     assert objects.total_bytes() == 2
+
+
+def test_what_another_process_deletes_at_the_same_time_is_deleted(tmp_path, monkeypatch):
+    """It removes a file while this process goes through the folder, which then ends half-way."""
+    objects, remove = Objects(tmp_path / "map.zarr"), shutil.rmtree
+    for name in ("run/tiles/0/1", "run/tiles/0/2", "run/tiles/1/3"):
+        objects.put(name, b"1")
+
+    def interrupted(path):
+        monkeypatch.setattr("shutil.rmtree", remove)
+        remove(path / "0")
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path / "0"))
+
+    monkeypatch.setattr("shutil.rmtree", interrupted)
+    objects.delete_all("run/tiles")
+    assert objects.names() == []

@@ -144,10 +144,11 @@ def regime(
 
 def runup(
     gears: GearsPath,
-    speed: Annotated[
-        str, typer.Option(metavar="START:STOP", help="First and last speed of wheel 1 in rpm, or with units: 500:6000.")
-    ],
     sets: Sets = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="START:STOP", help="First and last speed of wheel 1, rpm, or with units: "
+                                 "500:6000; by default that of the file.")
+    ] = None,
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="Of the run-up, in s or with a unit; 60 s by default.")
     ] = None,
@@ -176,15 +177,17 @@ def runup(
     from gearchaos.studies.runup import RunUp
     from gearchaos.studyfile import parse_value
 
-    if speed.count(":") != 1:
+    if speed is not None and speed.count(":") != 1:
         raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
-    axis = as_range(f"speed={speed}", "--speed", options.RANGE)
+    axes = [] if speed is None else [as_range(f"speed={speed}", "--speed", options.RANGE)]
     seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
     chosen = [*(sets or []), *([] if torque is None else [f"torque={torque}"])]
-    loaded = options.load(gears, chosen, physical=True, axes=[axis])
-    given = options.given(duration=seconds, mesh=mesh, down=down or None)
-    study = loaded.study(RunUp, **given, speed=axis, signal=wav is not None)
-    found = Found("runup", study.run(progress=True), loaded, True, (axis,), out, plot)
+    loaded = options.load(gears, chosen, physical=True, axes=axes)
+    if not axes and "speed" not in loaded.options_for("runup"):
+        raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000, in rpm.")
+    given = options.given(duration=seconds, mesh=mesh, down=down or None, **({"speed": axes[0]} if axes else {}))
+    study = loaded.study(RunUp, **given, signal=wav is not None)
+    found = Found("runup", study.run(progress=True), loaded, True, study.axes, out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
     if wav is not None:
         from gearchaos.sound import write_wav

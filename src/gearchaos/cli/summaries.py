@@ -442,7 +442,8 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
         _say_wrapped(content["status"])
     step = float(found.dataset["speed"][:2].diff("speed").sum())
     _say_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
-                 f"{step:.3g} rpm. Jumps are those from or to a steady motion.")
+                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
+                 "motion.")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:

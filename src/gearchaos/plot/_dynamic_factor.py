@@ -37,7 +37,7 @@ _MOTIONS: dict[str, dict[str, Any]] = {
 }
 """The motions of a result of `gearchaos.speeds_to_avoid`."""
 
-_LARGE = 20.0  # A larger factor asks for a logarithmic scale: on another one K_v would be a line at the bottom
+LARGE = 20.0  # A larger factor asks for a logarithmic scale: on another one K_v would be a line at the bottom
 _ROUNDING = 1e-9  # A quasi-static ratio that exceeds 1 by less is 1
 
 
@@ -101,7 +101,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     for handle in computed:
         ax.add_line(handle)
     computed += _quasi_static(ax, motions)
-    if np.nanmax(ds["dynamic_factor"].values, initial=0) > _LARGE:
+    if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
         ax.set_yscale("log", subs=(2, 5))
         ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
     ax.autoscale_view()

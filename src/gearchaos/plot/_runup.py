@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from gearchaos.plot._datasets import check, keeps_data
+from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import INK, STROBE, adapt
 from gearchaos.studies.beside_factors import words_beside
@@ -65,7 +66,9 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
         if shown == "dynamic_factor":
             own = ds.isel(jump=ds["direction_of_jump"].values == way)
             above.plot(own["speed_of_jump"], own["factor_after_jump"], "o", color=adapt(colour), markersize=4)
-    above.set(yscale="log", ylabel=axis_label(ds[shown], shown))
+    above.set_ylabel(axis_label(ds[shown], shown))
+    if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
+        above.set_yscale("log", subs=(2, 5))
     handles = [Line2D([], [], color=adapt(_WAYS[w][0]), linestyle=_WAYS[w][1], label=_WAYS[w][2]) for w in known]
     if ds.sizes["jump"]:
         handles.append(Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump"))

@@ -163,8 +163,12 @@ class Objects:
             self._done(name, self.zarr.delete(name))
 
     def delete_all(self, prefix: str) -> None:
-        """Delete all objects below a prefix."""
-        self._done(prefix, self.zarr.delete_dir(prefix))
+        """Delete all objects below a prefix, of which other processes may delete some at the same time."""
+        done = False
+        while not done:
+            with suppress(FileNotFoundError):
+                self._done(prefix, self.zarr.delete_dir(prefix))
+                done = True
 
     def keep(self, names: Iterable[str]) -> None:
         """Let objects survive a power failure; those of an object store do at once."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from gearchaos.model.coordinates import prescribed_rates_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import RANGE, axis_option, option
@@ -68,10 +70,10 @@ class RunUp(WholeStudy):
         Over ``direction`` ("up", and with ``down`` also "down") and ``speed``: ``dynamic_factor``, the largest mesh
         force over the static one; ``mesh_force_peak``, ``contact`` and ``z_peak_to_peak``, the worst in any period.
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
-        wheel, the root mean square over windows of two turns. Over ``jump`` ``speed_of_jump``, ``direction_of_jump``,
-        ``factor_before_jump`` and ``factor_after_jump``: where the range of the mesh force in a period suddenly changes
-        by a quarter or more, and is steady before or after. With ``signal`` also ``signal_time``, s, and
-        ``signal_force`` over ``direction`` and ``instant``.
+        wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
+        ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
+        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
@@ -132,12 +134,12 @@ class RunUp(WholeStudy):
             raise InputError("duration", "must let the speed change by at most 5 % within a period", self.duration,
                              f"At {first:g} rpm it would change by {100 * change:.3g} %. It must be at least "
                              f"{self.duration * change / _FASTEST_CHANGE:.3g} s, or the first speed higher.")
-        rate = (first + last) / 2 * self._cycles_per_rpm  # periods per second
-        if rate * self.duration < self._window:
+        if self._periods < self._window:
+            shortest = 2 * (self._window + 1) / (self._cycles_per_rpm * (first + last))
             raise InputError("duration", f"must be at least that of {self._window} periods", self.duration,
-                             f"Give {self._window / rate:.3g} s or more.")
-        check_memory("duration", int(rate * self.duration), 200 + 8 * self._samples * (1 + 2 * self.signal))
-        switched_system(vary(self.model, {"speed": [first, last]}))  # raises for a speed that the gears cannot have
+                             f"Give {shortest:.3g} s or more.")
+        check_memory("periods in the duration", self._periods, 200 + 8 * self._samples * (1 + 2 * self.signal))
+        _ = self.cost
 
     @property
     def _cycles_per_rpm(self) -> float:
@@ -170,16 +172,27 @@ class RunUp(WholeStudy):
         """Periods in a window of the spectrum."""
         return _TURNS * self._cycles_per_turn.numerator
 
+    @property
+    def _periods(self) -> int:
+        """Whole periods in a run."""
+        return int((self.speed.start + self.speed.stop) / 2 * self._cycles_per_rpm * self.duration)
+
+    @cached_property
+    def cost(self) -> Cost:
+        """That of the runs, one after the other, at the speed where a period has the most steps."""
+        ends = switched_system(vary(self.model, {"speed": [self.speed.start, self.speed.stop]}))
+        return estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+
     def _run(self, down: bool) -> _Run:
         """The periods of a run: k of them are over when the wheel has turned that far."""
         first, last = (self.speed.stop, self.speed.start) if down else (self.speed.start, self.speed.stop)
         rate = (last - first) / self.duration
-        count = int((first + last) / 2 * self.duration * self._cycles_per_rpm)
-        turned = np.arange(count + 1) / self._cycles_per_rpm  # integral of the speed
+        turned = np.arange(self._periods + 1) / self._cycles_per_rpm  # integral of the speed
         time = 2 * turned / (first + np.sqrt(np.maximum(first**2 + 2 * rate * turned, 0.0)))
         return _Run(time, 1 / (self._cycles_per_rpm * np.diff(time)))
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        self.cost.announce(progress)
         runs, measures, forces, stopped = [self._run(down) for down in (False, True)[: 1 + self.down]], [], [], []
         start = initial_value_problems(self.model, {"speed": [self.speed.start]})
         state = start.flow.advance(start.w, _SETTLED).w, prescribed_rates_at_start(start.batch, start.flow.system.names)
