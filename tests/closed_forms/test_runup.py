@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from scipy.io import wavfile
 from typer.testing import CliRunner
 
@@ -101,6 +102,10 @@ def test_the_sound_has_the_frequency_and_size_of_the_force(tmp_path):
     line = np.abs(np.fft.rfft(heard * np.hanning(len(heard))))
     assert rate == RATE and heard.dtype == np.int16 and np.abs(heard).max() == 32767
     assert np.argmax(line) * rate / len(heard) == pytest.approx(440, abs=1)
+    silent = signal(440.0)
+    silent["signal_force"] = 3 + 1e-8 * silent["signal_force"]
+    with pytest.raises(gc.InputError, match="must have a mesh force that varies"):
+        write_wav(silent, tmp_path / "b.wav")
     with pytest.raises(gc.InputError, match="must be a result of runup with signal=True"):
         write_wav(xr.Dataset(), tmp_path / "b.wav")
 
@@ -189,3 +194,54 @@ def test_the_answer_stands_first_and_the_options_of_a_file_count(tmp_path):
     (tmp_path / "pair.toml").write_text(text)
     missing = CliRunner().invoke(app, ["runup", str(tmp_path / "pair.toml")])
     assert missing.exit_code == 2 and "--speed must be given" in missing.stderr
+
+
+def test_a_fast_run_is_that_at_a_speed_that_rises_continuously():
+    """x'' + 2ζz' + z − 1 = q with z = x − ε(φ), φ' = ω(τ): the speed rises by a quarter of a percent in each period."""
+    pair = gc.GearPair(**PAIR, error_amplitudes=[2e-7], error_phases=[np.pi / 2], chi1=0.0, chi2=0.0)
+    found = gc.runup(pair, "speed=4000:5000", 0.054, signal=True)
+    model, rate = as_model(pair), pair.to_pair().scales.rate
+    system = switched_system(vary(model, {"speed": [4000.0]}))
+    first, span, amplitude = system.omega[0], 0.054 * rate, model.error.amplitudes[0]
+    rise, damping, load = 0.25 * first / span, system.damping[0], system.static_force[0, 0]
+
+    def error(t):
+        phase, speed = first * t + rise * t**2 / 2 - np.pi / 2, first + rise * t
+        return amplitude * np.cos(phase), -amplitude * speed * np.sin(phase)
+
+    def motion(t, state):
+        e, e_dot = error(t)
+        return [state[1], load - damping * (state[1] - e_dot) - (state[0] - e)]
+
+    tau = np.ravel(found.signal_time) * rate
+    steady = -amplitude * first**2 / (1 - first**2 + 1j * damping * first) * np.exp(-0.5j * np.pi)  # of −z, e^iωτ
+    start = [load - steady.real + error(0.0)[0], -(1j * first * steady).real + error(0.0)[1]]
+    run = solve_ivp(motion, (0.0, tau[-1]), start, t_eval=tau, rtol=1e-10, atol=1e-13)
+    e, e_dot = error(tau)
+    force = run.y[0] - e + damping * (run.y[1] - e_dot)
+    assert np.abs(found.signal_force[0] - force).max() < 8e-3 * np.abs(force - load).max()
+
+
+def test_with_a_drag_over_the_speed_forces_are_over_the_static_one_of_each_speed():
+    """The force is 1 + J α r_a/r_b over the drag: 0.3 N m at 600 rpm of the driver, 0.4 N m at 900 rpm."""
+    table = {"speed": [200.0, 600.0], "torque": [-0.2, -0.4]}
+    bodies = [gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}]),
+              gc.Body(name="loose", inertia=5e-4, torque_over_speed=table)]
+    train = gc.Train(speed=600.0, bodies=bodies, meshes=[gc.Mesh(
+        between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
+        backlash=1.2e-4)])
+    factor = gc.runup(train, "speed=600:900", 8.0).dynamic_factor[0]
+    drag = np.interp(factor.speed * 2 / 3, table["speed"], np.abs(table["torque"]))
+    np.testing.assert_allclose(factor, 1 + 0.1 / drag, rtol=8e-3)  # half the change from one speed to the next
+
+
+def test_the_prescribed_rate_of_a_train_is_that_of_its_error():
+    """e = a cos(wt − θ) has the rate a w sin θ at first, which the deflection has with the other sign."""
+    bodies = [gc.Body(name="driver", motion=[]), gc.Body(name="wheel", inertia=1e-3)]
+    train = gc.Train(speed=900.0, bodies=bodies, meshes=[
+        gc.Mesh(between=("driver", "wheel"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
+                backlash=1e-4, error_amplitudes=[3e-6], error_phases=[0.7])])
+    batch, units = vary(as_model(train), {"speed": [900.0, 1800.0]}), as_model(train).units
+    w = 20 * np.array([900.0, 1800.0]) * np.pi / 30
+    expected = -3e-6 * w * np.sin(0.7) / (units.length * units.rate)
+    np.testing.assert_allclose(prescribed_rates_at_start(batch, ("z", "z_dot"))[:, 1], expected, rtol=1e-12)
