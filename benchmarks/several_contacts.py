@@ -20,7 +20,8 @@ import numpy as np
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.gears.operating import as_model
-from gearchaos.gears.train.parts import Body, Mesh, Shaft
+from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.parts import Body, Shaft
 from gearchaos.gears.train.train import Train
 from gearchaos.model import MeshModel, ToothPairStiffness, vary
 from gearchaos.model.coordinates import initial_state

@@ -15,7 +15,8 @@ from gearchaos import quantities
 from gearchaos.dynamics import Classification
 from gearchaos.gears.design.gear_design import OPERATION, GearDesign
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.train.parts import Body, Mesh, Shaft
+from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.parts import Body, Shaft
 from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.train import Train
 from gearchaos.model import MeshModel

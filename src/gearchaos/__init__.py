@@ -18,7 +18,7 @@ _OTHERS = {
     "HarmonicStiffness": "model", "MeshModel": "model", "SteppedStiffness": "model", "ToothPairStiffness": "model",
     "TransmissionError": "model",
     "TwoLevelStiffness": "model",
-    "Body": "gears.train.parts", "Mesh": "gears.train.parts", "Shaft": "gears.train.parts",
+    "Body": "gears.train.parts", "Mesh": "gears.train.mesh", "Shaft": "gears.train.parts",
     "PlanetarySet": "gears.train.planets", "Train": "gears.train.train",
     "GearDesign": "gears.design.gear_design", "GearPair": "gears.pair", "physical": "gears.results",
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.regime",

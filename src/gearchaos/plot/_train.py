@@ -14,7 +14,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch, Patch
 
 from gearchaos.errors import InputError
-from gearchaos.gears.train.parts import GROUND, Body, Mesh
+from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.parts import GROUND, Body
 from gearchaos.gears.train.train import Train
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend, new_axes

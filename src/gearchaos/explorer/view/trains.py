@@ -8,8 +8,8 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import COARSER_TRAIN, LEAST_SPEED, SHARES, rounded, value_range
+from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.model import TrainModel
-from gearchaos.gears.train.parts import Mesh
 from gearchaos.model import vary
 from gearchaos.quantities import Range
 

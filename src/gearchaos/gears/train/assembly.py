@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.train.parts import GROUND, Body, Mesh, Support, Units
+from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.parts import GROUND, Body, Support, Units
 from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.switched import SwitchedAffine

@@ -10,7 +10,8 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.fields import Record, one, read_by, record_values
-from gearchaos.gears.train.parts import Body, Mesh
+from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.parts import Body
 from gearchaos.quantities import POSITIVE
 
 _MOST_PLANETS = 12

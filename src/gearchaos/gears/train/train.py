@@ -18,18 +18,8 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.train.assembly import mean_imbalance, units_of
-from gearchaos.gears.train.parts import (
-    GROUND,
-    LAWS,
-    STEPS,
-    Body,
-    Mesh,
-    SeriesStiffness,
-    Shaft,
-    Units,
-    field_of,
-    parts,
-)
+from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
+from gearchaos.gears.train.parts import GROUND, LAWS, Body, Shaft, Units, field_of, parts
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import POSITIVE, parameter_owner
 

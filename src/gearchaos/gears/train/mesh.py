@@ -1,0 +1,282 @@
+"""The meshes of a gear train, in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears import units
+from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
+from gearchaos.gears.pair import GearPair
+from gearchaos.gears.tooth_pairs import ToothPairs
+from gearchaos.gears.train.parts import JOINED, LAWS, ends_of, part_name
+from gearchaos.model import HarmonicStiffness, SteppedStiffness, ToothPairStiffness
+from gearchaos.model.contacts import OneSidedContacts
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
+from gearchaos.validation import to_floats
+
+STEPS = 48
+"""Steps in which a Fourier series of a mesh stiffness is followed."""
+
+_RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeriesStiffness(Record):
+    """A mesh stiffness c(ψ) = ``mean`` + Σ ``amplitudes[j - 1]`` cos(j ψ − ``phases[j - 1]``), N/m, ψ the phase of the
+    mesh cycle. It is followed in `STEPS` steps, each the mean of the series over it."""
+
+    mean: Any = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    amplitudes: Any = field(metadata=read_by(each(units.STIFFNESS)))
+    phases: Any = field(default=(), metadata=read_by(each(units.ANGLE)))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+        if len(self.phases) > len(self.amplitudes):
+            raise InputError("phases", "must not be longer than amplitudes", len(self.phases))
+        if not self.amplitudes:
+            raise InputError("amplitudes", "must have at least one value", [], "A constant stiffness is one number.")
+        if (least := float(self._levels().min())) <= 0:
+            raise InputError("amplitudes", "must leave the stiffness positive", list(self.amplitudes),
+                             f"With a mean of {self.mean:.6g} N/m it falls to {least:.6g} N/m.")
+
+    def _levels(self) -> np.ndarray:
+        """The means of the series over equal steps of the mesh cycle, N/m."""
+        edges = np.arange(STEPS + 1) / STEPS
+        levels = np.full(STEPS, float(self.mean))
+        for j, amplitude in enumerate(self.amplitudes, 1):
+            phase = self.phases[j - 1] if j <= len(self.phases) else 0.0
+            levels += amplitude * np.diff(np.sin(2 * np.pi * j * edges - phase)) * STEPS / (2 * np.pi * j)
+        return levels
+
+    @cached_property
+    def steps(self) -> SteppedStiffness:
+        """The same stiffness in steps, N/m."""
+        return SteppedStiffness(tuple(self._levels().tolist()), tuple((np.arange(STEPS) / STEPS).tolist()))
+
+    def scaled(self, factor: float) -> SeriesStiffness:
+        """The same stiffness times a factor."""
+        return replace(self, mean=self.mean * factor, amplitudes=tuple(a * factor for a in self.amplitudes))
+
+
+def _stiffness(field: str, value: Any) -> Any:
+    """A stiffness in N/m, or a table: one in steps with ``levels`` in N/m and ``starts``, or a `SeriesStiffness`."""
+    if isinstance(value, (SteppedStiffness, SeriesStiffness)):
+        return value
+    if not isinstance(value, Mapping):
+        return one(units.STIFFNESS, POSITIVE)(field, value)
+    if "mean" in value:
+        return record(SeriesStiffness)(field, value)
+    if set(value) != {"levels", "starts"}:
+        raise InputError(field, "must be a stiffness, or a table with levels and starts, or with mean, amplitudes and "
+                         "phases", dict(value), "Starts are shares of the mesh cycle.")
+    levels = each(units.STIFFNESS)(f"{field}.levels", value["levels"])
+    return SteppedStiffness(levels, to_floats(f"{field}.starts", value["starts"]))
+
+
+_OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "backlash", "error_amplitudes",
+              "error_phases")
+"""The fields of a mesh that a design has."""
+
+
+_ANY_DAMPING = 0.05  # of a design that lacks it, where the damping is given beside it
+
+
+def _points(design: Any) -> list[Any]:
+    """A design at its speed and torque; one that lacks them at two of each, between which it must not differ."""
+    lacks = {name: values for name, values in (("speed", (600.0, 900.0)), ("torque", (50.0, 75.0)))
+             if getattr(design, name, values) is None}
+    if not lacks:
+        return [design]
+    return [design.at(**{name: values[i] for name, values in lacks.items()}) for i in (0, 1)]
+
+
+def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
+    """The values of a mesh by name that a design or a pair has, those left out that are not wanted."""
+    pair: GearPair = design.to_pair()
+    found: dict[str, Any] = {
+        "teeth": (pair.n1, pair.n2), "base_radii": (pair.R1, pair.R2), "damping": pair.k, "backlash": pair.backlash,
+        "error_amplitudes": pair.error_amplitudes, "error_phases": pair.error_phases}
+    stiffness = design.to_model().stiffness
+    if "stiffness" not in without:
+        if isinstance(stiffness, ToothPairStiffness):
+            found["tooth_pairs"] = pair.tooth_pairs
+        elif isinstance(stiffness, HarmonicStiffness):
+            found["stiffness"] = SeriesStiffness(mean=pair.c0, phases=stiffness.phases, amplitudes=tuple(
+                a * pair.c0 for a in stiffness.amplitudes))
+        else:
+            parts = stiffness.parts(stiffness.numbers())
+            found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
+                                                  tuple(float(start) for start, _ in parts))
+    return {name: value for name, value in found.items() if name not in without}
+
+
+def _design(field: str, value: Any) -> Any:
+    if not hasattr(value, "to_pair"):
+        raise InputError(field, "must be a GearDesign or a GearPair, in a study file the path of one", value)
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """A gear mesh between two bodies of a `Train`.
+
+    Its deflection is s = r_a φ_a − r_b φ_b − e(t), φ in each wheel's own sense of rotation: s > 0 on the front flank,
+    by which the first body drives the second one, and s < −backlash on the back flank.
+
+    Parameters
+    ----------
+    between : two names
+        Driving and driven body.
+    name : str, optional
+        By default both names with a slash.
+    design : GearDesign or GearPair, optional
+        Whose teeth, base radii, stiffness, damping, backlash and error are those of the mesh. In a study file the path
+        of a file with ``[design]`` or ``[gearpair]``. What is given beside it replaces its value.
+    teeth : two int
+    base_radii : two lengths
+        In the ratio of the teeth to 1 %; the second one is taken to be in that ratio exactly.
+    stiffness : force/length, or table
+        Constant, or ``levels`` and where each ``starts`` in the mesh cycle, or a Fourier series with ``mean``,
+        ``amplitudes`` and ``phases``, as in (2.7), which is followed in 48 steps.
+    tooth_pairs : table
+        Or tooth pairs that share the load, as of `GearPair`.
+    damping : force time/length
+    backlash : length
+        Total, along the line of action.
+    error_amplitudes, error_phases : list of length, list of angle
+        Static transmission error e(t) = Σ e_j cos(j ψ − θ_j), ψ the phase of the mesh cycle.
+    phase : angle
+        ψ at t = 0.
+    damping_law : {"always", "contact"}, optional
+        That of the train by default.
+    internal : bool
+        Whether one of the wheels is a ring.
+    line_of_action : angle
+        Direction along which a displacement of the centre of the first body presses the flanks together; matters
+        where centres move. Of a planet it follows from ``pressure_angle``.
+    pressure_angle : angle, optional
+        Working pressure angle, of a mesh with a planet.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=("30 mm", "45 mm"),
+    ...                stiffness="2e8 N/m", damping="60 N*s/m", backlash="0.12 mm")
+    >>> mesh.name, mesh.backlash
+    ('driver/loose', 0.00012)
+    """
+
+    between: Any = field(metadata=read_by(ends_of))
+    name: Any = field(default=None, metadata=read_by(part_name))
+    design: Any = field(default=None, metadata=read_by(_design))
+    teeth: Any = field(default=None, metadata=read_by(two(units.teeth, "must be a list of two numbers of teeth")))
+    base_radii: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE), "must be a list of two")))
+    stiffness: Any = field(default=None, metadata=read_by(_stiffness))
+    tooth_pairs: Any = field(default=None, metadata=read_by(record(ToothPairs)))
+    damping: Any = field(default=None, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
+    backlash: Any = field(default=None, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
+    error_amplitudes: Any = field(default=None, metadata=read_by(each(units.LENGTH)))
+    error_phases: Any = field(default=None, metadata=read_by(each(units.ANGLE)))
+    phase: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
+    damping_law: Any = field(default=None, metadata=read_by(name_of(*LAWS)))
+    internal: bool = False
+    line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
+    pressure_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE, POSITIVE)))
+
+    def __post_init__(self) -> None:
+        convert_fields(self)
+        object.__setattr__(self, "name", self.name or JOINED["mesh"].join(self.between))
+        if not isinstance(self.internal, bool):
+            raise InputError("internal", "must be true or false", self.internal)
+        if self.stiffness is not None and self.tooth_pairs is not None:
+            raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness,
+                             "The stiffness of the mesh is that of its tooth pairs.")
+        for name, value in self._of_design().items():
+            object.__setattr__(self, name, value)
+        for name in ("teeth", "base_radii", "backlash"):
+            if getattr(self, name) is None:
+                raise InputError(name, "must be given", None, "Or give a design.")
+        if self.stiffness is None and self.tooth_pairs is None:
+            raise InputError("stiffness", "must be given, or tooth_pairs, or a design", None)
+        for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ())):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, default)
+        if len(self.error_phases) > len(self.error_amplitudes):
+            raise InputError("error_phases", "must not be longer than error_amplitudes", len(self.error_phases))
+        (z1, z2), (r1, r2) = self.teeth, self.base_radii
+        if abs(r1 / r2 * z2 / z1 - 1) > _RATIO_TOLERANCE:
+            raise InputError("base_radii", f"must be in the ratio of the teeth, {z1}/{z2} = {z1 / z2:.6g}, to 1 %",
+                             round(r1 / r2, 6), "Base radii are m z cos(α)/2.")
+        object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
+        object.__setattr__(self, "design", None)  # its values are those of the mesh
+        if self.phase and not self.varies:
+            raise InputError("phase", "must be left out for a mesh of constant stiffness without error",
+                             units.Shown(self.phase, self.phase), "It has no effect.")
+
+    def _of_design(self) -> dict[str, Any]:
+        """The values of the design, by the names of fields."""
+        if self.design is None:
+            return {}
+        own = {name for name in _OF_DESIGN if getattr(self, name) is not None}
+        own |= {"stiffness", "tooth_pairs"} if own & {"stiffness", "tooth_pairs"} else set()
+        design = self.design
+        if "damping" in own and getattr(design, "damping_ratio", own) is None:
+            design = replace(design, damping_ratio=_ANY_DAMPING)
+        try:
+            points = [_values_of(point, own) for point in _points(design)]
+        except InputError as error:
+            raise InputError(f"design: {error.field}", error.rule, error.value, error.advice) from None
+        for name, value in points[0].items():
+            if any(point[name] != value for point in points[1:]):
+                raise InputError("design", "must have a speed and a torque", "none",
+                                 f"Its {name} depends on them: write [operation] with speed and torque in its file, or "
+                                 f"give {name} beside it.")
+        return points[0]
+
+    def with_mean_stiffness(self, mean: Any, own: float) -> Mesh:
+        """This mesh with another mean stiffness than its ``own`` one, and a stiffness of the same form."""
+        mean = units.to_si("stiffness", mean, units.STIFFNESS, POSITIVE)
+        if self.tooth_pairs is not None:
+            levels = tuple(level * mean / own for level in self.tooth_pairs.stiffness)
+            return replace(self, tooth_pairs=replace(self.tooth_pairs, stiffness=levels))
+        if isinstance(self.stiffness, SeriesStiffness):
+            return replace(self, stiffness=self.stiffness.scaled(mean / own))
+        if isinstance(self.stiffness, SteppedStiffness):
+            levels = tuple(level * mean / own for level in self.stiffness.levels)
+            return replace(self, stiffness=replace(self.stiffness, levels=levels))
+        return replace(self, stiffness=mean)
+
+    def contacts(self) -> OneSidedContacts:
+        """The contacts of one mesh cycle, stiffnesses in N/m and gaps in m."""
+        if self.tooth_pairs is not None:
+            in_si = SimpleNamespace(tooth_pairs=self.tooth_pairs, half_backlash=1.0, c0=1.0)
+            pairs: Any = ToothPairStiffness.from_pair(in_si)
+            return ToothPairStiffness.contacts(pairs.numbers(), 1)
+        levels: tuple[float, ...] = (self.stiffness,)
+        starts: tuple[float, ...] = (0.0,)
+        stepped = self.stiffness.steps if isinstance(self.stiffness, SeriesStiffness) else self.stiffness
+        if isinstance(stepped, SteppedStiffness):
+            levels, starts = stepped.levels, stepped.starts
+        if starts[0] > 0:  # until then the last level of the cycle before lasts on
+            levels, starts = (levels[-1], *levels), (0.0, *starts)
+        both = np.array([levels, levels], float)[None]
+        return OneSidedContacts(np.array([1, -1]), np.array([starts], float), both, np.zeros((*both.shape, 3)))
+
+    @property
+    def constant(self) -> bool:
+        """Whether the stiffness is the same along the mesh cycle."""
+        stepped = isinstance(self.stiffness, SteppedStiffness) and len(set(self.stiffness.levels)) > 1
+        series = isinstance(self.stiffness, SeriesStiffness) and any(self.stiffness.amplitudes)
+        return not (stepped or series or self.tooth_pairs is not None)
+
+    @property
+    def varies(self) -> bool:
+        """Whether stiffness or error change along the mesh cycle."""
+        return not self.constant or any(self.error_amplitudes)
