@@ -126,7 +126,8 @@ class Answer:
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
         sharing = "load sharing, " * (not self.design.shares_load)
-        yield f"Left out: {sharing}{ending}other meshes, friction."
+        turning = "what repeats once per turn, " * self.design.turning
+        yield f"Left out: {turning}{sharing}{ending}other meshes, friction."
 
     @property
     def notes(self) -> tuple[str, ...]:

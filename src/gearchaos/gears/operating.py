@@ -227,17 +227,21 @@ def gears_of(model: MeshModel) -> Gears | None:
     return getattr(model, "gears", None)
 
 
-def _train_model(train: Train) -> Any:
-    """The `TrainModel` of a train."""
-    from gearchaos.gears.train.model import TrainModel
+def model_of_gears(gears: Any, kind: str | None = None) -> Any:
+    """What studies take gears for: an `OperatingModel`, or a `TrainModel` of a train and of a design in which something
+    repeats once per turn; ``kind`` as in `GearPair.to_model`."""
+    turning = is_design(gears) and gears.turning
+    if not (turning or is_train(gears)):
+        return operating_model(gears, kind)
+    from gearchaos.gears.train.model import TrainModel  # many modules, for trains alone
 
-    return TrainModel(train)
+    return TrainModel(gears.to_train() if turning else gears)
 
 
 def as_model(model: Any) -> MeshModel:
     """A model itself, or that of gears; raises `InputError` for anything else."""
     if is_design(model) or isinstance(model, GearPair) or is_train(model):
-        found: Any = _train_model(model) if is_train(model) else operating_model(model)  # type: ignore[arg-type]
+        found: Any = model_of_gears(model)
         for text in model.warnings:
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
         return found

@@ -198,7 +198,9 @@ def dynamic_factor(
 
 
 def loaded(design: Any, torque: Any) -> GearDesign:
-    """The design at a torque, its own for None; raises `InputError` for anything but a loaded design."""
+    """The design at a torque, its own for None, with teeth that are all alike, as standards have it; raises
+    `InputError` for anything but a loaded design.
+    """
     if not isinstance(design, GearDesign):
         raise InputError("design", "must be a GearDesign", f"a {type(design).__name__}",
                          "The standards need the drawing of the pair.")
@@ -208,7 +210,7 @@ def loaded(design: Any, torque: Any) -> GearDesign:
     if loaded.given("torque") == 0:
         raise InputError("torque", "must be greater than 0", loaded.torque,
                          "Without load there is no ratio of forces.")
-    return loaded
+    return loaded.with_like_teeth()
 
 
 def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variable]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, operating_model
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -111,15 +111,18 @@ def load_study(
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if tables.train is not None:
-        model = _train_model(tables, Path(path or ".").parent, kind, model_values)
+        model = _train_model(tables, Path(path or ".").parent)
     elif gears is not None:
         gears = at_axis_starts(gears, axes)
-        model = operating_model(gears, kind or (tables.gearpair and tables.gearpair.kind))
-        _refuse_without_table(gears, model_values, {*known_names(model), *OPERATING_NAMES, "damping_law"})
+        model = model_of_gears(gears, kind or (tables.gearpair and tables.gearpair.kind))
+        names = known_names(model) if model.kind != "train" else (*model.parameters(), *model.state_names)
+        _refuse_without_table(gears, model_values, {*names, *OPERATING_NAMES, "damping_law"})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
-    if tables.train is None:
+    if model.kind == "train":
+        model = _with_train_values(model, tables.initial, kind, model_values)
+    else:
         initial = validated(InitialTable, {"initial": tables.initial}).initial
         for name in initial:
             check_state_name(model.kind, name)
@@ -222,20 +225,21 @@ def _gears_of(
         given = design.get(name)
         if isinstance(given, dict) and isinstance(given.get(path), str):
             given[path] = str((folder / given[path]).absolute())
+    if isinstance(paths := design.get("pitch_errors"), list):
+        design["pitch_errors"] = [str((folder / each).absolute()) if isinstance(each, str) and each else each
+                                  for each in paths]
     operation = _replaced(tables.operation or {}, values["operation"], "operation")
     if any(name in operation for name in gear_design.FREQUENCIES):
         default = {name: value for name, value in default.items() if name != "speed"}
     return gear_design.GearDesign.from_tables(design, {**default, **operation})
 
 
-def _train_model(tables: StudyFile, folder: Path, kind: Any, values: Mapping[str, Any]) -> TrainModel:
-    """The model of ``[train]`` of a study file in a folder, with values replaced by name and its initial values."""
+def _train_model(tables: StudyFile, folder: Path) -> TrainModel:
+    """The model of ``[train]`` of a study file in a folder."""
     from gearchaos.gears.train.model import TrainModel  # many modules, for trains alone
-    from gearchaos.gears.train.train_file import initial_of, read_train
+    from gearchaos.gears.train.train_file import read_train
 
     _refuse_beside(tables, "train", "model", "gearpair", "design", "operation")
-    if kind is not None:
-        raise InputError("kind", "must be left out for a train", kind, "Its coordinates follow from its parts.")
 
     def pair(path: str) -> Gears:
         try:
@@ -246,8 +250,17 @@ def _train_model(tables: StudyFile, folder: Path, kind: Any, values: Mapping[str
             raise InputError("design", "must be the path of a file with [design] or [gearpair]", path)
         return found
 
-    model = TrainModel(read_train(tables.train or {}, pair)).with_values(values)
-    return replace(model, initial={**initial_of(model, tables.initial), **model.initial})
+    return TrainModel(read_train(tables.train or {}, pair))
+
+
+def _with_train_values(model: TrainModel, initial: Mapping[str, Any], kind: Any, values: Mapping[str, Any]) -> TrainModel:
+    """A train with values replaced by name, and its initial values from a table."""
+    from gearchaos.gears.train.train_file import initial_of
+
+    if kind is not None:
+        raise InputError("kind", "must be left out for a train", kind, "Its coordinates follow from its parts.")
+    model = model.with_values(values)
+    return replace(model, initial={**initial_of(model, initial), **model.initial})
 
 
 def _refuse_beside(tables: StudyFile, table: str, *others: str) -> None:

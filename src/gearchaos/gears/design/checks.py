@@ -14,7 +14,7 @@ from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness import methods
-from gearchaos.gears.stiffness.iso6336 import ISO
+from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
@@ -164,7 +164,12 @@ def _stiffness_warnings(design: Drawing) -> list[str]:
     """Warnings about a mesh stiffness outside the range of its method, or from a table far from others or constant."""
     try:
         if isinstance(design.stiffness, str):
-            return [f"{text}." for text in methods()[design.stiffness].warnings(design)]
+            found = [f"{text}." for text in methods()[design.stiffness].warnings(design)]
+            if design.turning and design.stiffness == ISO and design.torque is not None and mesh_load(
+                    design.geometry, 0.0, design.torque, design.application_factor).line_load < LOW_LINE_LOAD:
+                found.append("Where teeth differ, the mesh stiffness stays that at the torque of the design where the "
+                             "torque is varied, although that of ISO 6336-1 depends on it here.")
+            return found
         own, *others = design.comparable_stiffnesses
     except InputError:  # reported by what needs the stiffness
         return []
@@ -180,7 +185,7 @@ def _stiffness_warnings(design: Drawing) -> list[str]:
 
 
 def _error_warnings(design: Drawing) -> list[str]:
-    """Warnings about exact teeth, tip relief and eccentricity: what of them the motion does not show."""
+    """Warnings about exact teeth, tip relief and what repeats once per turn: what of them the motion does not show."""
     found = []
     if design.quality is not None and design.transmission_error is None:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
@@ -211,10 +216,11 @@ def _error_warnings(design: Drawing) -> list[str]:
                               "teeth never touch there.")
             found.append(f"{effect} What relief is for, the entry of a tooth pair under load, is left out: the mesh "
                          "stiffness is that of teeth without relief.")
+    if design.turning:
+        found.append("Speeds to avoid, dynamic factors over speed and the datasheet take all teeth to be alike; other "
+                     "studies take faults, pitch errors and eccentricity as they are.")
     if largest := max(design.eccentricity):
         backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
-        found.append(
-            f"eccentricity has no effect on the motion: it repeats once per turn, and the model with the mesh. One of "
-            f"{largest * 1e6:.4g} µm changes the transmission error by ±{largest * 1e6:.4g} µm and the backlash by "
-            f"±{backlash * 1e6:.4g} µm.")
+        found.append(f"eccentricity acts as an error of ±{largest * 1e6:.4g} µm; that it changes the backlash by "
+                     f"±{backlash * 1e6:.4g} µm is left out.")
     return found

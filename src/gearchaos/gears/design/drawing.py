@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import InitVar, dataclass, field, fields
+from dataclasses import InitVar, dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -20,10 +20,14 @@ from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_ba
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
+from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.tooth_pairs import Relief, ToothPairs, back_phase
+from gearchaos.gears.train.parts import terms
+from gearchaos.gears.train.teeth import Fault
 from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
+from gearchaos.gears.transmission_error.pitch import drawn_pitch
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, unrelieved_length
@@ -76,6 +80,8 @@ class Drawing:
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
+    pitch_errors: Any = field(default=((), ()), metadata=read_by(values.read_pitch_errors))
+    faults: Any = field(default=(), metadata=read_by(terms(Fault)))
     supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
     application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
     speed: Any = field(default=None, metadata=read_by(
@@ -232,6 +238,37 @@ class Drawing:
         starts = enumerate(zip(self.tip_relief.start_diameter, self.tip_relief.amount, strict=True))
         first, second = (self.geometry.length_to_tip(wheel, d) if amount else 0.0 for wheel, (d, amount) in starts)
         return TipRelief(self.tip_relief.amount, (first, second), self.tip_relief.shape)
+
+    @property
+    def late_teeth(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """By how much each tooth of both wheels comes too late along the line of action, m; empty for none."""
+        found, geometry = self.pitch_errors, self.geometry
+        if isinstance(found, values.DrawnPitch):
+            rng = np.random.default_rng(found.seed)
+            found = [drawn_pitch(each, z, rng).tolist() for each, z in zip(
+                tolerances(self.given("quality"), geometry), self.teeth, strict=True)]
+        factor = math.cos(geometry.transverse_pressure_angle)
+        first, second = (tuple(factor * value for value in wheel) for wheel in found)
+        return first, second
+
+    @property
+    def tooth_faults(self) -> tuple[Fault, ...]:
+        """The faults with the loss of stiffness that follows from the depth of a crack."""
+        if not any(fault.crack_depth for fault in self.faults):
+            return self.faults
+        try:
+            pairs = EnergyPairs(self.geometry, self.material, self.given("bore"))
+            return tuple(replace(fault, crack_depth=0.0, stiffness_loss=pairs.lost_by_crack(
+                fault.wheel - 1, fault.crack_depth)) if fault.crack_depth else fault for fault in self.faults)
+        except InputError as error:
+            raise InputError(f"faults: {error.field}", error.rule, error.value, error.advice) from None
+
+    @property
+    def turning(self) -> bool:
+        """Whether something repeats once per turn of a wheel, not with the mesh."""
+        faults = any(f.stiffness_loss or f.crack_depth or f.wear for f in self.faults)
+        drawn = isinstance(self.pitch_errors, values.DrawnPitch)
+        return faults or drawn or any(map(any, self.pitch_errors)) or any(self.eccentricity)
 
     @property
     def exact(self) -> bool:

@@ -6,21 +6,25 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import TEETH, Drawing
-from gearchaos.gears.design.values import Choice, TableFile, module_of
+from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, module_of
 from gearchaos.gears.fields import convert_fields
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness import methods
+from gearchaos.gears.train.teeth import check_faults, check_pitch
 from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel, ToothPairStiffness
 from gearchaos.quantities import POSITIVE
+
+if TYPE_CHECKING:
+    from gearchaos.gears.train.train import Train
 
 # the inputs of a design that the table ``[operation]`` of a study file may hold
 OPERATION = ("speed", "torque", "application_factor")
@@ -99,8 +103,17 @@ class GearDesign(Drawing, HasCard):
         ``columns`` as above and ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with
         a warning beside a quality.
     eccentricity : length, one or two, optional
-        Distance of the axis of the toothing from the axis of rotation; by default 0. It is on the datasheet alone, with
-        a warning: a model that is periodic with the mesh cannot contain it.
+        Distance of the axis of the toothing from the axis of rotation; by default 0. With one, or with pitch errors or
+        faults, studies take the pair as a `Train` that repeats with the turns of its wheels; see `to_train`.
+    pitch_errors : two lists of lengths, two paths, or table, optional
+        Cumulative pitch deviation of each tooth, positive where it comes later, at the reference circle, teeth in the
+        order in which they mesh: of each wheel a list, a file with the columns ``tooth`` and ``cumulative pitch
+        deviation`` or ``single pitch deviation``, or none, ``[]``. Or ``{"seed": 1}``: drawn at random within the
+        grade of ``quality``.
+    faults : list of tables, optional
+        Teeth that differ, each with ``wheel``, ``tooth``, and ``stiffness_loss``, the share of the stiffness that is
+        lost in the pairs in which it meshes, ``crack_depth``, from which that follows by the potential energy of the
+        tooth, or ``wear`` of its driving flank along the line of action.
     supports : Supports or table, optional
         Elastic supports along the line of action; rigid by default.
     application_factor : float, optional
@@ -137,6 +150,13 @@ class GearDesign(Drawing, HasCard):
         check_geometry(self.geometry)
         check_wheels(self)
         check_load_sharing(self)
+        check_faults(self.faults, self.teeth)
+        if not isinstance(self.pitch_errors, DrawnPitch):
+            check_pitch(self.pitch_errors, self.teeth)
+        elif self.quality is None:
+            raise InputError("quality", "must be given where pitch errors are drawn", None,
+                             "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.")
+        _ = self.tooth_faults
         if self.backlash is not None:
             check_backlash(self.backlash, self.geometry)
 
@@ -231,6 +251,25 @@ class GearDesign(Drawing, HasCard):
         if isinstance(model.stiffness, ToothPairStiffness) and one_pair is not None:
             return replace(model, stiffness=replace(model.stiffness, levels=one_pair(self)[0]))
         return replace(model, stiffness=self.mesh_stiffness.waveform)
+
+    def with_like_teeth(self) -> GearDesign:
+        """The same design without what repeats once per turn."""
+        return replace(self, faults=(), pitch_errors=((), ()), eccentricity=0.0) if self.turning else self
+
+    def to_train(self) -> Train:
+        """This pair as a train of the bodies wheel1 and wheel2, which can contain what repeats once per turn."""
+        from gearchaos.gears.train.train import Train  # many modules, for teeth that differ alone
+
+        pair, (z1, z2) = self.to_pair(), self.teeth
+        bodies = [{"name": f"wheel{n}", "inertia": inertia, "torque": torque} for n, inertia, torque in (
+            (1, pair.I1, pair.M10), (2, pair.I2, -pair.M10 * z2 / z1))]
+        mesh: dict[str, Any] = {"between": ("wheel1", "wheel2"), "design": self}
+        if not pair.rigid:
+            mesh["line_of_action"] = 0.0
+            for n, body in enumerate(bodies, 1):
+                support = {"stiffness": getattr(pair, f"c{n}"), "damping": getattr(pair, f"k{n}"), "direction": 0.0}
+                body |= {"mass": getattr(pair, f"m{n}"), "support": support}
+        return Train(speed=self.speed, bodies=bodies, meshes=[mesh], damping_law=self.damping_law)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -12,11 +12,23 @@ from typing import Any, ClassVar
 from gearchaos.errors import ChangedFileError, InputError, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
-from gearchaos.gears.fields import Record, convert_fields, name_of, number, one, read_by, record, record_values, two
+from gearchaos.gears.fields import (
+    Record,
+    convert_fields,
+    each,
+    name_of,
+    number,
+    one,
+    read_by,
+    record,
+    record_values,
+    two,
+)
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.stiffness.iso6336 import Blank
 from gearchaos.gears.tables import MOST_BYTES
 from gearchaos.gears.transmission_error import Quality
+from gearchaos.gears.transmission_error.pitch import pitch_from_table
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 BELOW_ONE = Rule(lambda v: (v > 0) & (v < 1), "must be greater than 0 and less than 1",
@@ -70,6 +82,12 @@ def _headers(field: str, value: Any) -> tuple[tuple[str, str], ...]:
         raise InputError(field, "must be a table of headers in the file", value,
                          "E.g. { angle = 'Angle of rotation', value = 'Stiffness curve' }.")
     return tuple(chosen.items())
+
+
+def _seed(field: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise InputError(field, "must be a whole number from 0 on", value)
+    return value
 
 
 def _wheel(field: str, value: Any) -> int:
@@ -193,6 +211,26 @@ def read_quality(field: str, value: Any) -> Quality:
         raise InputError(field, "must be a table with standard and grade", value,
                          "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.")
     return Quality(value["standard"], value["grade"])
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnPitch(Record):
+    """Pitch deviations drawn at random within the accuracy grade, the same ones for the same seed."""
+
+    seed: int = field(metadata=read_by(_seed))
+
+
+def read_pitch_errors(field: str, value: Any) -> Any:
+    """Cumulative pitch deviations of both wheels in m: of each from a file, a list, or none; or `DrawnPitch`."""
+    if isinstance(value, (DrawnPitch, Mapping)):
+        return record(DrawnPitch)(field, value)
+    return two(_pitch_of_wheel, "must be a list of two, or a table with seed")(field, value)
+
+
+def _pitch_of_wheel(field: str, value: Any) -> tuple[float, ...]:
+    if isinstance(value, str) and value:
+        return pitch_from_table(value, field)
+    return each(units.LENGTH)(field, value or ())
 
 
 class Choice:

@@ -7,6 +7,8 @@ Mech. Des.* 126, 2004, 748-752) and of the Hertz contact (D. C. H. Yang and Z. S
 that which the basic rack generates (H. Ma et al., *Eng. Fail. Anal.* 44, 2014, 179-194), whether the base circle is
 larger or smaller than the root circle.
 
+A cracked tooth is a beam that is thinner there (S. Wu, M. J. Zuo and A. Parey, *J. Sound Vib.* 317, 2008, 608-624).
+
 Tooth pairs in contact at the same time add up as parallel springs. Each deforms the wheel body under its neighbour too,
 which this neglects; finite elements give less stiffness in double contact (Ma et al., 2014). Accepted methods differ by
 20 % and more.
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 _NAME = "potential energy"
 _PARTS = 16  # parts of the path of contact on which the stiffness of one pair is constant
+CRACK_ANGLE = math.pi / 4  # between a crack and the axis of the tooth
+CRITICAL_ANGLE = math.pi / 6  # between the tangent of the fillet and that axis, where a crack begins: ISO 6336-3
 SHEAR_FACTOR = 1.2  # shear energy of a rectangular section over that of a uniform shear stress
 
 # coefficients A to F (columns) of L*, M*, P* and Q* (rows), Sainsot et al. (2004), Table 1
@@ -83,6 +87,18 @@ class ToothProfile:
         x, y = self.flank(slope)
         return Stations(y, x, weight * self.base_radius * (slope + self.base_half_angle) * np.cos(slope))
 
+    @property
+    def critical_point(self) -> tuple[float, float]:
+        """Half thickness and height of the point of the fillet whose tangent makes 30° with the axis of the tooth, the
+        critical section of ISO 6336-3, or of its beginning at the flank."""
+        from scipy.optimize import brentq  # here, since most of what is computed of gears does not need it
+
+        low = self.rack.flank_normal(self)
+        if self.rack.tangent_angle(low) < CRITICAL_ANGLE:
+            low = float(brentq(lambda normal: self.rack.tangent_angle(normal) - CRITICAL_ANGLE, low, math.pi / 2))
+        x, y = self.rack.fillet(np.array(low))
+        return float(x), float(y)
+
     def fillet_stations(self) -> Stations:
         """Stations from the root circle to the beginning of the involute, (nodes,)."""
         normal, weight = _gauss(np.array(math.pi / 2), np.array(self.rack.flank_normal(self)), _FILLET_NODES)
@@ -115,6 +131,10 @@ class Rack:
         turn, reach, advance = self._position(normal)
         falling = reach * np.cos(normal - turn) * (1 + advance / self.pitch_radius)
         return advance * (np.sin(turn) + np.cos(normal) * np.sin(normal - turn)) - falling
+
+    def tangent_angle(self, normal: float) -> float:
+        """The angle between the tangent of the fillet and the axis of the tooth, rad, at the point of this normal."""
+        return float(normal - self._position(np.array(normal))[0])
 
     def flank_normal(self, profile: ToothProfile) -> float:
         """The normal where the fillet meets the involute: α, or more if the fillet undercuts the involute."""
@@ -219,14 +239,27 @@ def foundation_compliance(
 
 def tooth_compliance(
     profile: ToothProfile, bore: float, material: Material, width: float, pressure_angle: np.ndarray,
+    crack: float = 0.0,
 ) -> Compliance:
-    """Compliance (...) of a tooth, m/N, loaded at points of its flank with pressure angles (...), rad."""
+    """Compliance (...) of a tooth, m/N, loaded at points of its flank with pressure angles (...), rad.
+
+    A crack of a depth in m begins at the critical section of the root and goes down into the tooth, at 45° to its axis.
+    Above its end, what is farther from the axis than that bears no bending and shear, but compression (Wu et al., 2008).
+    """
     slope = profile.slope(pressure_angle)
     half_thickness, height = profile.flank(slope)
     load = Load(height, half_thickness, slope)
-    parts = (beam_compliance(stations, load, material, width)
-             for stations in (profile.fillet_stations(), profile.flank_stations(pressure_angle)))
-    bending, shear, axial = (a + b for a, b in zip(*(part[:3] for part in parts), strict=True))
+    stations = profile.fillet_stations(), profile.flank_stations(pressure_angle)
+    bending, shear, axial = np.zeros((3, *np.shape(slope)))
+    for each in stations:
+        axial = axial + beam_compliance(each, load, material, width).axial
+        if crack:
+            left, bottom = np.array(profile.critical_point) - crack * np.array([
+                math.sin(CRACK_ANGLE), math.cos(CRACK_ANGLE)])
+            dead = np.where(each.height >= bottom, np.maximum(each.half_thickness - left, 0.0), 0.0)
+            each = each._replace(half_thickness=each.half_thickness - dead / 2)
+        part = beam_compliance(each, load, material, width)
+        bending, shear = bending + part.bending, shear + part.shear
     lever = profile.base_radius / np.cos(slope) - profile.root_radius  # the line of action touches the base circle
     body = foundation_compliance(profile.root_radius, profile.root_half_angle, bore, lever, slope)
     return Compliance(bending, shear, axial, body / (material.E * width))
@@ -280,11 +313,15 @@ class ToothPairs:
                      f"compliance of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only"
                      for n, angle in enumerate(angles, 1) if angle > ROOT_ANGLES[1])
 
-    def stiffness(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Stiffness of one tooth pair, N/m, by the pressure angles of the points of contact on both flanks, rad."""
+    def stiffness(
+        self, first: np.ndarray, second: np.ndarray, cracks: tuple[float, float] = (0.0, 0.0)
+    ) -> np.ndarray:
+        """Stiffness of one tooth pair, N/m, by the pressure angles of the points of contact on both flanks, rad, and
+        the depths of cracks in both teeth, m."""
         width = self.geometry.common_face_width
         one, two = (
-            tooth_compliance(tooth_profile(self.geometry, wheel), self.bore[wheel], self.materials[wheel], width, angle)
+            tooth_compliance(tooth_profile(self.geometry, wheel), self.bore[wheel], self.materials[wheel], width, angle,
+                             cracks[wheel])
             for wheel, angle in enumerate((first, second)))
         return 1 / (1 / hertz_stiffness(self.materials, width) + one.total + two.total)
 
@@ -294,6 +331,16 @@ class ToothPairs:
         distance = geometry.tangent_length - geometry.tip_tangents[1] + progress * geometry.base_pitch
         first, second = (d / 2 for d in geometry.base_diameter)
         return np.arctan(distance / first), np.arctan((geometry.tangent_length - distance) / second)
+
+    def lost_by_crack(self, wheel: int, depth: float) -> float:
+        """The share of the mean stiffness of a pair that a crack in its tooth of a wheel, 0 or 1, takes away."""
+        most = tooth_profile(self.geometry, wheel).critical_point[0] / math.sin(CRACK_ANGLE)
+        if depth >= most:
+            raise InputError("crack_depth", f"must be less than {Length(most, depth)}, the middle of the tooth",
+                             Length(depth, depth), "For a broken tooth give stiffness_loss = 1.")
+        angles = self.pressure_angles(self.geometry.contact_ratio * (np.arange(_PARTS * 8) + 0.5) / (_PARTS * 8))
+        cracked = self.stiffness(*angles, (depth, 0.0) if wheel == 0 else (0.0, depth))
+        return float(1 - cracked.mean() / self.stiffness(*angles).mean())
 
     def curve(self, points: int = 512) -> PeriodicCurve:
         """Mesh stiffness, N/m, of all pairs in contact, at about ``points`` points. It jumps where one enters or

@@ -18,6 +18,7 @@ import numpy as np
 from gearchaos.errors import InputError
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import GROUND, Body, Support, Units
+from gearchaos.gears.train.teeth import uneven_contacts
 from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.switched import SwitchedAffine
@@ -232,6 +233,7 @@ class Structure:
         train, base = self.train, self.train.base_order
         found = {each.ratio for body in train.bodies for each in (*(body.motion or ()), *body.torque_orders)}
         for mesh in train.meshes:
+            found |= {train.turn_order(mesh, i) for i, length in enumerate(mesh.eccentricity) if length}
             found |= {(j + 1) * train.mesh_order(mesh) for j, e in enumerate(mesh.error_amplitudes) if e}
         return np.array(sorted(int(order / base) for order in found if order), dtype=np.int64)
 
@@ -257,6 +259,10 @@ class Structure:
                 out[:, self._at(each.ratio)] += factor * self.sense(name) * size * np.exp(1j * each.phase)
         if (mesh := element.mesh) is None:
             return out
+        for i, length in enumerate(mesh.eccentricity):
+            if length:
+                angle = mesh.phase / mesh.teeth[i] - mesh.eccentricity_phases[i]
+                out[:, self._at(self.train.turn_order(mesh, i))] -= length * np.exp(1j * angle)
         for j, amplitude in enumerate(mesh.error_amplitudes):
             if amplitude and (order := (j + 1) * self.train.mesh_order(mesh)):
                 theta = mesh.error_phases[j] if j < len(mesh.error_phases) else 0.0
@@ -486,13 +492,13 @@ class Assembly:
 
     def _at_start(self, element: Element, side: np.ndarray) -> np.ndarray:
         """The stiffness of a flank (P,), 1 or −1, at the phase 0."""
-        part = _over_period(cycle(element), *self._cycles(element))
+        part = self._over_period(element)
         first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
         return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element)
 
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
         """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""
-        parts = [_over_period(cycle(element), *self._cycles(element)) for element in self.found.contacts]
+        parts = [self._over_period(element) for element in self.found.contacts]
         edges = _merged([part.edges[0] for part in parts])
         length = np.diff(edges, append=1.0)
         stiffness, offset, meshes, sides = [], [], [], []
@@ -512,6 +518,13 @@ class Assembly:
         return {"edges": np.broadcast_to(edges, (self.points, len(edges))), "meshes": np.array(meshes),
                 "sides": np.concatenate(sides), "stiffness": np.concatenate(stiffness, axis=1),
                 "offset": np.concatenate(offset, axis=1)}
+
+    def _over_period(self, element: Element) -> OneSidedContacts:
+        """The contacts of an element on the common period, in N/m and m."""
+        cycles, phase = self._cycles(element)
+        part = _over_period(cycle(element), cycles, phase)
+        uneven = element.mesh is not None and element.mesh.uneven
+        return uneven_contacts(element.mesh, part, cycles, phase) if uneven else part
 
     def _cycles(self, element: Element) -> tuple[int, float]:
         """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""

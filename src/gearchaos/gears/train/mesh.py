@@ -15,8 +15,9 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import ToothPairs
-from gearchaos.gears.train.parts import JOINED, LAWS, ends_of, part_name
-from gearchaos.model import HarmonicStiffness, SteppedStiffness, ToothPairStiffness
+from gearchaos.gears.train.parts import JOINED, LAWS, ends_of, part_name, terms
+from gearchaos.gears.train.teeth import Fault, as_pairs, check_faults, check_pitch, uneven_wheels
+from gearchaos.model import HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
@@ -24,6 +25,7 @@ from gearchaos.validation import to_floats
 STEPS = 48
 """Steps in which a Fourier series of a mesh stiffness is followed."""
 
+_MOST_PAIRS = 8  # in contact at the same time
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 
 
@@ -81,7 +83,7 @@ def _stiffness(field: str, value: Any) -> Any:
 
 
 _OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "backlash", "error_amplitudes",
-              "error_phases")
+              "error_phases", "faults", "pitch_errors", "eccentricity", "contact_ratio")
 """The fields of a mesh that a design has."""
 
 
@@ -104,6 +106,11 @@ def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
         "teeth": (pair.n1, pair.n2), "base_radii": (pair.R1, pair.R2), "damping": pair.k, "backlash": pair.backlash,
         "error_amplitudes": pair.error_amplitudes, "error_phases": pair.error_phases}
     stiffness = design.to_model().stiffness
+    if hasattr(design, "geometry"):
+        found |= {"faults": design.tooth_faults, "pitch_errors": design.late_teeth,
+                  "eccentricity": design.eccentricity, "contact_ratio": design.geometry.total_contact_ratio}
+    elif isinstance(stiffness, TwoLevelStiffness):
+        found["contact_ratio"] = stiffness.contact_ratio
     if "stiffness" not in without:
         if isinstance(stiffness, ToothPairStiffness):
             found["tooth_pairs"] = pair.tooth_pairs
@@ -115,6 +122,12 @@ def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
             found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
                                                   tuple(float(start) for start, _ in parts))
     return {name: value for name, value in found.items() if name not in without}
+
+
+def _ratio(field: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value <= _MOST_PAIRS:
+        raise InputError(field, f"must be a number from 1 to {_MOST_PAIRS}", value, "Of helical gears it is the total one.")
+    return float(value)
 
 
 def _design(field: str, value: Any) -> Any:
@@ -152,6 +165,17 @@ class Mesh:
         Total, along the line of action.
     error_amplitudes, error_phases : list of length, list of angle
         Static transmission error e(t) = Σ e_j cos(j ψ − θ_j), ψ the phase of the mesh cycle.
+    eccentricity, eccentricity_phases : two lengths, two angles
+        Distance of the axis of each toothing from its axis of rotation: e(t) has E cos(ψ_w − phase) too, ψ_w the angle
+        of the wheel.
+    faults : list of Fault or tables
+        Teeth that differ, with ``wheel``, ``tooth``, ``stiffness_loss`` and ``wear``: see `Fault`.
+    pitch_errors : two lists of lengths
+        How much later each tooth of each wheel comes, along the line of action: the cumulative pitch deviation times
+        the cosine of the pressure angle, teeth in the order in which they mesh. An empty list is a wheel without.
+    contact_ratio : float, optional
+        Tooth pairs in contact on the average, which share the stiffness. Where teeth differ it must be given, but
+        beside ``tooth_pairs`` or a design.
     phase : angle
         ψ at t = 0.
     damping_law : {"always", "contact"}, optional
@@ -184,6 +208,11 @@ class Mesh:
     backlash: Any = field(default=None, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
     error_amplitudes: Any = field(default=None, metadata=read_by(each(units.LENGTH)))
     error_phases: Any = field(default=None, metadata=read_by(each(units.ANGLE)))
+    eccentricity: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, NOT_NEGATIVE))))
+    eccentricity_phases: Any = field(default=(0.0, 0.0), metadata=read_by(two(one(units.ANGLE))))
+    faults: Any = field(default=None, metadata=read_by(terms(Fault)))
+    pitch_errors: Any = field(default=None, metadata=read_by(two(each(units.LENGTH), "must be a list of two lists")))
+    contact_ratio: Any = field(default=None, metadata=read_by(_ratio))
     phase: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
     damping_law: Any = field(default=None, metadata=read_by(name_of(*LAWS)))
     internal: bool = False
@@ -205,11 +234,13 @@ class Mesh:
                 raise InputError(name, "must be given", None, "Or give a design.")
         if self.stiffness is None and self.tooth_pairs is None:
             raise InputError("stiffness", "must be given, or tooth_pairs, or a design", None)
-        for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ())):
+        for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ()),
+                              ("eccentricity", (0.0, 0.0)), ("faults", ()), ("pitch_errors", ((), ()))):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, default)
         if len(self.error_phases) > len(self.error_amplitudes):
             raise InputError("error_phases", "must not be longer than error_amplitudes", len(self.error_phases))
+        self._check_teeth()
         (z1, z2), (r1, r2) = self.teeth, self.base_radii
         if abs(r1 / r2 * z2 / z1 - 1) > _RATIO_TOLERANCE:
             raise InputError("base_radii", f"must be in the ratio of the teeth, {z1}/{z2} = {z1 / z2:.6g}, to 1 %",
@@ -219,6 +250,26 @@ class Mesh:
         if self.phase and not self.varies:
             raise InputError("phase", "must be left out for a mesh of constant stiffness without error",
                              units.Shown(self.phase, self.phase), "It has no effect.")
+
+    def _check_teeth(self) -> None:
+        """Raise `InputError` for faults and deviations that the wheels cannot have, or whose effect is not known."""
+        check_faults(self.faults, self.teeth)
+        for i, fault in enumerate(self.faults):
+            if fault.crack_depth:
+                raise InputError(f"faults[{i}].crack_depth", "must stand in the table [design] of the gears",
+                                 units.Shown(fault.crack_depth, fault.crack_depth),
+                                 "The loss follows from the shape of the tooth. Or give stiffness_loss.")
+        check_pitch(self.pitch_errors, self.teeth)
+        needed = self.uneven and self.tooth_pairs is None
+        if needed and self.contact_ratio is None:
+            raise InputError("contact_ratio", "must be given where teeth differ", None,
+                             "It says for how long each is in contact. Or give tooth_pairs, or a design.")
+        if not needed:  # so that a mesh of like teeth is the same with it and without
+            object.__setattr__(self, "contact_ratio", None)
+        for i, (length, phase) in enumerate(zip(self.eccentricity, self.eccentricity_phases, strict=True)):
+            if phase and not length:
+                raise InputError(f"eccentricity_phases[{i}]", "must be left out without eccentricity",
+                                 units.Shown(phase, phase), "It has no effect.")
 
     def _of_design(self) -> dict[str, Any]:
         """The values of the design, by the names of fields."""
@@ -267,16 +318,27 @@ class Mesh:
         if starts[0] > 0:  # until then the last level of the cycle before lasts on
             levels, starts = (levels[-1], *levels), (0.0, *starts)
         both = np.array([levels, levels], float)[None]
-        return OneSidedContacts(np.array([1, -1]), np.array([starts], float), both, np.zeros((*both.shape, 3)))
+        found = OneSidedContacts(np.array([1, -1]), np.array([starts], float), both, np.zeros((*both.shape, 3)))
+        return as_pairs(found, self.contact_ratio) if self.uneven else found
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the teeth of a wheel are not all alike."""
+        return bool(uneven_wheels(self))
+
+    @property
+    def turning(self) -> list[int]:
+        """The wheels, 0 and 1, by which something repeats once per turn."""
+        return sorted({*uneven_wheels(self), *(i for i, length in enumerate(self.eccentricity) if length)})
 
     @property
     def constant(self) -> bool:
         """Whether the stiffness is the same along the mesh cycle."""
         stepped = isinstance(self.stiffness, SteppedStiffness) and len(set(self.stiffness.levels)) > 1
         series = isinstance(self.stiffness, SeriesStiffness) and any(self.stiffness.amplitudes)
-        return not (stepped or series or self.tooth_pairs is not None)
+        return not (stepped or series or self.tooth_pairs is not None or self.uneven)
 
     @property
     def varies(self) -> bool:
         """Whether stiffness or error change along the mesh cycle."""
-        return not self.constant or any(self.error_amplitudes)
+        return not self.constant or any((*self.error_amplitudes, *self.eccentricity))

@@ -117,9 +117,11 @@ class TrainModel(HasCard):
         counts = {"body/bodies": len(train.bodies), "shaft/shafts": len(train.shafts),
                   "contact with play/contacts with play": len(structure(train).contacts),
                   "coordinate/coordinates": len(self.state_names)}
+        turns = "".join(f" = {n} turn{'s' * (n > 1)} of {name}" for name, n in train.turns.items())
         parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
-                f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}, the period of results")
+                f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}"
+                f"{turns}, the period of results")
 
     @cached_property
     def _known(self) -> dict[str, _Parameter]:

@@ -70,7 +70,7 @@ def parts(kind: type[Part]) -> Convert:
     return convert
 
 
-def _terms(kind: type[Part]) -> Convert:
+def terms(kind: type[Part]) -> Convert:
     """A list of terms of a sum, each an object of this class or a table with its fields."""
     def convert(name: str, values: Any) -> tuple[Part, ...]:
         if isinstance(values, (str, bytes, Mapping)) or not hasattr(values, "__iter__"):
@@ -237,11 +237,11 @@ class Body:
 
     name: str = field(metadata=read_by(part_name))
     inertia: Any = field(default=None, metadata=read_by(one(units.INERTIA, POSITIVE)))
-    motion: Any = field(default=None, metadata=read_by(_terms(MotionOrder)))
+    motion: Any = field(default=None, metadata=read_by(terms(MotionOrder)))
     fixed: bool = False
     torque: Any = field(default=0.0, metadata=read_by(one(units.TORQUE)))
     torque_over_speed: Any = field(default=None, metadata=read_by(record(TorqueTable)))
-    torque_orders: Any = field(default=(), metadata=read_by(_terms(TorqueOrder)))
+    torque_orders: Any = field(default=(), metadata=read_by(terms(TorqueOrder)))
     damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
     mass: Any = field(default=None, metadata=read_by(one(units.MASS, POSITIVE)))
     support: Any = field(default=None, metadata=read_by(record(Support)))

@@ -207,9 +207,15 @@ class Train(HasCard):
         held = self.carrier(mesh)
         return abs(self.ratios[mesh.between[0]] - (self.ratios[held] if held else 0)) * mesh.teeth[0]
 
+    def turn_order(self, mesh: Mesh, wheel: int) -> Fraction:
+        """Turns of a wheel of a mesh, 0 or 1, against its other one in a turn of the first body."""
+        return self.mesh_order(mesh) / mesh.teeth[wheel]
+
     def excitation_orders(self) -> dict[str, Fraction]:
         """The orders of everything that varies with time, by what it is, of the turn of the first body."""
         found = {f"mesh {mesh.name}": self.mesh_order(mesh) for mesh in self.meshes if mesh.varies}
+        for mesh in self.meshes:
+            found |= {f"turn of {mesh.between[i]} in {mesh.name}": self.turn_order(mesh, i) for i in mesh.turning}
         for body in self.bodies:
             for each in (*(body.motion or ()), *body.torque_orders):
                 found[f"order {each.order:g} of {body.name}"] = each.ratio
@@ -231,6 +237,12 @@ class Train(HasCard):
         """Cycles of each mesh in the common period, for those that vary; fractions of others do not count."""
         return {mesh.name: int(self.mesh_order(mesh) / self.base_order) for mesh in self.meshes if mesh.varies}
 
+    @property
+    def turns(self) -> dict[str, int]:
+        """Turns of wheels in the common period, for those by which something repeats once per turn."""
+        return {mesh.between[i]: int(self.turn_order(mesh, i) / self.base_order)
+                for mesh in self.meshes for i in mesh.turning}
+
     def _check_period(self) -> None:
         """Raise `InputError` for a common period that is too long, with the numbers of teeth that make it shorter."""
         found = self.excitation_orders()
@@ -248,6 +260,9 @@ class Train(HasCard):
     def _shorter(self, found: Mapping[str, Fraction]) -> Iterator[tuple[Fraction, str]]:
         """Cycles of the fastest excitation in the common period with a near choice, and that choice in words."""
         for name, order in found.items():
+            if name.startswith("turn "):
+                orders = {other: order for other, order in found.items() if other != name}
+                yield max(orders.values()) / _common(orders.values()), f"the {name} left out"
             near = order.limit_denominator(2)
             if name.startswith("order ") and near and near != order:
                 orders = {**found, name: near}

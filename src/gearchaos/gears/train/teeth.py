@@ -1,0 +1,116 @@
+"""Teeth that differ from the others of their wheel: faults, pitch deviations, and the contacts of a turn with them.
+
+Teeth are counted from 1 in the order in which they mesh; the first ones of both wheels meet in the mesh cycle 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearchaos.errors import InputError
+from gearchaos.gears import units
+from gearchaos.gears.fields import Record, number, one, read_by
+from gearchaos.model.contacts import OneSidedContacts
+from gearchaos.quantities import NOT_NEGATIVE, Rule
+
+SHARE = Rule(lambda v: (v >= 0) & (v <= 1), "must lie in [0, 1]", "It is a share; 1 is a missing tooth.")
+
+
+def _whole(field: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise InputError(field, "must be a whole number from 1 on", value,
+                         "Wheels are 1 and 2; teeth are counted from 1 in the order in which they mesh.")
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fault(Record):
+    """A tooth that differs: of the pairs in which it meshes the share ``stiffness_loss`` of the stiffness is lost, 1
+    for a missing tooth, and its driving flank stands back by ``wear`` along the line of action. Of a design the loss
+    may be given by ``crack_depth``, that of a crack from the root circle into the tooth."""
+
+    wheel: int = field(metadata=read_by(_whole))
+    tooth: int = field(metadata=read_by(_whole))
+    stiffness_loss: float = field(default=0.0, metadata=read_by(number(SHARE)))
+    crack_depth: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
+    wear: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
+
+
+def check_faults(faults: Sequence[Any], teeth: Sequence[int]) -> None:
+    """Raise `InputError` for a fault of a wheel or a tooth that there is not, or a tooth that is named twice."""
+    for i, fault in enumerate(faults):
+        if fault.wheel not in (1, 2):
+            raise InputError(f"faults[{i}].wheel", "must be 1 or 2", fault.wheel)
+        if fault.tooth > teeth[fault.wheel - 1]:
+            raise InputError(f"faults[{i}].tooth", f"must be at most {teeth[fault.wheel - 1]}, the number of teeth",
+                             fault.tooth)
+        if (fault.wheel, fault.tooth) in {(other.wheel, other.tooth) for other in faults[:i]}:
+            raise InputError(f"faults[{i}].tooth", "must be that of no other fault of the wheel", fault.tooth,
+                             "Write one fault with both values.")
+        if fault.crack_depth and fault.stiffness_loss:
+            raise InputError(f"faults[{i}].crack_depth", "must be left out beside stiffness_loss",
+                             units.Shown(fault.crack_depth, fault.crack_depth))
+
+
+def check_pitch(deviations: Sequence[Sequence[float]], teeth: Sequence[int]) -> None:
+    """Raise `InputError` for deviations of more or fewer teeth than a wheel has."""
+    for i, (values, z) in enumerate(zip(deviations, teeth, strict=True)):
+        if len(values) not in (0, z):
+            raise InputError(f"pitch_errors[{i}]", f"must have {z} values, one for each tooth of wheel {i + 1}",
+                             len(values), "Or none, [], for a wheel without deviations.")
+
+
+class _Wheel(NamedTuple):
+    """The teeth of one wheel, each (z,)."""
+
+    kept: np.ndarray  # share of the stiffness that is left
+    late: np.ndarray  # by how much a tooth comes too late, m
+    wear: np.ndarray  # m
+
+
+def _wheels(mesh: Any) -> Iterator[_Wheel]:
+    for i, z in enumerate(mesh.teeth):
+        late = np.array(mesh.pitch_errors[i] or np.zeros(z)) if mesh.pitch_errors else np.zeros(z)
+        wheel = _Wheel(np.ones(z), late, np.zeros(z))
+        for fault in mesh.faults:
+            if fault.wheel == i + 1:
+                wheel.kept[fault.tooth - 1], wheel.wear[fault.tooth - 1] = 1 - fault.stiffness_loss, fault.wear
+        yield wheel
+
+
+def uneven_wheels(mesh: Any) -> list[int]:
+    """The wheels of a mesh, 0 and 1, with teeth that are not all alike."""
+    return [i for i, wheel in enumerate(_wheels(mesh)) if any(np.ptp(values) > 0 for values in wheel)]
+
+
+def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:
+    """The contacts of a mesh cycle with a spring for each tooth pair, where ``one`` has one spring on each flank: the
+    pairs that are in contact by the contact ratio have equal shares of its stiffness."""
+    last = contact_ratio % 1.0
+    edges = np.union1d(one.edges[0], [last])
+    age = np.arange(math.ceil(contact_ratio - 1e-12))[:, None]
+    middle = (edges + np.append(edges[1:], 1.0)) / 2
+    total = one.stiffness[0, 0, np.searchsorted(one.edges[0], middle, side="right") - 1]
+    carries = middle + age < contact_ratio
+    share = np.tile(np.where(carries, total / carries.sum(axis=0), 0.0), (2, 1))
+    return OneSidedContacts(np.repeat([1, -1], len(age)), edges[None], share[None], np.zeros((1, *share.shape, 3)))
+
+
+def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int, phase: float) -> OneSidedContacts:
+    """The contacts over ``cycles`` cycles of a mesh that begin at a phase of the cycle, ``part``, with what the teeth
+    that mesh in each have of their own; stiffnesses in N/m, gaps in m."""
+    edges, sides = part.edges[0], part.sides[:, None]
+    cycle = np.floor((edges + np.append(edges[1:], 1.0)) / 2 * cycles + phase).astype(int)
+    age = np.concatenate([np.arange(np.sum(part.sides == side)) for side in (1, -1)])[:, None]
+    first, second = _wheels(mesh)
+    # behind the tooth n of the first wheel, which pushes n of the second, is n + 1: its back flank touches that
+    n1, n2 = (cycle - age) % len(first.kept), (cycle - age + (sides < 0)) % len(second.kept)
+    gap = part.gap.copy()
+    gap[0, :, :, 0] += sides * (first.late[n1] - second.late[n2]) + (sides > 0) * (first.wear[n1] + second.wear[n2])
+    stiffness = part.stiffness * (first.kept[n1] * second.kept[n2])
+    return part._replace(stiffness=stiffness, gap=np.where(stiffness[..., None] > 0, gap, 0.0))

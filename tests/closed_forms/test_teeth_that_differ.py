@@ -1,0 +1,193 @@
+"""Faults, pitch errors and eccentricity of designs and trains: closed forms, statistics, tables, refusals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.gears.mechanics import STEEL
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.stiffness.potential_energy import Stations, tooth_compliance
+from gearchaos.gears.transmission_error import tolerances
+
+DESIGN = gc.GearDesign(
+    teeth=(23, 46), module="3 mm", face_width="20 mm", bore="25 mm", damping_ratio=0.05, torque="100 N*m",
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="none", speed="2000 rpm",
+    quality={"standard": "ISO 1328-1:1995", "grade": 6})
+
+
+def linear(**mesh: Any) -> gc.Train:
+    """A pair of constant stiffness under a load that keeps its teeth in contact."""
+    return gc.Train(speed=1200.0, bodies=[
+        gc.Body(name="a", inertia=2e-3, torque=80.0), gc.Body(name="b", inertia=3e-3, torque=-160.0)], meshes=[gc.Mesh(
+            between=("a", "b"), teeth=(20, 40), base_radii=(0.03, 0.06), stiffness=2e8, damping=600.0, backlash=1e-4,
+            **mesh)])
+
+
+def amplitude(values: np.ndarray, order: int) -> float:
+    return float(2 * np.abs(np.fft.rfft(values))[order] / len(values))
+
+
+@pytest.mark.parametrize("wheel", [0, 1])
+def test_an_eccentric_wheel_shakes_a_linear_pair_once_per_turn(wheel):
+    """|F| = |k + i c Ω| m Ω² E/|k − m Ω² + i c Ω|."""
+    length = 30e-6
+    train = linear(eccentricity=[length * (n == wheel) for n in (0, 1)])
+    motion = gc.simulate(train, 1, transient=200, samples=256)
+    mass = 1 / (0.03**2 / 2e-3 + 0.06**2 / 3e-3)
+    turn = 1200 * 2 * math.pi / 60 / (1, 2)[wheel]
+    spring = 2e8 + 600j * turn
+    expected = abs(spring * mass * turn**2 * length / (spring - mass * turn**2))
+    force = motion.mesh_force.values.ravel()[:256] * as_model(train).units.force
+    assert amplitude(force, 1) == pytest.approx(expected, rel=1e-8)
+    assert train.period == pytest.approx(2 * math.pi / turn)
+    assert f"1 turn of {'ab'[wheel]}" in as_model(train).in_words
+
+
+def test_an_eccentric_wheel_rises_where_its_phase_says():
+    at = [gc.simulate(linear(eccentricity=(30e-6, 0), eccentricity_phases=(phase, 0)), 1, transient=200, samples=256)
+          for phase in (0.0, math.pi / 2)]
+    first, later = (motion.mesh_force.values.ravel()[:256] for motion in at)
+    assert np.roll(first, 64) == pytest.approx(later, abs=1e-9)
+
+
+def test_a_late_tooth_is_an_error_of_its_cycle():
+    """Slowly, with one pair in contact, the deflection is that of the load plus the error, tooth by tooth: those of the
+    first wheel stand back, those of the second one come towards it."""
+    late = np.random.default_rng(1).uniform(-4e-6, 4e-6, (2, 20))
+    train = replace(linear(), speed=200.0, meshes=[replace(
+        linear().meshes[0], teeth=(20, 20), base_radii=(0.03, 0.03), damping=3e4, contact_ratio=1.0,
+        pitch_errors=late.tolist())], bodies=[linear().bodies[0], replace(linear().bodies[1], torque=-80.0)])
+    motion = gc.simulate(train, 1, transient=2, samples=20 * 8)
+    model = as_model(train)
+    s = motion.z.values[:160].reshape(20, 8)[:, -1] * model.units.length - 0.5e-4
+    assert s == pytest.approx(80 / 0.03 / 2e8 + late[0] - late[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("depth", [2e-4, 5e-4])
+def test_a_cracked_beam_bends_as_one_that_is_thinner_behind_the_crack(depth):
+    """A tooth with straight sides: half its section is thinner by the depth of a crack at 45° over its whole height."""
+    half, height, width = 2e-3, 6e-3, 0.02
+    x, w = np.polynomial.legendre.leggauss(8)
+    stations = Stations(height * (x + 1) / 2, np.full(8, half), height * w / 2)
+    straight = SimpleNamespace(
+        slope=lambda angle: np.zeros(()), flank=lambda slope: (np.zeros(()), np.array(height)), base_radius=0.05,
+        root_radius=0.045, root_half_angle=0.05, critical_point=(half, 0.0), fillet_stations=lambda: stations,
+        flank_stations=lambda angle: stations._replace(weight=0 * w))
+    found = tooth_compliance(straight, 0.02, STEEL, width, np.zeros(()), depth)
+    thickness = 2 * half - depth / math.sqrt(2)
+    assert found.bending == pytest.approx(height**3 / (3 * STEEL.E * width * thickness**3 / 12), rel=1e-12)
+    assert found.shear == pytest.approx(1.2 * height * 2.6 / (STEEL.E * width * thickness), rel=1e-12)
+
+
+def test_a_crack_takes_stiffness_away_and_nothing_where_there_is_none():
+    def loss(depth: float) -> float:
+        (fault,) = replace(DESIGN, faults=[{"wheel": 1, "tooth": 5, "crack_depth": depth}]).tooth_faults
+        return fault.stiffness_loss
+
+    losses = [loss(depth) for depth in (1e-9, 0.5e-3, 1e-3, 2e-3)]
+    assert losses[0] == pytest.approx(0, abs=1e-6)
+    assert np.all(np.diff(losses) > 0)
+    assert 0.02 < losses[2] < 0.2
+    assert 2 * losses[1] < losses[2]  # the deeper, the more a step takes
+
+
+def test_drawn_pitch_errors_keep_within_the_grade_and_have_its_spread():
+    singles = []
+    limits = tolerances(DESIGN.quality, DESIGN.geometry)
+    cosine = math.cos(DESIGN.geometry.transverse_pressure_angle)
+    for seed in range(200):
+        found = replace(DESIGN, pitch_errors={"seed": seed}).late_teeth
+        for late, limit in zip(found, limits, strict=True):
+            single = np.diff(late, prepend=late[-1]) / cosine
+            assert np.abs(single).max() <= limit.single_pitch * (1 + 1e-12)
+            assert np.ptp(late) / cosine <= limit.cumulative_pitch * (1 + 1e-12)
+            singles.append(single / limit.single_pitch)
+    spread = np.std(np.concatenate(singles))
+    assert 0.28 < spread < 1 / 3  # a third, less what the limits cut
+    assert np.mean(np.concatenate(singles)) == pytest.approx(0, abs=1e-12)
+    assert replace(DESIGN, pitch_errors={"seed": 3}).late_teeth == replace(DESIGN, pitch_errors={"seed": 3}).late_teeth
+
+
+def test_pitch_errors_are_read_from_tables(tmp_path):
+    z, deviation = 23, np.random.default_rng(0).uniform(-5, 5, 23).round(1)
+    cumulative, single = tmp_path / "cumulative.csv", tmp_path / "single.csv"
+    rows = "".join(f"{n};{d}\n".replace(".", ",") for n, d in zip(range(z, 0, -1), deviation[::-1], strict=True))
+    cumulative.write_text(f"tooth;cumulative pitch deviation [um]\n{rows}")
+    single.write_text("tooth,single pitch deviation (um)\n" + "".join(
+        f"{n},{d:.12g}\n" for n, d in enumerate(np.diff(deviation, prepend=deviation[-1]), 1)))
+    found = replace(DESIGN, pitch_errors=[str(cumulative), ""]).pitch_errors
+    assert found[0] == pytest.approx(deviation * 1e-6)
+    assert found[1] == ()
+    by_single = replace(DESIGN, pitch_errors=[str(single), []]).pitch_errors[0]
+    assert np.ptp(np.array(by_single) - found[0]) < 1e-12  # but for a constant, which is a turn of the wheel
+    study = tmp_path / "study.toml"
+    study.write_text(f"""[design]
+teeth = [23, 46]
+module = "3 mm"
+face_width = "20 mm"
+bore = "25 mm"
+damping_ratio = 0.05
+backlash = {{ value = "0.12 mm", of = "line of action, total" }}
+pitch_errors = ["{cumulative.name}", ""]
+[operation]
+speed = 2000
+torque = 100
+""")
+    from gearchaos.studyfile import load_study
+
+    (mesh,) = load_study(study).model.train.meshes
+    assert mesh.pitch_errors[0] == pytest.approx(deviation * 1e-6 * math.cos(math.radians(20)))
+
+
+@pytest.mark.parametrize(("given", "field", "words"), [
+    ({"faults": [{"wheel": 3, "tooth": 1}]}, "faults[0].wheel", "must be 1 or 2"),
+    ({"faults": [{"wheel": 1, "tooth": 24, "stiffness_loss": 0.3}]}, "faults[0].tooth", "at most 23"),
+    ({"faults": [{"wheel": 1, "tooth": 0}]}, "faults[0].tooth", "from 1 on"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "wear": "1 um"}] * 2}, "faults[1].tooth", "no other fault"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "stiffness_loss": 30}]}, "faults[0].stiffness_loss", "[0, 1]"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "crack_depth": "1 mm", "stiffness_loss": 0.1}]}, "faults[0].crack_depth",
+     "beside stiffness_loss"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "crack_depth": "9 mm"}]}, "faults: crack_depth", "middle of the tooth"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "crack_depth": "1 mm"}], "bore": None, "inertia": 1e-3}, "faults: bore",
+     "must be given"),
+    ({"pitch_errors": [[1e-6], []]}, "pitch_errors[0]", "must have 23 values"),
+    ({"pitch_errors": {"seed": -1}}, "pitch_errors.seed", "whole number"),
+    ({"pitch_errors": {"seed": 1}, "quality": None}, "quality", "must be given"),
+    ({"pitch_errors": 3}, "pitch_errors", "list of two"),
+])
+def test_teeth_that_cannot_be_are_refused(given, field, words):
+    with pytest.raises(InputError) as error:
+        replace(DESIGN, **given)
+    assert error.value.field == field
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(("mesh", "field"), [
+    ({"faults": [{"wheel": 1, "tooth": 1, "stiffness_loss": 0.2}]}, "contact_ratio"),
+    ({"faults": [{"wheel": 1, "tooth": 1, "crack_depth": "1 mm"}]}, "faults[0].crack_depth"),
+    ({"contact_ratio": 0.5}, "contact_ratio"), ({"eccentricity_phases": (1.0, 0.0)}, "eccentricity_phases[0]"),
+])
+def test_meshes_whose_teeth_cannot_differ_so_are_refused(mesh, field):
+    with pytest.raises(InputError) as error:
+        linear(**mesh)
+    assert error.value.field == field
+
+
+def test_a_common_period_of_both_wheels_that_is_too_long_names_the_turn_to_leave_out():
+    with pytest.raises(InputError, match=r"turn of wheel2 in wheel1/wheel2 left out they would be 47"):
+        as_model(replace(DESIGN, teeth=(47, 101), eccentricity="10 um"))
+
+
+def test_tables_of_teeth_name_the_line(tmp_path):
+    file = tmp_path / "p.csv"
+    file.write_text("tooth,cumulative pitch deviation [um]\n1,2\n3,1\n")
+    with pytest.raises(InputError, match=r"line 3.*tooth number 2"):
+        replace(DESIGN, pitch_errors=[str(file), ""])
