@@ -79,17 +79,20 @@ class Pair:
         return push + self.mesh.damping * y[1] * (self.always or any(closed))
 
     def follow(self, y: np.ndarray, cycles: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """The state (s, s') at t = 0 after mesh cycles, and the mesh force at instants of each, (cycles, samples)."""
-        instants = np.arange(samples) / samples
-        forces = np.zeros((cycles, samples))
-        for n in range(cycles):
-            for start, end in pairwise([*self.marks, 1.0]):
-                inside = np.flatnonzero((instants >= start) & (instants < end))
-                contacts = self.contacts(n + (start + end) / 2)
-                y = self._piece(y, n + start, n + end, contacts, n + instants[inside], forces[n, inside[0] :] if len(inside) else forces[n, :0])
+        """The state (s, s') at t = 0 after mesh cycles, and the mesh force at instants of these, (cycles × samples,)."""
+        first = self.mesh.phase / (2 * math.pi)
+        instants, forces = first + np.arange(cycles * samples) / samples, np.zeros(cycles * samples)
+        marks = np.add.outer(np.arange(math.floor(first), first + cycles + 1), self.marks).ravel()
+        edges = [first, *marks[(marks > first) & (marks < first + cycles)], first + cycles]
+        for start, end in pairwise(edges):
+            inside = (instants >= start) & (instants < end)
+            y, forces[inside] = self._piece(y, start, end, self.contacts((start + end) / 2), instants[inside])
         return y, forces
 
-    def _piece(self, y: np.ndarray, t: float, end: float, contacts: Any, at: np.ndarray, out: np.ndarray) -> np.ndarray:
+    def _piece(self, y: np.ndarray, t: float, end: float, contacts: Any, at: np.ndarray
+               ) -> tuple[np.ndarray, np.ndarray]:
+        """The state at the end of a piece, in mesh cycles, and the forces at instants in it."""
+        out = np.zeros(len(at))
         closed = [side * y[0] - gap > 0 for side, _, gap in contacts]
         T, done, wait = self.cycle, 0, False
         while t < end:
@@ -108,7 +111,7 @@ class Pair:
             if wait:
                 flipped = [abs(side * y[0] - gap) < 1e-14 for side, _, gap in contacts]
                 closed = [c != f for c, f in zip(closed, flipped, strict=True)]
-        return y
+        return y, out
 
     @staticmethod
     def _event(side: int, gap: float) -> Any:

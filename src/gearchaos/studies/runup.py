@@ -236,8 +236,8 @@ class RunUp(WholeStudy):
         return np.where(force == 0, np.nan, force)
 
     def _bins(self, run: _Run) -> int:
-        """The number of speeds of the result: each has some periods."""
-        return max(1, min(_BINS, len(run.speed) // 8))
+        """The number of speeds of the result: each has some periods, or a window of the spectrum."""
+        return max(1, min(_BINS, len(run.speed) // min(8, self._window)))
 
     def _follow(
         self, run: _Run, state: _State, names: tuple[str, ...], progress: bool

@@ -524,7 +524,7 @@ class Assembly:
         cycles, phase = self._cycles(element)
         part = _over_period(cycle(element), cycles, phase)
         uneven = element.mesh is not None and element.mesh.uneven
-        return uneven_contacts(element.mesh, part, cycles, phase) if uneven else part
+        return uneven_contacts(element.mesh, part, cycles) if uneven else part
 
     def _cycles(self, element: Element) -> tuple[int, float]:
         """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""

@@ -101,11 +101,11 @@ def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:
     return OneSidedContacts(np.repeat([1, -1], len(age)), edges[None], share[None], np.zeros((1, *share.shape, 3)))
 
 
-def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int, phase: float) -> OneSidedContacts:
-    """The contacts over ``cycles`` cycles of a mesh that begin at a phase of the cycle, ``part``, with what the teeth
-    that mesh in each have of their own; stiffnesses in N/m, gaps in m."""
+def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int) -> OneSidedContacts:
+    """The contacts of a mesh over the common period of so many of its cycles, ``part``, with what the teeth that mesh
+    in each have of their own; stiffnesses in N/m, gaps in m."""
     edges, sides = part.edges[0], part.sides[:, None]
-    cycle = np.floor((edges + np.append(edges[1:], 1.0)) / 2 * cycles + phase).astype(int)
+    cycle = np.floor((edges + np.append(edges[1:], 1.0)) / 2 * cycles + mesh.phase / (2 * np.pi)).astype(int)
     age = np.concatenate([np.arange(np.sum(part.sides == side)) for side in (1, -1)])[:, None]
     first, second = _wheels(mesh)
     # behind the tooth n of the first wheel, which pushes n of the second, is n + 1: its back flank touches that
