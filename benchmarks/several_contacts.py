@@ -53,6 +53,9 @@ TRAINS: dict[str, Train] = {
         speed=3000.0, meshes=[_mesh("pump", "idler", 24, 30), _mesh("idler", "motor", 30, 36, phase=1.5)],
         bodies=[Body(name="pump", inertia=1e-3, torque=20.0), Body(name="idler", inertia=4e-4),
                 Body(name="motor", inertia=2e-3, torque=-30.0)]),
+    "cracked tooth in 23": Train(
+        speed=3000.0, bodies=[Body(name="a", inertia=2e-4, torque=30.0), Body(name="b", inertia=3e-4, torque=-60.0)],
+        meshes=[_mesh("a", "b", 23, 46, contact_ratio=1.6, faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}])]),
     "two stages, d = 6": Train(
         speed=3000.0, meshes=[_mesh("motor", "wheel", 20, 40), _mesh("pinion", "load", 20, 50)],
         shafts=[Shaft(between=("wheel", "pinion"), stiffness=5e4, damping=2.0)],
