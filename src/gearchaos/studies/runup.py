@@ -101,7 +101,7 @@ class RunUp(WholeStudy):
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> study = gc.RunUp(design.at(speed=500), "speed=500:6000", 60.0, down=True)
+    >>> study = gc.RunUp(design.at(speed=500), "speed=500:900", 1.0, down=True)
     >>> study.kind, study.count
     ('runup', 1)
     """
