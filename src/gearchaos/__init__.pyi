@@ -26,8 +26,8 @@ from gearchaos.gears.design.gear_design import GearDesign as GearDesign
 from gearchaos.gears.operating import AnyModel
 from gearchaos.gears.pair import GearPair as GearPair
 from gearchaos.gears.results import physical as physical
+from gearchaos.gears.train.mesh import Mesh as Mesh
 from gearchaos.gears.train.parts import Body as Body
-from gearchaos.gears.train.parts import Mesh as Mesh
 from gearchaos.gears.train.parts import Shaft as Shaft
 from gearchaos.gears.train.planets import PlanetarySet as PlanetarySet
 from gearchaos.gears.train.train import Train as Train
@@ -586,7 +586,7 @@ class RunUp(_RunUp):
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="150 N*m",
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> study = gc.RunUp(design.at(speed=500), "speed=500:6000", 60.0, down=True)
+    >>> study = gc.RunUp(design.at(speed=500), "speed=500:900", 1.0, down=True)
     >>> study.kind, study.count
     ('runup', 1)
     """

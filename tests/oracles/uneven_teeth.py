@@ -79,7 +79,7 @@ class Pair:
         return push + self.mesh.damping * y[1] * (self.always or any(closed))
 
     def follow(self, y: np.ndarray, cycles: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """The state (s, s') at t = 0 after mesh cycles, and the mesh force at instants of these, (cycles × samples,)."""
+        """The state (s, s') at t = 0 after mesh cycles, and the mesh force at instants of these, (cycles samples,)."""
         first = self.mesh.phase / (2 * math.pi)
         instants, forces = first + np.arange(cycles * samples) / samples, np.zeros(cycles * samples)
         marks = np.add.outer(np.arange(math.floor(first), first + cycles + 1), self.marks).ravel()
@@ -96,7 +96,7 @@ class Pair:
         closed = [side * y[0] - gap > 0 for side, _, gap in contacts]
         T, done, wait = self.cycle, 0, False
         while t < end:
-            def right(t: float, y: np.ndarray) -> list[float]:
+            def right(t: float, y: np.ndarray, closed: list[bool] = closed) -> list[float]:
                 force = self.force(y, contacts, closed)
                 return [T * y[1], T * (self.drive - self.compliance * force - self.error(t * T, 2))]
 

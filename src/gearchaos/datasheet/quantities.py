@@ -263,7 +263,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                       "phases; at t = 0 a tooth pair enters contact", "Łuczko 2008, (2.4)")},
     "Eccentricity": {
         "eccentricity_error_amplitude": _row(
-            "design.eccentricity", "", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency", "kinematics, base tangent plane"),
+            "design.eccentricity", "", "µm", 1e6, "e; once per turn, order 1/z of the mesh frequency",
+            "kinematics, base tangent plane"),
         "eccentricity_backlash_amplitude": _row(
             lambda results: tuple(e * (2 * math.sin(results.geometry.working_pressure_angle))
                                   for e in results.design.eccentricity),

@@ -253,7 +253,9 @@ def _train_model(tables: StudyFile, folder: Path) -> TrainModel:
     return TrainModel(read_train(tables.train or {}, pair))
 
 
-def _with_train_values(model: TrainModel, initial: Mapping[str, Any], kind: Any, values: Mapping[str, Any]) -> TrainModel:
+def _with_train_values(
+    model: TrainModel, initial: Mapping[str, Any], kind: Any, values: Mapping[str, Any]
+) -> TrainModel:
     """A train with values replaced by name, and its initial values from a table."""
     from gearchaos.gears.train.train_file import initial_of
 

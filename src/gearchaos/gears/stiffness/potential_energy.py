@@ -244,7 +244,7 @@ def tooth_compliance(
     """Compliance (...) of a tooth, m/N, loaded at points of its flank with pressure angles (...), rad.
 
     A crack of a depth in m begins at the critical section of the root and goes down into the tooth, at 45° to its axis.
-    Above its end, what is farther from the axis than that bears no bending and shear, but compression (Wu et al., 2008).
+    Above its end, what is farther from the axis bears no bending and shear, but compression (Wu et al., 2008).
     """
     slope = profile.slope(pressure_angle)
     half_thickness, height = profile.flank(slope)

@@ -126,7 +126,7 @@ def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
 
 def _ratio(field: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value <= _MOST_PAIRS:
-        raise InputError(field, f"must be a number from 1 to {_MOST_PAIRS}", value, "Of helical gears it is the total one.")
+        raise InputError(field, f"must be a number from 1 to {_MOST_PAIRS}", value, "Of helical gears the total one.")
     return float(value)
 
 
