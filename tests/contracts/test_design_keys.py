@@ -45,7 +45,8 @@ CHANGES = {
     "quality": {"standard": "ISO 1328-1:1995", "grade": 7}, "backlash": {"value": "0.2 mm", "of": "radial, half"},
     "damping_ratio": 0.07, "damping_law": "always", "stiffness": "potential energy", "transmission_error": "none",
     "load_sharing": "tooth pairs",
-    "eccentricity": "10 um",
+    "eccentricity": "10 um", "pitch_errors": {"seed": 1},
+    "faults": [{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}],
     "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
     "torque": "50 N*m",
 }
@@ -58,7 +59,8 @@ def test_every_key_of_a_design_has_a_change_here():
 def shown(design: GearDesign) -> tuple[object, ...]:
     """All that follows from a design: the values of its datasheet and its page, the model, and the warnings."""
     values = {name: entry.value for name, entry in datasheet(design).items()}
-    return values, design.to_model(), design.to_pair(), design.warnings, design.comparable_stiffnesses
+    turning = design.to_train() if design.turning else None
+    return values, design.to_model(), design.to_pair(), turning, design.warnings, design.comparable_stiffnesses
 
 
 def parts(name: str, value: object):
@@ -184,7 +186,7 @@ def test_every_command_shows_the_warnings_of_a_design(command, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     name, *options = command
     found = CliRunner().invoke(app, [name, str(tmp_path / "design.toml"), *options])
-    assert found.stderr.count("warning: eccentricity has no effect on the motion") == 1, found.stderr
+    assert found.stderr.count("warning: eccentricity acts as an error of ±10 µm; ") == 1, found.stderr
 
 
 def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):

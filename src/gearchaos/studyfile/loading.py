@@ -49,6 +49,7 @@ class LoadedStudy:
     options: Mapping[str, Any] = field(default_factory=dict)  # fields of the study that the file sets, axes included
     classification: Mapping[str, Any] = field(default_factory=dict)  # fields of `Classification` that it sets
     least_torque: float | None = None  # of the axes of torques, in N m
+    design: Gears | None = None  # that the train of the model stands for, whose teeth differ
 
     @property
     def gears(self) -> Gears | None:
@@ -63,9 +64,11 @@ class LoadedStudy:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the gears, also at the least torque; none if the file describes none."""
-        if self.gears is None:
+        described = self.gears if self.design is None else self.design
+        if described is None or self.gears is None:
             return ()
-        points = [self.gears] + ([] if self.least_torque is None else [self.gears.at(torque=self.least_torque)])
+        points = [described] + ([] if self.least_torque is None else [described.at(torque=self.least_torque)])
+        points += [self.gears] * (self.design is not None)
         return tuple(dict.fromkeys(text for point in points for text in point.warnings))
 
     def options_for(self, kind: str) -> dict[str, Any]:
@@ -129,7 +132,8 @@ def load_study(
         model = model.with_values(initial).with_values(model_values)
     settings = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
     settings = {name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()}
-    return LoadedStudy(model, study_kind, options, settings, least)
+    described = gears if model.kind == "train" else None
+    return LoadedStudy(model, study_kind, options, settings, least, described)
 
 
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
