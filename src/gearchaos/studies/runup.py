@@ -53,6 +53,9 @@ class _Run(NamedTuple):
 
 
 _State = tuple[np.ndarray, np.ndarray]
+_Measures = dict[Measure, np.ndarray]  # of each period, (N,)
+_MEASURED = (Measure.FORCE_MAX, Measure.FORCE_MIN, Measure.Z_MAX, Measure.Z_MIN, Measure.FRONT_TIME, Measure.BACK_TIME,
+             Measure.SWITCHES)
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,7 @@ class RunUp(WholeStudy):
             shortest = 2 * (self._window + 1) / (self._cycles_per_rpm * (first + last))
             raise InputError("duration", f"must be at least that of {self._window} periods", self.duration,
                              f"Give {shortest:.3g} s or more.")
-        check_memory("periods in the duration", self._periods, 200 + 8 * self._samples * (1 + 2 * self.signal))
+        check_memory("periods in the duration", self._periods, 150 + 24 * self._samples * self.signal)
         _ = self.cost
 
     @property
@@ -193,23 +196,25 @@ class RunUp(WholeStudy):
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         self.cost.announce(progress)
-        runs, measures, forces, stopped = [self._run(down) for down in (False, True)[: 1 + self.down]], [], [], []
+        runs = [self._run(down) for down in (False, True)[: 1 + self.down]]
+        edges = np.linspace(self.speed.start, self.speed.stop, self._bins(runs[0]) + 1)
+        orders = np.arange(_HIGHEST * (self._samples // self.samples) * self._window + 1)
+        lines = [_Lines(run, edges, self._window, len(orders)) for run in runs]
+        measures, forces, stopped = [], [], []
         start = initial_value_problems(self.model, {"speed": [self.speed.start]})
         state = start.flow.advance(start.w, _SETTLED).w, prescribed_rates_at_start(start.batch, start.flow.system.names)
-        for run in runs:
-            state, measure, force, lost = self._follow(run, state, start.flow.system.names, progress)
+        for run, spectrum in zip(runs, lines, strict=True):
+            state, measure, force, lost = self._follow(run, state, start.flow.system.names, spectrum, progress)
             measures.append(measure)
             forces.append(force)
             stopped.append(lost)
-        edges = np.linspace(self.speed.start, self.speed.stop, self._bins(runs[0]) + 1)
         names = ["up", "down"][: len(runs)]
         found = [_over_speed(run, m, edges) for run, m in zip(runs, measures, strict=True)]
-        order, spectra = self._spectra(runs, forces, edges)
         over = ("direction", "speed", "order")
         data = variables(over, {n: np.stack([each[n] for each in found]) for n in found[0]})
         static = self._static((edges[1:] + edges[:-1]) / 2)
         data["dynamic_factor"] = variable("dynamic_factor", over[:2], data["mesh_force_peak"].values / static)
-        data["order_force"] = variable("order_force", over, spectra)
+        data["order_force"] = variable("order_force", over, np.stack([each.amplitudes for each in lines]))
         jumps = [(speed, name, *(np.array(forces) / self._static(np.array([speed]))))
                  for name, run, m in zip(names, runs, measures, strict=True) for speed, *forces in _jumps(run, m)]
         for i, name in enumerate(("speed_of_jump", "direction_of_jump", "factor_before_jump", "factor_after_jump")):
@@ -221,8 +226,9 @@ class RunUp(WholeStudy):
             data["signal_time"] = variable("signal_time", ("direction", "instant"), np.stack(instants))
             data["signal_force"] = variable("signal_force", ("direction", "instant"), np.stack(
                 [force.ravel() for force in forces]))
-        coords = {"direction": variable("direction", ("direction",), np.array(names)), "order": variable(
-            "order", ("order",), order), "speed": variable("speed", ("speed",), (edges[1:] + edges[:-1]) / 2)}
+        coords = {name: variable(name, (name,), values) for name, values in (
+            ("direction", np.array(names)), ("speed", (edges[1:] + edges[:-1]) / 2),
+            ("order", orders / (_TURNS * self._cycles_per_turn.denominator)))}
         if self._meshes:
             coords[MESH] = variable(MESH, (), np.array(self._meshes[self._at]))
         settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples")}
@@ -240,19 +246,18 @@ class RunUp(WholeStudy):
         return max(1, min(_BINS, len(run.speed) // min(8, self._window)))
 
     def _follow(
-        self, run: _Run, state: _State, names: tuple[str, ...], progress: bool
-    ) -> tuple[_State, np.ndarray, np.ndarray, float | None]:
-        """The state at the end of a run, the measures (len(Measure), N) and mesh forces (N, samples) of its periods,
-        and the speed at which it diverged.
+        self, run: _Run, state: _State, names: tuple[str, ...], lines: _Lines, progress: bool
+    ) -> tuple[_State, _Measures, np.ndarray, float | None]:
+        """The state at the end of a run, the measures of its periods, the mesh forces (N, samples) if they are asked
+        for, and the speed at which it diverged; the mesh forces are added to the ``lines`` of the spectrum.
 
         A state has the coordinates (d, 1), and what of them is prescribed at the start of the period before (1, d).
         """
         from scipy.signal import resample_poly  # here, since it takes a third of a second to load
 
         count, (w, before) = len(run.speed), state
-        measures = np.full((len(Measure), count), np.nan)
-        forces = np.full((count, self._samples), np.nan, np.float32)
-        rows = slice(self._at * len(Measure), (self._at + 1) * len(Measure))
+        measures = {name: np.full(count, np.nan) for name in _MEASURED}
+        forces = np.full((count * self.signal, self._samples), np.nan, np.float32)
         with bar("runup, periods" if progress else None, count) as advance:
             first = 0
             while first < count:
@@ -266,17 +271,20 @@ class RunUp(WholeStudy):
                 flow, points = ExactFlow(system, finer * self._samples), np.arange(batch.size)[:, None]
                 out = follow_schedule(flow, w, points, kicks)
                 w, before = out.w, prescribed[-1:]
-                measures[:, part] = out.measures[:, rows, 0].T
+                for name, values in measures.items():
+                    values[part] = out.measures[:, self._at * len(Measure) + name, 0]
                 flat = out.samples[..., 0].reshape(-1, out.samples.shape[2])
                 share = np.tile(np.arange(finer * self._samples) / (finer * self._samples), batch.size)
                 force = mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
                 if finer > 1 and out.status[0] == OK:
                     force = resample_poly(force, 1, finer, padtype="line")
-                forces[part] = force.reshape(batch.size, -1)[:, : self._samples]
+                force = force.reshape(batch.size, -1)[:, : self._samples]
+                lines.add(force)
+                forces[part if self.signal else slice(0)] = force[: batch.size * self.signal]
                 advance(batch.size)
                 if out.status[0] != OK:
                     break
-        lost = np.flatnonzero(np.isnan(measures[0]))
+        lost = np.flatnonzero(np.isnan(measures[Measure.FORCE_MAX]))
         return (w, before), measures, forces, float(run.speed[lost[0]]) if len(lost) else None
 
     def _finer(self, speed: float) -> int:
@@ -286,29 +294,39 @@ class RunUp(WholeStudy):
         period = model.period * model.value("speed") / speed
         return int(2 ** max(0, math.ceil(math.log2(_DENSITY * period / self._samples))))
 
-    def _spectra(
-        self, runs: list[_Run], forces: list[np.ndarray], edges: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Orders (O,) of the turn of the first wheel, and the amplitudes of the mesh force (L, B, O) in each bin."""
-        turns, window = _TURNS * self._cycles_per_turn.denominator, self._window
-        lines = _HIGHEST * (self._samples // self.samples) * window + 1
-        out = np.full((len(runs), len(edges) - 1, lines), np.nan, np.float32)
-        centres = (edges[1:] + edges[:-1]) / 2
-        for run, force, found in zip(runs, forces, out, strict=True):
-            count = len(force) // window
-            if not count:
-                continue
-            power = np.zeros((count, lines))
-            for i in range(count):
-                line = np.fft.rfft(force[i * window : (i + 1) * window].ravel())[:lines] / (window * self._samples / 2)
-                power[i] = np.abs(line) ** 2
-            power[:, 0] /= 4
-            speed = run.speed[: count * window].reshape(count, window).mean(axis=1)
-            at = np.digitize(speed, edges[1:-1])
-            for b, centre in enumerate(centres):
-                own = np.flatnonzero(at == b) if (at == b).any() else [int(np.argmin(np.abs(speed - centre)))]
-                found[b] = np.sqrt(power[own].mean(axis=0))
-        return np.arange(lines) / turns, out
+
+class _Lines:
+    """The spectrum of a run in bins of speed: the mean power of its windows, which are added as they come, at O lines
+    of whole numbers of periods in a window."""
+
+    def __init__(self, run: _Run, edges: np.ndarray, window: int, count: int) -> None:
+        self.window, self.added, self.rest = window, 0, np.zeros((0, 0))
+        whole = len(run.speed) // window
+        speed = run.speed[: whole * window].reshape(whole, window).mean(axis=1)
+        centres, at = (edges[1:] + edges[:-1]) / 2, np.digitize(speed, edges[1:-1])
+        # a bin in which no window has its mean speed has the nearest one
+        self.windows = [np.flatnonzero(at == b) if (at == b).any() else np.array([np.argmin(np.abs(speed - centre))])
+                        for b, centre in enumerate(centres)]
+        self.power = np.zeros((len(centres), count))
+
+    def add(self, force: np.ndarray) -> None:
+        """Add the mesh forces (n, samples) of the next periods."""
+        force = np.concatenate([self.rest, force]) if len(self.rest) else force
+        for first in range(0, len(force) - self.window + 1, self.window):
+            signal = force[first : first + self.window].ravel()
+            power = np.abs(np.fft.rfft(signal)[: self.power.shape[1]] / (len(signal) / 2)) ** 2
+            power[0] /= 4
+            for bin_power, windows in zip(self.power, self.windows, strict=True):
+                if windows[0] <= self.added <= windows[-1]:
+                    bin_power += power / len(windows)
+            self.added += 1
+        self.rest = force[len(force) // self.window * self.window :].copy()
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """The root mean square over the windows of each bin, (B, O); NaN where the run did not come."""
+        known = [windows[-1] < self.added for windows in self.windows]
+        return np.where(np.array(known)[:, None], np.sqrt(self.power), np.nan).astype(np.float32)
 
 
 runup = function_of(RunUp)
@@ -323,8 +341,8 @@ def response_peaks(dataset: xr.Dataset) -> list[int]:
     return find_peaks(np.where(np.isfinite(level), level, -np.inf), prominence=math.log(_JUMP))[0].tolist()
 
 
-def _over_speed(run: _Run, measures: np.ndarray, edges: np.ndarray) -> dict[str, np.ndarray]:
-    """The largest values of the periods (len(Measure), N) of a run in each bin of speeds, and their contact."""
+def _over_speed(run: _Run, measures: _Measures, edges: np.ndarray) -> dict[str, np.ndarray]:
+    """The largest values of the periods of a run in each bin of speeds, and their contact."""
     m, at, bins = measures, np.digitize(run.speed, edges[1:-1]), len(edges) - 1
     peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
     out = {}
@@ -339,8 +357,8 @@ def _over_speed(run: _Run, measures: np.ndarray, edges: np.ndarray) -> dict[str,
     return {**out, "contact": contact.astype(np.int8)}
 
 
-def _jumps(run: _Run, measures: np.ndarray) -> list[tuple[float, float, float]]:
-    """Where the range of the mesh force of the periods (len(Measure), N) changes suddenly: the speed, and the largest
+def _jumps(run: _Run, measures: _Measures) -> list[tuple[float, float, float]]:
+    """Where the range of the mesh force of the periods changes suddenly: the speed, and the largest
     forces before and after.
 
     That of two periods is taken, alike along a motion of doubled period. On one side it must be steady, so that a
