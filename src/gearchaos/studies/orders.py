@@ -1,0 +1,298 @@
+"""The order spectrum of a steady motion: its lines by mesh harmonic and sideband, envelope and cepstrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self, cast
+
+import numpy as np
+
+from gearchaos.datasets import model_json, new_dataset, variable
+from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum, spectral_class
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.execute.machine import check_memory
+from gearchaos.flow import OK, ExactFlow
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.results import unit_of
+from gearchaos.model import MeshModel
+from gearchaos.model.switched import SwitchedAffine
+from gearchaos.studies.cost import Cost
+from gearchaos.studies.declaration import function_of
+from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.mesh_study import MeshStudy
+from gearchaos.studies.options import option
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REFERENCES = {"order_force": 1.0, "order_deflection": 1.0, "order_acceleration": 1e-6}
+"""What levels in dB refer to: 1 N, 1 µm, and 1 µm/s² by ISO 1683."""
+
+FLOOR = 1e-5
+"""Amplitude of lines that count as rounding errors, over that of the strongest one."""
+
+_OVERSAMPLED = 4  # least: a force that jumps has lines beyond those that are kept
+_SETTLED = {True: 200, False: 500}  # periods of a train, and of a pair, before the spectrum
+_WINDOWS = 16  # in a record of a motion that does not repeat; others may last that long
+_NAMED = 20  # strongest lines that have names
+
+
+class Wheels(NamedTuple):
+    """What the lines of a spectrum are named by; orders are those of the turn of the first wheel."""
+
+    meshes: dict[str, Fraction]  # orders of the meshes by name, the one that is looked at first
+    turns: dict[Fraction, str]  # the wheels by the order of their turns
+    excitations: dict[Fraction, str]  # what else has an order
+
+    def name(self, order: Fraction, repeats: int = 1) -> tuple[str, Fraction | None]:
+        """The name of the line at an order, and the order of the mesh harmonic of which it is a sideband.
+
+        A motion that ``repeats`` after several periods also has lines at fractions of these.
+        """
+        of = {mesh: f" of {mesh}" * (len(self.meshes) > 1) for mesh in self.meshes}
+        harmonics = {mesh: order / each for mesh, each in self.meshes.items()}
+        for mesh, harmonic in harmonics.items():
+            if harmonic.denominator == 1:
+                return f"mesh {harmonic}{of[mesh]}", None
+        if order in self.excitations:
+            return self.excitations[order], None
+        for mesh, harmonic in harmonics.items():
+            if repeats % harmonic.denominator == 0:
+                return f"{harmonic} mesh{of[mesh]}", None
+        found = []
+        for mesh, harmonic in harmonics.items():
+            carrier = round(harmonic) * self.meshes[mesh]
+            for turn, wheel in self.turns.items():
+                number = (order - carrier) / turn
+                if repeats % number.denominator == 0:
+                    found.append((abs(number), number, carrier, f"mesh {round(harmonic)}{of[mesh]}", wheel))
+        if not found:
+            return f"order {float(order):g}", None
+        size, number, carrier, harmonic_name, wheel = min(found, key=lambda each: each[0])
+        if not carrier:
+            return f"turn {size} of {wheel}", None
+        return f"{harmonic_name} {'+-'[number < 0]} {size} turn{'s' * (size > 1)} of {wheel}", carrier
+
+
+class _Spectrum(NamedTuple):
+    """The lines of a motion; line k has the order k/turns."""
+
+    turns: int  # of the first wheel in a window
+    amplitude: np.ndarray  # (O,), peaks, in the unit of the variable
+    modulation: np.ndarray  # (E,) of lines 1 to E of the envelope
+    motion: str  # its kind
+    repeats: int  # periods after which it does, 0 if it does not
+
+    def strongest(self) -> Iterable[int]:
+        """The strongest lines besides the mean, in descending order; local maxima of a motion that does not repeat."""
+        size = np.where(self.amplitude > FLOOR * np.nanmax(self.amplitude[1:], initial=0.0), self.amplitude, 0.0)
+        size[0] = 0.0
+        if not self.repeats:
+            size[1:-1][(size[1:-1] < size[:-2]) | (size[1:-1] < size[2:])] = 0.0
+        return [int(k) for k in np.argsort(-size, kind="stable")[:_NAMED] if size[k] > 0]
+
+
+@dataclass(frozen=True)
+class Orders(MeshStudy):
+    """Compute the order spectrum of a steady motion of gears, with its lines named by mesh harmonics and sidebands.
+
+    The motion is that reached from rest, or from the initial values of the gears. If it repeats, its window does with
+    it, and the lines are exact. Otherwise they are root mean squares over Hann windows of two turns of the first wheel.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
+        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 20
+        strongest ones, empty for others; ``sideband_ratio``, the amplitude of a named sideband over that of its mesh
+        harmonic. With ``against`` also ``against_order_force``, that of the other gears. Over ``modulation_order``
+        ``modulation``, the spectrum of the envelope about the strongest mesh harmonic, within half a mesh order: its
+        amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+
+        The attribute ``amplitude`` is "peak" or "rms", ``motion`` the kind of motion by its spectrum, ``window`` how
+        the lines were found, ``status`` "ok" or "diverged".
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, or those compared have other teeth or another speed.
+
+    Notes
+    -----
+    The deflection is that along the line of action, 0 where the front flanks touch. The acceleration is its second
+    derivative, the relative one of the flanks: the amplitude of the deflection times (2πf)².
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
+    ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
+    >>> found = gc.physical(gc.orders(pair))
+    >>> strongest = found.order_force[1:].idxmax().item()
+    >>> strongest, found.line.sel(order=strongest).item(), found.attrs["motion"]
+    (25.0, 'mesh 1', '1T')
+
+    As a value
+    ----------
+    >>> import gearchaos as gc
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
+    ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
+    >>> study = gc.Orders(pair, of="deflection")
+    >>> study.kind, study.count
+    ('orders', 1)
+    """
+
+    kind: ClassVar[str] = "orders"
+    rank: ClassVar[int] = 5
+    group: ClassVar[str] = "Gears"
+    summary: ClassVar[str] = "orders"
+    model_words: ClassVar[str] = "Given gears, with their speed and torque."
+
+    of: Literal["force", "deflection", "acceleration"] = option("force", "What the spectrum is of.")
+    rms: bool = option(False, "Root mean squares of the lines instead of their peaks.")
+    against: MeshModel | None = option(
+        None, "Gears of the same teeth and speed, of which the spectrum is given as well.", in_files=False)
+    transient: int | None = option(
+        None, "Periods before those of the spectrum; by default 500 of a pair, 200 of a train.", least=4)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        model: Any = self.model
+        if model.kind == "train" and self._at >= len(model.train.meshes):
+            raise unknown_name("mesh", str(self.mesh), [mesh.name for mesh in model.train.meshes])
+        if self.against is not None:
+            self._set(against=as_model(self.against))
+            own, other = ((each.model.value("speed"), each._teeth) for each in (self, self._other))
+            if own != other:
+                raise InputError("against", "must have the same speed and numbers of teeth", _rotation(*other),
+                                 f"The gears have {_rotation(*own)}.")
+        check_memory("periods times samples", _WINDOWS * self._window * self._instants, 8 * (self.cost.dimension + 20))
+
+    @property
+    def _other(self) -> Self:
+        """The study of the gears with which these are compared."""
+        return replace(self, model=self.against, against=None)
+
+    @property
+    def _settling(self) -> int:
+        return self.transient or _SETTLED[self.model.kind == "train"]
+
+    @property
+    def _instants(self) -> int:
+        """Instants in a period at which the flow samples."""
+        return self._samples * max(_OVERSAMPLED, self._finer(self.model.value("speed")))  # type: ignore[arg-type]
+
+    @property
+    def _variable(self) -> str:
+        return f"order_{self.of}"
+
+    @property
+    def _teeth(self) -> tuple[int, int]:
+        model: Any = self.model
+        if model.kind == "train":
+            return model.train.meshes[self._at].teeth
+        return model.gears.to_pair().n1, model.gears.to_pair().n2
+
+    @cached_property
+    def _wheels(self) -> Wheels:
+        model: Any = self.model
+        if model.kind != "train":
+            first, second = self._teeth
+            turns = {Fraction(first, second): "wheel 2"} | {Fraction(1): f"wheel 1{' or 2' * (first == second)}"}
+            return Wheels({"mesh": Fraction(first)}, turns, {})
+        train, own = model.train, model.train.meshes[self._at]
+        meshes = {mesh.name: order for mesh in (own, *train.meshes) if (order := train.mesh_order(mesh))}
+        wheels = [(train.mesh_order(own) / teeth, name) for name, teeth in zip(own.between, own.teeth, strict=True)]
+        turns: dict[Fraction, str] = {}
+        for turn, name in (*wheels, *((abs(ratio), name) for name, ratio in train.ratios.items())):
+            if turn and name not in turns.get(turn, "").split(" or "):
+                turns[turn] = f"{turns[turn]} or {name}" if turn in turns else name
+        excitations = {order: name for name, order in train.excitation_orders().items() if name.startswith("order ")}
+        return Wheels(meshes, turns, excitations)
+
+    @cached_property
+    def cost(self) -> Cost:
+        return self.estimate(1, self._settling + _WINDOWS * self._window, samples=self._instants)
+
+    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        self.cost.announce(progress)
+        found, speed = self._spectrum(), float(self.model.value("speed"))  # type: ignore[arg-type]
+        name, order = self._variable, np.arange(len(found.amplitude)) / found.turns
+        coords = {"order": variable("order", ("order",), order),
+                  "order_frequency": variable("order_frequency", ("order",), order * speed / 60),
+                  "modulation_order": variable("modulation_order", ("modulation_order",),
+                                               np.arange(1, len(found.modulation) + 1) / found.turns),
+                  "quefrency": variable("quefrency", ("quefrency",),
+                                        np.linspace(0.0, found.turns / 2, len(order))), **self._mesh_coordinate}
+        lines, ratio = np.full(len(order), "", object), np.full(len(order), np.nan)
+        for k in found.strongest():
+            lines[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats or 1)
+            if carrier is not None and (at := carrier * found.turns).denominator == 1 and at < len(order):
+                ratio[k] = found.amplitude[k] / found.amplitude[int(at)]
+        shown = np.append(1.0, np.full(len(order) - 1, math.sqrt(0.5) if self.rms else 1.0))
+        values = {name: found.amplitude * shown, "line": lines.astype(str), "sideband_ratio": ratio}
+        window = f"Hann, {2 * _WINDOWS - 1} windows of {found.turns} turns that overlap by half"
+        attrs = {"amplitude": "rms" if self.rms else "peak", "motion": found.motion,
+                 "window": f"none, {found.turns} turns" if found.repeats else window,
+                 "status": "diverged" if found.motion == "diverged" else "ok"}
+        if self.against is not None:
+            values[f"against_{name}"] = self._of_other(len(order), found.turns) * shown
+            attrs["against"] = model_json(self.against)
+        data = {n: variable(n, ("order",), v) for n, v in values.items()}
+        data["modulation"] = variable("modulation", ("modulation_order",), found.modulation)
+        data["cepstrum"] = variable("cepstrum", ("quefrency",), real_cepstrum(found.amplitude, FLOOR))
+        settings = {n: getattr(self, n) for n in ("of", "mesh", "samples", "transient", "rms")}
+        return new_dataset(data, coords, {**self.provenance(**settings), **attrs})
+
+    def _spectrum(self) -> _Spectrum:
+        """The spectrum of the motion that is reached."""
+        start, settling = initial_value_problems(self.model), self._settling
+        settled = start.flow.advance(start.w, settling, sections=settling // 2)
+        motion, repeats = spectral_class(settled.sections[..., 0], _WINDOWS)
+        windows = 1 if repeats else _WINDOWS
+        periods = self._window * (repeats // math.gcd(repeats, self._window) if repeats else 1)
+        out = ExactFlow(start.flow.system, self._instants).advance(settled.w, windows * periods, sample=True)
+        signal = self._signal(start.flow.system, out.samples[..., 0])
+        if settled.status[0] != OK or out.status[0] != OK:
+            motion, repeats, signal = "diverged", 0, np.full_like(signal, np.nan)
+        turns = int(periods / self._cycles_per_turn)
+        kept = periods * self._samples // 2 + 1
+        amplitude = line_amplitudes(signal, periods * self._instants, bool(repeats))[:kept]
+        power = 0
+        if self.of == "acceleration":
+            model, power = cast(Any, self.model), 2
+            rate = np.arange(kept) / turns * model.value("speed") * (2 * math.pi / 60)
+            amplitude = amplitude * model.gears.to_pair().scales.length * rate**2
+        mesh = round(next(iter(self._wheels.meshes.values())) * turns)
+        carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
+        envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
+        return _Spectrum(turns, amplitude, envelope, motion, repeats)
+
+    def _signal(self, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
+        """The force or the deflection (N M,) at samples (N, M, d + 1) of N periods."""
+        if self.of == "force":
+            return self._forces(system, samples)
+        w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
+        return w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
+
+    def _of_other(self, count: int, turns: int) -> np.ndarray:
+        """The amplitudes of the other gears (count,) at the orders k/turns, in the unit of these; 0 where it has no
+        line."""
+        found, out = self._other._spectrum(), np.zeros(count)
+        units = [unit_of(self._variable, cast(Any, each).gears.to_pair().scales) for each in (self.against, self.model)]
+        factor = units[0][0] / units[1][0] if units[0] and units[1] else 1.0
+        k = np.arange(len(found.amplitude)) * turns
+        own = (k % found.turns == 0) & (k < count * found.turns)
+        out[k[own] // found.turns] = factor * found.amplitude[own]
+        return out
+
+
+orders = function_of(Orders)
+
+
+def _rotation(speed: float, teeth: tuple[int, int]) -> str:
+    return f"{speed:g} rpm and {teeth[0]}/{teeth[1]} teeth"
