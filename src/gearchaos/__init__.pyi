@@ -494,10 +494,10 @@ class Rattle(_Rattle):
     ) -> None: ...
 
 def orders(
-    model: AnyModel, *, mesh: str | None = None, samples: int = 64, of: Literal['force', 'deflection', 'acceleration'] =
-    'force', rms: bool = False, against: MeshModel | None = None, transient: int | None = None,
+    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
+    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, transient: int | None = None,
 ) -> xr.Dataset:
-    """Compute the order spectrum of a steady motion of gears, with its lines named by mesh harmonics and sidebands.
+    """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
     The motion is that reached from rest, or from the initial values of the gears. If it repeats, its window does with
     it, and the lines are exact. Otherwise they are root mean squares over Hann windows of two turns of the first wheel.
@@ -510,7 +510,7 @@ def orders(
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    of : {'force', 'deflection', 'acceleration'}
+    quantity : {'force', 'deflection', 'acceleration'}
         What the spectrum is of.
     rms : bool
         Root mean squares of the lines instead of their peaks.
@@ -523,14 +523,14 @@ def orders(
     -------
     xarray.Dataset
         Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
-        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 20
-        strongest ones, empty for others; ``sideband_ratio``, the amplitude of a named sideband over that of its mesh
-        harmonic. With ``against`` also ``against_order_force``, that of the other gears. Over ``modulation_order``
-        ``modulation``, the spectrum of the envelope about the strongest mesh harmonic, within half a mesh order: its
-        amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
+        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
+        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
+        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
+        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
 
-        The attribute ``amplitude`` is "peak" or "rms", ``motion`` the kind of motion by its spectrum, ``window`` how
-        the lines were found, ``status`` "ok" or "diverged".
+        The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
+        the kind of motion by its spectrum, ``window`` how the lines were found, ``status`` "ok" or "diverged".
 
     Raises
     ------
@@ -567,7 +567,7 @@ class Orders(_Orders):
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    of : {'force', 'deflection', 'acceleration'}
+    quantity : {'force', 'deflection', 'acceleration'}
         What the spectrum is of.
     rms : bool
         Root mean squares of the lines instead of their peaks.
@@ -586,13 +586,13 @@ class Orders(_Orders):
     >>> import gearchaos as gc
     >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
     ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
-    >>> study = gc.Orders(pair, of="deflection")
+    >>> study = gc.Orders(pair, quantity="deflection")
     >>> study.kind, study.count
     ('orders', 1)
     """
 
     def __init__(
-        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, of: Literal['force', 'deflection',
+        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
         'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, transient: int | None = None,
     ) -> None: ...
 

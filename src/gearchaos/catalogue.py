@@ -81,7 +81,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'orders': {
         'module': 'studies.orders', 'class': 'Orders',
-        'help': 'Compute the order spectrum of a steady motion of gears, with its lines named by mesh harmonics and sidebands.',
+        'help': 'Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.',
         'group': 'Gears', 'needs_out': False, 'summary': 'orders',
         'axes': {},
         'options': {
@@ -93,7 +93,7 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'help': 'Instants of each mesh period at which it is taken for its spectrum; 64 by default.',
                 'least': 16,
             },
-            'of': {
+            'quantity': {
                 'type': 'str', 'help': 'What the spectrum is of; force by default.',
                 'metavar': 'force|deflection|acceleration', 'choices': ('force', 'deflection', 'acceleration'),
             },

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -29,8 +28,8 @@ from gearchaos.studies.options import option
 if TYPE_CHECKING:
     import xarray as xr
 
-REFERENCES = {"order_force": 1.0, "order_deflection": 1.0, "order_acceleration": 1e-6}
-"""What levels in dB refer to: 1 N, 1 µm, and 1 µm/s² by ISO 1683."""
+REFERENCES = {"order_force": (1.0, "1 N"), "order_deflection": (1.0, "1 µm"), "order_acceleration": (1e-6, "1 µm/s²")}
+"""What levels in dB refer to, in the physical unit of the variable and in words; of an acceleration by ISO 1683."""
 
 FLOOR = 1e-5
 """Amplitude of lines that count as rounding errors, over that of the strongest one."""
@@ -38,7 +37,7 @@ FLOOR = 1e-5
 _OVERSAMPLED = 4  # least: a force that jumps has lines beyond those that are kept
 _SETTLED = {True: 200, False: 500}  # periods of a train, and of a pair, before the spectrum
 _WINDOWS = 16  # in a record of a motion that does not repeat; others may last that long
-_NAMED = 20  # strongest lines that have names
+_NAMED = 12  # strongest mesh harmonics that have names, and as many other lines
 
 
 class Wheels(NamedTuple):
@@ -47,11 +46,13 @@ class Wheels(NamedTuple):
     meshes: dict[str, Fraction]  # orders of the meshes by name, the one that is looked at first
     turns: dict[Fraction, str]  # the wheels by the order of their turns
     excitations: dict[Fraction, str]  # what else has an order
+    base: Fraction  # of the common period
 
-    def name(self, order: Fraction, repeats: int = 1) -> tuple[str, Fraction | None]:
+    def name(self, order: Fraction, repeats: int) -> tuple[str, Fraction | None]:
         """The name of the line at an order, and the order of the mesh harmonic of which it is a sideband.
 
-        A motion that ``repeats`` after several periods also has lines at fractions of these.
+        A motion that ``repeats`` after several common periods also has lines at fractions of their order; one that
+        never does has a band, in which only multiples of that order are named by mesh and wheel.
         """
         of = {mesh: f" of {mesh}" * (len(self.meshes) > 1) for mesh in self.meshes}
         harmonics = {mesh: order / each for mesh, each in self.meshes.items()}
@@ -60,15 +61,16 @@ class Wheels(NamedTuple):
                 return f"mesh {harmonic}{of[mesh]}", None
         if order in self.excitations:
             return self.excitations[order], None
+        if not repeats and (order / self.base).denominator > 1:
+            return f"order {float(order):g}", None
+        found, several = [], max(repeats, 1)
         for mesh, harmonic in harmonics.items():
-            if repeats % harmonic.denominator == 0:
+            if several % harmonic.denominator == 0:
                 return f"{harmonic} mesh{of[mesh]}", None
-        found = []
-        for mesh, harmonic in harmonics.items():
             carrier = round(harmonic) * self.meshes[mesh]
             for turn, wheel in self.turns.items():
                 number = (order - carrier) / turn
-                if repeats % number.denominator == 0:
+                if several % number.denominator == 0:
                     found.append((abs(number), number, carrier, f"mesh {round(harmonic)}{of[mesh]}", wheel))
         if not found:
             return f"order {float(order):g}", None
@@ -83,22 +85,26 @@ class _Spectrum(NamedTuple):
 
     turns: int  # of the first wheel in a window
     amplitude: np.ndarray  # (O,), peaks, in the unit of the variable
-    modulation: np.ndarray  # (E,) of lines 1 to E of the envelope
+    carrier: int  # the line of the strongest mesh harmonic
+    modulation: np.ndarray  # (E,) of lines 1 to E of the envelope about it
     motion: str  # its kind
     repeats: int  # periods after which it does, 0 if it does not
 
-    def strongest(self) -> Iterable[int]:
-        """The strongest lines besides the mean, in descending order; local maxima of a motion that does not repeat."""
+    def strongest(self, mesh: int) -> list[int]:
+        """The strongest lines besides the mean: harmonics of the line ``mesh``, and as many others. Of a motion that
+        does not repeat they are local maxima."""
         size = np.where(self.amplitude > FLOOR * np.nanmax(self.amplitude[1:], initial=0.0), self.amplitude, 0.0)
         size[0] = 0.0
         if not self.repeats:
             size[1:-1][(size[1:-1] < size[:-2]) | (size[1:-1] < size[2:])] = 0.0
-        return [int(k) for k in np.argsort(-size, kind="stable")[:_NAMED] if size[k] > 0]
+        harmonic = np.arange(len(size)) % mesh == 0
+        return [int(k) for kind in (harmonic, ~harmonic)
+                for k in np.argsort(-size * kind, kind="stable")[:_NAMED] if size[k] * kind[k] > 0]
 
 
 @dataclass(frozen=True)
 class Orders(MeshStudy):
-    """Compute the order spectrum of a steady motion of gears, with its lines named by mesh harmonics and sidebands.
+    """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
     The motion is that reached from rest, or from the initial values of the gears. If it repeats, its window does with
     it, and the lines are exact. Otherwise they are root mean squares over Hann windows of two turns of the first wheel.
@@ -107,14 +113,14 @@ class Orders(MeshStudy):
     -------
     xarray.Dataset
         Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
-        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 20
-        strongest ones, empty for others; ``sideband_ratio``, the amplitude of a named sideband over that of its mesh
-        harmonic. With ``against`` also ``against_order_force``, that of the other gears. Over ``modulation_order``
-        ``modulation``, the spectrum of the envelope about the strongest mesh harmonic, within half a mesh order: its
-        amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
+        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
+        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
+        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
+        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
 
-        The attribute ``amplitude`` is "peak" or "rms", ``motion`` the kind of motion by its spectrum, ``window`` how
-        the lines were found, ``status`` "ok" or "diverged".
+        The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
+        the kind of motion by its spectrum, ``window`` how the lines were found, ``status`` "ok" or "diverged".
 
     Raises
     ------
@@ -141,7 +147,7 @@ class Orders(MeshStudy):
     >>> import gearchaos as gc
     >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
     ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
-    >>> study = gc.Orders(pair, of="deflection")
+    >>> study = gc.Orders(pair, quantity="deflection")
     >>> study.kind, study.count
     ('orders', 1)
     """
@@ -152,7 +158,7 @@ class Orders(MeshStudy):
     summary: ClassVar[str] = "orders"
     model_words: ClassVar[str] = "Given gears, with their speed and torque."
 
-    of: Literal["force", "deflection", "acceleration"] = option("force", "What the spectrum is of.")
+    quantity: Literal["force", "deflection", "acceleration"] = option("force", "What the spectrum is of.")
     rms: bool = option(False, "Root mean squares of the lines instead of their peaks.")
     against: MeshModel | None = option(
         None, "Gears of the same teeth and speed, of which the spectrum is given as well.", in_files=False)
@@ -188,7 +194,7 @@ class Orders(MeshStudy):
 
     @property
     def _variable(self) -> str:
-        return f"order_{self.of}"
+        return f"order_{self.quantity}"
 
     @property
     def _teeth(self) -> tuple[int, int]:
@@ -203,7 +209,7 @@ class Orders(MeshStudy):
         if model.kind != "train":
             first, second = self._teeth
             turns = {Fraction(first, second): "wheel 2"} | {Fraction(1): f"wheel 1{' or 2' * (first == second)}"}
-            return Wheels({"mesh": Fraction(first)}, turns, {})
+            return Wheels({"mesh": Fraction(first)}, turns, {}, Fraction(first))
         train, own = model.train, model.train.meshes[self._at]
         meshes = {mesh.name: order for mesh in (own, *train.meshes) if (order := train.mesh_order(mesh))}
         wheels = [(train.mesh_order(own) / teeth, name) for name, teeth in zip(own.between, own.teeth, strict=True)]
@@ -212,7 +218,7 @@ class Orders(MeshStudy):
             if turn and name not in turns.get(turn, "").split(" or "):
                 turns[turn] = f"{turns[turn]} or {name}" if turn in turns else name
         excitations = {order: name for name, order in train.excitation_orders().items() if name.startswith("order ")}
-        return Wheels(meshes, turns, excitations)
+        return Wheels(meshes, turns, excitations, train.base_order)
 
     @cached_property
     def cost(self) -> Cost:
@@ -229,15 +235,15 @@ class Orders(MeshStudy):
                   "quefrency": variable("quefrency", ("quefrency",),
                                         np.linspace(0.0, found.turns / 2, len(order))), **self._mesh_coordinate}
         lines, ratio = np.full(len(order), "", object), np.full(len(order), np.nan)
-        for k in found.strongest():
-            lines[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats or 1)
+        for k in found.strongest(self._mesh_line(found.turns)):
+            lines[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats)
             if carrier is not None and (at := carrier * found.turns).denominator == 1 and at < len(order):
                 ratio[k] = found.amplitude[k] / found.amplitude[int(at)]
         shown = np.append(1.0, np.full(len(order) - 1, math.sqrt(0.5) if self.rms else 1.0))
         values = {name: found.amplitude * shown, "line": lines.astype(str), "sideband_ratio": ratio}
         window = f"Hann, {2 * _WINDOWS - 1} windows of {found.turns} turns that overlap by half"
-        attrs = {"amplitude": "rms" if self.rms else "peak", "motion": found.motion,
-                 "window": f"none, {found.turns} turns" if found.repeats else window,
+        attrs = {"amplitude": "rms" if self.rms else "peak", "carrier": found.carrier / found.turns,
+                 "motion": found.motion, "window": f"none, {found.turns} turns" if found.repeats else window,
                  "status": "diverged" if found.motion == "diverged" else "ok"}
         if self.against is not None:
             values[f"against_{name}"] = self._of_other(len(order), found.turns) * shown
@@ -245,36 +251,42 @@ class Orders(MeshStudy):
         data = {n: variable(n, ("order",), v) for n, v in values.items()}
         data["modulation"] = variable("modulation", ("modulation_order",), found.modulation)
         data["cepstrum"] = variable("cepstrum", ("quefrency",), real_cepstrum(found.amplitude, FLOOR))
-        settings = {n: getattr(self, n) for n in ("of", "mesh", "samples", "transient", "rms")}
+        settings = {n: getattr(self, n) for n in ("quantity", "mesh", "samples", "transient", "rms")}
         return new_dataset(data, coords, {**self.provenance(**settings), **attrs})
 
     def _spectrum(self) -> _Spectrum:
         """The spectrum of the motion that is reached."""
         start, settling = initial_value_problems(self.model), self._settling
         settled = start.flow.advance(start.w, settling, sections=settling // 2)
-        motion, repeats = spectral_class(settled.sections[..., 0], _WINDOWS)
+        lost = settled.status[0] != OK
+        motion, repeats = ("", 0) if lost else spectral_class(settled.sections[..., 0], _WINDOWS)
         windows = 1 if repeats else _WINDOWS
         periods = self._window * (repeats // math.gcd(repeats, self._window) if repeats else 1)
-        out = ExactFlow(start.flow.system, self._instants).advance(settled.w, windows * periods, sample=True)
-        signal = self._signal(start.flow.system, out.samples[..., 0])
-        if settled.status[0] != OK or out.status[0] != OK:
+        flow = ExactFlow(start.flow.system, self._instants)
+        out = flow.advance(np.where(lost, 0.0, settled.w), windows * periods, sample=True)
+        signal = self._signal(flow.system, out.samples[..., 0])
+        if lost or out.status[0] != OK:
             motion, repeats, signal = "diverged", 0, np.full_like(signal, np.nan)
         turns = int(periods / self._cycles_per_turn)
         kept = periods * self._samples // 2 + 1
         amplitude = line_amplitudes(signal, periods * self._instants, bool(repeats))[:kept]
         power = 0
-        if self.of == "acceleration":
+        if self.quantity == "acceleration":
             model, power = cast(Any, self.model), 2
             rate = np.arange(kept) / turns * model.value("speed") * (2 * math.pi / 60)
             amplitude = amplitude * model.gears.to_pair().scales.length * rate**2
-        mesh = round(next(iter(self._wheels.meshes.values())) * turns)
+        mesh = self._mesh_line(turns)
         carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
         envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
-        return _Spectrum(turns, amplitude, envelope, motion, repeats)
+        return _Spectrum(turns, amplitude, carrier, envelope, motion, repeats)
+
+    def _mesh_line(self, turns: int) -> int:
+        """The line of the mesh that is looked at, in a window of this many turns."""
+        return round(next(iter(self._wheels.meshes.values())) * turns)
 
     def _signal(self, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
         """The force or the deflection (N M,) at samples (N, M, d + 1) of N periods."""
-        if self.of == "force":
+        if self.quantity == "force":
             return self._forces(system, samples)
         w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
         return w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
