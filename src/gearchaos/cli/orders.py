@@ -10,21 +10,20 @@ from gearchaos.gears.units import measured
 from gearchaos.studies.orders import FLOOR, REFERENCES
 
 if TYPE_CHECKING:
-    from gearchaos.cli.summaries import Found
+    import xarray as xr
 
 _DIFFERENCES = 3  # lines that the answer names as differing most
 _LEAST_DIFFERENCE = 1.0  # dB
 
 
-def orders_document(found: Found) -> dict[str, Any]:
+def orders_document(dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON document of an order spectrum: its strongest lines, levels in dB."""
-    dataset = found.dataset
     name = next(each for each in REFERENCES if each in dataset)
     (reference, words), lines = REFERENCES[name], list[dict[str, Any]]()
     shown = dataset.drop_dims(["modulation_order", "quefrency"]).isel(order=dataset["line"].values != "")
     least = FLOOR * float(dataset[name][1:].max())
     for i in shown[name].values.argsort(kind="stable")[::-1].tolist():
-        at = {str(n): v.item() for n, v in shown.isel(order=i).variables.items()}
+        at = {str(n): v.values.item() for n, v in shown.isel(order=i).variables.items()}
         amplitude, ratio = at[name], at["sideband_ratio"]
         lines.append({"order": at["order"], "frequency": at["order_frequency"], "amplitude": amplitude,
                       "level": _decibel(amplitude / reference), "name": at["line"],
@@ -33,18 +32,20 @@ def orders_document(found: Found) -> dict[str, Any]:
             other = at[f"against_{name}"]
             lines[-1] |= {"against": other, "difference": _decibel(amplitude / other) if other > least else None}
     attrs = {n: dataset.attrs[n] for n in ("amplitude", "motion", "window", "status")}
-    return {**found.head, "of": name.removeprefix("order_"), "units": dataset[name].attrs["units"],
-            "reference": words, **attrs, "speed": found.loaded.model.value("speed"), "lines": lines}
+    mesh = {"mesh": dataset["mesh"].item()} if "mesh" in dataset.coords else {}
+    speed = 60 * float(dataset["order_frequency"][1] / dataset["order"][1])
+    return {**mesh, "of": name.removeprefix("order_"), "units": dataset[name].attrs["units"],
+            "reference": words, **attrs, "speed": speed, "lines": lines}
 
 
 def _decibel(ratio: float) -> float:
     return 20 * math.log10(ratio)
 
 
-def print_orders(found: Found, content: dict[str, Any]) -> None:
+def print_orders(content: dict[str, Any]) -> None:
     """Print the strongest line and sideband, the lines in which other gears differ most, and a table of lines."""
     lines, unit = content["lines"], content["units"]
-    mesh = f" of {found.dataset['mesh'].item()}" if "mesh" in found.dataset.coords else ""
+    mesh = f" of {content['mesh']}" if "mesh" in content else ""
     what = {"force": "mesh force", "deflection": "deflection", "acceleration": "acceleration along the line of action"}
     answer = f"{what[content['of']]}{mesh} at {content['speed']:g} rpm: "
     if not lines:

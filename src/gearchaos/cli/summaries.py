@@ -475,7 +475,8 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: branches.print_skeleton(content)),
     "rattle": (rattle_document, print_rattle),
     "runup": (runup_document, print_runup),
-    "orders": (orders.orders_document, orders.print_orders),
+    "orders": (lambda found: {**found.head, **orders.orders_document(found.dataset)},
+               lambda _, content: orders.print_orders(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

@@ -160,7 +160,7 @@ def modulation(series: np.ndarray, windows: int, carrier: int, width: int, repea
     number = np.arange(len(line))
     line *= (np.abs(number - carrier * windows) < width * windows) * (number / (carrier * windows)) ** power
     found = line_amplitudes(np.abs(hilbert(np.fft.irfft(line, len(series)))), len(series) // windows, repeats)
-    return found[1:width] / (found[0] or 1.0)
+    return found[1:width] / found[0]
 
 
 def real_cepstrum(amplitude: np.ndarray, floor: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self, cast
 
 import numpy as np
 
-from gearchaos.datasets import model_json, new_dataset, variable
+from gearchaos.datasets import model_json, new_dataset, variable, variables
 from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum, spectral_class
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
@@ -172,16 +172,16 @@ class Orders(MeshStudy):
             raise unknown_name("mesh", str(self.mesh), [mesh.name for mesh in model.train.meshes])
         if self.against is not None:
             self._set(against=as_model(self.against))
-            own, other = ((each.model.value("speed"), each._teeth) for each in (self, self._other))
+            own, other = self._rotation, self._other._rotation
             if own != other:
-                raise InputError("against", "must have the same speed and numbers of teeth", _rotation(*other),
-                                 f"The gears have {_rotation(*own)}.")
+                raise InputError("against", "must have the same speed and numbers of teeth", other,
+                                 f"The gears have {own}.")
         check_memory("periods times samples", _WINDOWS * self._window * self._instants, 8 * (self.cost.dimension + 20))
 
     @property
     def _other(self) -> Self:
         """The study of the gears with which these are compared."""
-        return replace(self, model=self.against, against=None)
+        return replace(self, model=cast(MeshModel, self.against), against=None)
 
     @property
     def _settling(self) -> int:
@@ -197,23 +197,30 @@ class Orders(MeshStudy):
         return f"order_{self.quantity}"
 
     @property
-    def _teeth(self) -> tuple[int, int]:
+    def _teeth(self) -> list[tuple[int, int]]:
+        """The numbers of teeth of each mesh."""
         model: Any = self.model
         if model.kind == "train":
-            return model.train.meshes[self._at].teeth
-        return model.gears.to_pair().n1, model.gears.to_pair().n2
+            return [mesh.teeth for mesh in model.train.meshes]
+        return [(model.gears.to_pair().n1, model.gears.to_pair().n2)]
+
+    @property
+    def _rotation(self) -> str:
+        """The speed and the numbers of teeth in words."""
+        return f"{self.model.value('speed'):.10g} rpm and {', '.join(f'{a}/{b}' for a, b in self._teeth)} teeth"
 
     @cached_property
     def _wheels(self) -> Wheels:
         model: Any = self.model
+        turns: dict[Fraction, str]
         if model.kind != "train":
-            first, second = self._teeth
+            ((first, second),) = self._teeth
             turns = {Fraction(first, second): "wheel 2"} | {Fraction(1): f"wheel 1{' or 2' * (first == second)}"}
             return Wheels({"mesh": Fraction(first)}, turns, {}, Fraction(first))
         train, own = model.train, model.train.meshes[self._at]
         meshes = {mesh.name: order for mesh in (own, *train.meshes) if (order := train.mesh_order(mesh))}
         wheels = [(train.mesh_order(own) / teeth, name) for name, teeth in zip(own.between, own.teeth, strict=True)]
-        turns: dict[Fraction, str] = {}
+        turns = {}
         for turn, name in (*wheels, *((abs(ratio), name) for name, ratio in train.ratios.items())):
             if turn and name not in turns.get(turn, "").split(" or "):
                 turns[turn] = f"{turns[turn]} or {name}" if turn in turns else name
@@ -228,19 +235,11 @@ class Orders(MeshStudy):
         self.cost.announce(progress)
         found, speed = self._spectrum(), float(self.model.value("speed"))  # type: ignore[arg-type]
         name, order = self._variable, np.arange(len(found.amplitude)) / found.turns
-        coords = {"order": variable("order", ("order",), order),
-                  "order_frequency": variable("order_frequency", ("order",), order * speed / 60),
-                  "modulation_order": variable("modulation_order", ("modulation_order",),
-                                               np.arange(1, len(found.modulation) + 1) / found.turns),
-                  "quefrency": variable("quefrency", ("quefrency",),
-                                        np.linspace(0.0, found.turns / 2, len(order))), **self._mesh_coordinate}
-        lines, ratio = np.full(len(order), "", object), np.full(len(order), np.nan)
-        for k in found.strongest(self._mesh_line(found.turns)):
-            lines[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats)
-            if carrier is not None and (at := carrier * found.turns).denominator == 1 and at < len(order):
-                ratio[k] = found.amplitude[k] / found.amplitude[int(at)]
+        coords = {"order": order, "quefrency": np.linspace(0.0, found.turns / 2, len(order)),
+                  "modulation_order": np.arange(1, len(found.modulation) + 1) / found.turns}
         shown = np.append(1.0, np.full(len(order) - 1, math.sqrt(0.5) if self.rms else 1.0))
-        values = {name: found.amplitude * shown, "line": lines.astype(str), "sideband_ratio": ratio}
+        line, ratio = self._named(found)
+        values = {name: found.amplitude * shown, "line": line, "sideband_ratio": ratio}
         window = f"Hann, {2 * _WINDOWS - 1} windows of {found.turns} turns that overlap by half"
         attrs = {"amplitude": "rms" if self.rms else "peak", "carrier": found.carrier / found.turns,
                  "motion": found.motion, "window": f"none, {found.turns} turns" if found.repeats else window,
@@ -248,11 +247,24 @@ class Orders(MeshStudy):
         if self.against is not None:
             values[f"against_{name}"] = self._of_other(len(order), found.turns) * shown
             attrs["against"] = model_json(self.against)
-        data = {n: variable(n, ("order",), v) for n, v in values.items()}
-        data["modulation"] = variable("modulation", ("modulation_order",), found.modulation)
-        data["cepstrum"] = variable("cepstrum", ("quefrency",), real_cepstrum(found.amplitude, FLOOR))
+        data = variables(("order",), values)
+        data |= variables(("modulation_order",), {"modulation": found.modulation})
+        data |= variables(("quefrency",), {"cepstrum": real_cepstrum(found.amplitude, FLOOR)})
         settings = {n: getattr(self, n) for n in ("quantity", "mesh", "samples", "transient", "rms")}
-        return new_dataset(data, coords, {**self.provenance(**settings), **attrs})
+        frequency = variable("order_frequency", ("order",), order * speed / 60)
+        return new_dataset(data, {**{n: variable(n, (n,), v) for n, v in coords.items()}, "order_frequency": frequency,
+                                  **self._mesh_coordinate}, {**self.provenance(**settings), **attrs})
+
+    def _named(self, found: _Spectrum) -> tuple[np.ndarray, np.ndarray]:
+        """The names of the strongest lines, and of sidebands among them the ratios to their mesh harmonics, (O,)."""
+        names, ratio = np.full(len(found.amplitude), "", object), np.full(len(found.amplitude), np.nan)
+        least = FLOOR * found.amplitude[1:].max()
+        for k in found.strongest(self._mesh_line(found.turns)):
+            names[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats)
+            at = None if carrier is None else round(carrier * found.turns)
+            if at is not None and at < len(ratio) and found.amplitude[at] > least:
+                ratio[k] = found.amplitude[k] / found.amplitude[at]
+        return names.astype(str), ratio
 
     def _spectrum(self) -> _Spectrum:
         """The spectrum of the motion that is reached."""
@@ -276,8 +288,10 @@ class Orders(MeshStudy):
             rate = np.arange(kept) / turns * model.value("speed") * (2 * math.pi / 60)
             amplitude = amplitude * model.gears.to_pair().scales.length * rate**2
         mesh = self._mesh_line(turns)
-        carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
-        envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
+        carrier, envelope = mesh, np.zeros(mesh // 2 - 1)
+        if (amplitude[mesh::mesh] > FLOOR * amplitude[1:].max()).any():
+            carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
+            envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
         return _Spectrum(turns, amplitude, carrier, envelope, motion, repeats)
 
     def _mesh_line(self, turns: int) -> int:
@@ -305,6 +319,3 @@ class Orders(MeshStudy):
 
 orders = function_of(Orders)
 
-
-def _rotation(speed: float, teeth: tuple[int, int]) -> str:
-    return f"{speed:g} rpm and {teeth[0]}/{teeth[1]} teeth"
