@@ -550,7 +550,7 @@ def orders(
     >>> found = gc.physical(gc.orders(pair))
     >>> strongest = found.order_force[1:].idxmax().item()
     >>> strongest, found.line.sel(order=strongest).item(), found.attrs["motion"]
-    (25.0, 'mesh 1', '1T')
+    (100.0, 'mesh 4', '1T')
     """
 
 class Orders(_Orders):

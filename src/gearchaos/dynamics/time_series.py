@@ -143,9 +143,9 @@ def line_amplitudes(series: np.ndarray, length: int, repeats: bool) -> np.ndarra
     from scipy.signal import welch  # here, since it takes a third of a second to load
 
     window = "boxcar" if repeats else "hann"
-    power = welch(series, window=window, nperseg=length, detrend=False, scaling="spectrum")[1]
-    power[1:] *= 2
-    return np.sqrt(power)
+    mean = series.mean()  # a Hann window would spread it over the first lines
+    power = welch(series - mean, window=window, nperseg=length, detrend=False, scaling="spectrum")[1]
+    return np.append(abs(mean), np.sqrt(2 * power[1:]))
 
 
 def modulation(series: np.ndarray, windows: int, carrier: int, width: int, repeats: bool, power: int = 0) -> np.ndarray:

@@ -14,6 +14,7 @@ from gearchaos.plot.theme import INK, STROBE, adapt
 from gearchaos.studies.orders import FLOOR, REFERENCES
 
 _NAMED = 8  # most lines with a name in a panel
+_APART = 0.018  # least distance of names, over the width of a panel
 _SHOWN = 1e-4  # weakest lines that are shown, over the strongest
 
 
@@ -81,9 +82,12 @@ def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, fl
     if f"against_{name}" in part:
         other = part[f"against_{name}"].where(part[f"against_{name}"] > least)
         ax.plot(order, other, ".", color=adapt(STROBE), markersize=4)
-    named = [k for k in np.argsort(-size) if part["line"].values[k]]
-    for k in named[:_NAMED]:
-        ax.annotate(str(part["line"].values[k]), (order[k], size[k]), (0, 3), textcoords="offset points", rotation=90,
-                    fontsize="x-small", ha="center", va="bottom", clip_on=True)
+    placed: list[float] = []
+    for k in np.argsort(-size):
+        apart = np.abs(np.array(placed) - order[k]) > _APART * (limits[1] - limits[0])
+        if part["line"].values[k] and apart.all() and len(placed) < _NAMED:
+            ax.annotate(str(part["line"].values[k]), (order[k], size[k]), (0, 3), textcoords="offset points",
+                        rotation=90, fontsize="x-small", ha="center", va="bottom", clip_on=True)
+            placed.append(order[k])
     ax.set(yscale="log", ylim=(least, 100 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
            ylabel=f"{axis_label(ds[name], name)}, {ds.attrs['amplitude']}")
