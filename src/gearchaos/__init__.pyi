@@ -495,12 +495,14 @@ class Rattle(_Rattle):
 
 def orders(
     model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, transient: int | None = None,
+    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None =
+    None,
 ) -> xr.Dataset:
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
-    The motion is that reached from rest, or from the initial values of the gears. If it repeats, its window does with
-    it, and the lines are exact. Otherwise they are root mean squares over Hann windows of two turns of the first wheel.
+    The motion is that reached from rest, or from the initial values of the gears, as `regime` classifies it. If it
+    repeats, its window does with it, and the lines are exact. Otherwise they are root mean squares over Hann windows of
+    two turns of the first wheel.
 
     Parameters
     ----------
@@ -516,8 +518,8 @@ def orders(
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
         Gears of the same teeth and speed, of which the spectrum is given as well.
-    transient : int, optional
-        Periods before those of the spectrum; by default 500 of a pair, 200 of a train.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
 
     Returns
     -------
@@ -530,7 +532,7 @@ def orders(
         within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
 
         The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
-        the kind of motion by its spectrum, ``window`` how the lines were found, ``status`` "ok" or "diverged".
+        the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
 
     Raises
     ------
@@ -573,8 +575,8 @@ class Orders(_Orders):
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
         Gears of the same teeth and speed, of which the spectrum is given as well.
-    transient : int, optional
-        Periods before those of the spectrum; by default 500 of a pair, 200 of a train.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
 
     Raises
     ------
@@ -593,7 +595,8 @@ class Orders(_Orders):
 
     def __init__(
         self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-        'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, transient: int | None = None,
+        'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None
+        = None,
     ) -> None: ...
 
 def runup(

@@ -98,10 +98,6 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'metavar': 'force|deflection|acceleration', 'choices': ('force', 'deflection', 'acceleration'),
             },
             'rms': {'type': 'bool', 'help': 'Root mean squares of the lines instead of their peaks.'},
-            'transient': {
-                'type': 'int',
-                'help': 'Periods before those of the spectrum; by default 500 of a pair, 200 of a train.', 'least': 4,
-            },
         },
         'run_options': {},
     },

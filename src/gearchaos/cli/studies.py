@@ -214,8 +214,6 @@ def orders(
                                   readable=False)
     ] = None,
     rms: Annotated[bool, typer.Option("--rms", help=_OF_ORDERS["rms"]["help"])] = False,
-    transient: Annotated[
-        int | None, typer.Option(metavar="N", help=_OF_ORDERS["transient"]["help"])] = None,
     out: OutIfWanted = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -228,7 +226,7 @@ def orders(
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.orders import Orders
 
-    given = options.given(mesh=mesh, quantity=of, against=other, rms=rms or None, transient=transient)
+    given = options.given(mesh=mesh, quantity=of, against=other, rms=rms or None)
     found = Found("orders", loaded.study(Orders, **given).run(progress=True), loaded, True, (), out, plot)
     save(found.dataset, out)
     report(found, "orders", json_out)

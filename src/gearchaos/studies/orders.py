@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self, cast
 import numpy as np
 
 from gearchaos.datasets import model_json, new_dataset, variable, variables
-from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum, spectral_class
+from gearchaos.dynamics import Classification, Label, classify, motion_name
+from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import OK, ExactFlow
@@ -24,6 +25,8 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.mesh_study import MeshStudy
 from gearchaos.studies.options import option
+from gearchaos.studies.regime import SINGLE_MOTION
+from gearchaos.studies.study import ClassifyingStudy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +38,6 @@ FLOOR = 1e-5
 """Amplitude of lines that count as rounding errors, over that of the strongest one."""
 
 _OVERSAMPLED = 4  # least: a force that jumps has lines beyond those that are kept
-_SETTLED = {True: 200, False: 500}  # periods of a train, and of a pair, before the spectrum
 _WINDOWS = 16  # in a record of a motion that does not repeat; others may last that long
 _NAMED = 12  # strongest mesh harmonics that have names, and as many other lines
 
@@ -103,11 +105,12 @@ class _Spectrum(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Orders(MeshStudy):
+class Orders(ClassifyingStudy, MeshStudy):
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
-    The motion is that reached from rest, or from the initial values of the gears. If it repeats, its window does with
-    it, and the lines are exact. Otherwise they are root mean squares over Hann windows of two turns of the first wheel.
+    The motion is that reached from rest, or from the initial values of the gears, as `regime` classifies it. If it
+    repeats, its window does with it, and the lines are exact. Otherwise they are root mean squares over Hann windows of
+    two turns of the first wheel.
 
     Returns
     -------
@@ -120,7 +123,7 @@ class Orders(MeshStudy):
         within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
 
         The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
-        the kind of motion by its spectrum, ``window`` how the lines were found, ``status`` "ok" or "diverged".
+        the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
 
     Raises
     ------
@@ -157,13 +160,12 @@ class Orders(MeshStudy):
     group: ClassVar[str] = "Gears"
     summary: ClassVar[str] = "orders"
     model_words: ClassVar[str] = "Given gears, with their speed and torque."
+    default_settings: ClassVar[Classification] = SINGLE_MOTION
 
     quantity: Literal["force", "deflection", "acceleration"] = option("force", "What the spectrum is of.")
     rms: bool = option(False, "Root mean squares of the lines instead of their peaks.")
     against: MeshModel | None = option(
         None, "Gears of the same teeth and speed, of which the spectrum is given as well.", in_files=False)
-    transient: int | None = option(
-        None, "Periods before those of the spectrum; by default 500 of a pair, 200 of a train.", least=4)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -182,10 +184,6 @@ class Orders(MeshStudy):
     def _other(self) -> Self:
         """The study of the gears with which these are compared."""
         return replace(self, model=cast(MeshModel, self.against), against=None)
-
-    @property
-    def _settling(self) -> int:
-        return self.transient or _SETTLED[self.model.kind == "train"]
 
     @property
     def _instants(self) -> int:
@@ -229,7 +227,7 @@ class Orders(MeshStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        return self.estimate(1, self._settling + _WINDOWS * self._window, samples=self._instants)
+        return self.estimate(1, self.classification.max_periods + _WINDOWS * self._window, samples=self._instants)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         self.cost.announce(progress)
@@ -250,7 +248,7 @@ class Orders(MeshStudy):
         data = variables(("order",), values)
         data |= variables(("modulation_order",), {"modulation": found.modulation})
         data |= variables(("quefrency",), {"cepstrum": real_cepstrum(found.amplitude, FLOOR)})
-        settings = {n: getattr(self, n) for n in ("quantity", "mesh", "samples", "transient", "rms")}
+        settings = {n: getattr(self, n) for n in ("quantity", "mesh", "samples", "rms")}
         frequency = variable("order_frequency", ("order",), order * speed / 60)
         return new_dataset(data, {**{n: variable(n, (n,), v) for n, v in coords.items()}, "order_frequency": frequency,
                                   **self._mesh_coordinate}, {**self.provenance(**settings), **attrs})
@@ -266,19 +264,25 @@ class Orders(MeshStudy):
                 ratio[k] = found.amplitude[k] / found.amplitude[at]
         return names.astype(str), ratio
 
+    def _record(self) -> tuple[str, int, int, np.ndarray]:
+        """The kind of the steady motion, the periods after which it repeats, 0 if it does not, those in a window, and
+        samples of the signal: one window of a motion that repeats, else several."""
+        start = initial_value_problems(self.model)
+        verdict = classify(start.flow, start.w, settings=self.classification, response=False)
+        label, repeats = Label(verdict.label[0]), int(verdict.period[0])
+        longer = repeats // math.gcd(repeats, self._window)
+        name, repeats = motion_name(label, repeats), repeats if longer <= _WINDOWS else 0
+        window = self._window * longer if repeats else self._window
+        flow, diverged = ExactFlow(start.flow.system, self._instants), label == Label.DIVERGED
+        out = flow.advance(np.where(diverged, 0.0, verdict.w), window if repeats else _WINDOWS * window, sample=True)
+        signal = self._signal(flow.system, out.samples[..., 0])
+        if diverged or out.status[0] != OK:
+            return motion_name(Label.DIVERGED, 0), 0, window, np.full_like(signal, np.nan)
+        return name, repeats, window, signal
+
     def _spectrum(self) -> _Spectrum:
         """The spectrum of the motion that is reached."""
-        start, settling = initial_value_problems(self.model), self._settling
-        settled = start.flow.advance(start.w, settling, sections=settling // 2)
-        lost = settled.status[0] != OK
-        motion, repeats = ("", 0) if lost else spectral_class(settled.sections[..., 0], _WINDOWS)
-        windows = 1 if repeats else _WINDOWS
-        periods = self._window * (repeats // math.gcd(repeats, self._window) if repeats else 1)
-        flow = ExactFlow(start.flow.system, self._instants)
-        out = flow.advance(np.where(lost, 0.0, settled.w), windows * periods, sample=True)
-        signal = self._signal(flow.system, out.samples[..., 0])
-        if lost or out.status[0] != OK:
-            motion, repeats, signal = "diverged", 0, np.full_like(signal, np.nan)
+        motion, repeats, periods, signal = self._record()
         turns = int(periods / self._cycles_per_turn)
         kept = periods * self._samples // 2 + 1
         amplitude = line_amplitudes(signal, periods * self._instants, bool(repeats))[:kept]
@@ -291,7 +295,7 @@ class Orders(MeshStudy):
         carrier, envelope = mesh, np.zeros(mesh // 2 - 1)
         if (amplitude[mesh::mesh] > FLOOR * amplitude[1:].max()).any():
             carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
-            envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
+            envelope = modulation(signal, 1 if repeats else _WINDOWS, carrier, mesh // 2, bool(repeats), power)
         return _Spectrum(turns, amplitude, carrier, envelope, motion, repeats)
 
     def _mesh_line(self, turns: int) -> int:
