@@ -12,6 +12,7 @@ import numpy as np
 
 from gearchaos.datasets import model_json, new_dataset, variable, variables
 from gearchaos.dynamics import Classification, Label, classify, motion_name
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
@@ -25,7 +26,6 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.mesh_study import MeshStudy
 from gearchaos.studies.options import option
-from gearchaos.studies.regime import SINGLE_MOTION
 from gearchaos.studies.study import ClassifyingStudy
 
 if TYPE_CHECKING:
@@ -37,7 +37,11 @@ REFERENCES = {"order_force": (1.0, "1 N"), "order_deflection": (1.0, "1 µm"), "
 FLOOR = 1e-5
 """Amplitude of lines that count as rounding errors, over that of the strongest one."""
 
-_OVERSAMPLED = 4  # least: a force that jumps has lines beyond those that are kept
+_OVERSAMPLED, _EXACT = 4, 64
+"""How many times as many instants the flow samples, of a band and of exact lines: a force that jumps by J between two
+of N instants has an error up to J/N in each line, from lines beyond those that are kept."""
+
+_TABLE = 1 << 24  # most bytes of the step matrices of a period in one contact state, beyond which there are fewer
 _WINDOWS = 16  # in a record of a motion that does not repeat; others may last that long
 _NAMED = 12  # strongest mesh harmonics that have names, and as many other lines
 
@@ -178,17 +182,21 @@ class Orders(ClassifyingStudy, MeshStudy):
             if own != other:
                 raise InputError("against", "must have the same speed and numbers of teeth", other,
                                  f"The gears have {own}.")
-        check_memory("periods times samples", _WINDOWS * self._window * self._instants, 8 * (self.cost.dimension + 20))
+        instants = _WINDOWS * self._window * self._instants(False)
+        check_memory("periods times samples", instants, 8 * (self.cost.dimension + 20))
 
     @property
     def _other(self) -> Self:
         """The study of the gears with which these are compared."""
         return replace(self, model=cast(MeshModel, self.against), against=None)
 
-    @property
-    def _instants(self) -> int:
-        """Instants in a period at which the flow samples."""
-        return self._samples * max(_OVERSAMPLED, self._finer(self.model.value("speed")))  # type: ignore[arg-type]
+    def _instants(self, repeats: bool) -> int:
+        """Instants in a period at which the flow samples: of a motion that repeats so many that jumps of the force have
+        their place, as far as the step matrices of a period have room."""
+        least = self._samples * max(_OVERSAMPLED, self._finer(self.model.value("speed")))  # type: ignore[arg-type]
+        d = self.cost.dimension
+        room = int(_TABLE // (8 * d * (d + 1) * least)) if repeats else 1
+        return least * 2 ** (min(max(room, 1), _EXACT // _OVERSAMPLED).bit_length() - 1)
 
     @property
     def _variable(self) -> str:
@@ -227,7 +235,7 @@ class Orders(ClassifyingStudy, MeshStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        return self.estimate(1, self.classification.max_periods + _WINDOWS * self._window, samples=self._instants)
+        return self.estimate(1, self.classification.max_periods)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         self.cost.announce(progress)
@@ -273,7 +281,7 @@ class Orders(ClassifyingStudy, MeshStudy):
         longer = repeats // math.gcd(repeats, self._window)
         name, repeats = motion_name(label, repeats), repeats if longer <= _WINDOWS else 0
         window = self._window * longer if repeats else self._window
-        flow, diverged = ExactFlow(start.flow.system, self._instants), label == Label.DIVERGED
+        flow, diverged = ExactFlow(start.flow.system, self._instants(repeats > 0)), label == Label.DIVERGED
         out = flow.advance(np.where(diverged, 0.0, verdict.w), window if repeats else _WINDOWS * window, sample=True)
         signal = self._signal(flow.system, out.samples[..., 0])
         if diverged or out.status[0] != OK:
@@ -285,8 +293,8 @@ class Orders(ClassifyingStudy, MeshStudy):
         motion, repeats, periods, signal = self._record()
         turns = int(periods / self._cycles_per_turn)
         kept = periods * self._samples // 2 + 1
-        amplitude = line_amplitudes(signal, periods * self._instants, bool(repeats))[:kept]
-        power = 0
+        windows, power = 1 if repeats else _WINDOWS, 0
+        amplitude = line_amplitudes(signal, len(signal) // windows, bool(repeats))[:kept]
         if self.quantity == "acceleration":
             model, power = cast(Any, self.model), 2
             rate = np.arange(kept) / turns * model.value("speed") * (2 * math.pi / 60)
@@ -295,7 +303,7 @@ class Orders(ClassifyingStudy, MeshStudy):
         carrier, envelope = mesh, np.zeros(mesh // 2 - 1)
         if (amplitude[mesh::mesh] > FLOOR * amplitude[1:].max()).any():
             carrier = mesh * (1 + int(np.argmax(amplitude[mesh::mesh])))
-            envelope = modulation(signal, 1 if repeats else _WINDOWS, carrier, mesh // 2, bool(repeats), power)
+            envelope = modulation(signal, windows, carrier, mesh // 2, bool(repeats), power)
         return _Spectrum(turns, amplitude, carrier, envelope, motion, repeats)
 
     def _mesh_line(self, turns: int) -> int:
