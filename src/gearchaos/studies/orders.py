@@ -282,8 +282,8 @@ class Orders(ClassifyingStudy, MeshStudy):
         name, repeats = motion_name(label, repeats), repeats if longer <= _WINDOWS else 0
         window = self._window * longer if repeats else self._window
         flow, diverged = ExactFlow(start.flow.system, self._instants(repeats > 0)), label == Label.DIVERGED
-        out = flow.advance(np.where(diverged, 0.0, verdict.w), window if repeats else _WINDOWS * window, sample=True)
-        signal = self._signal(flow.system, out.samples[..., 0])
+        out = flow.advance(np.where(diverged, 0.0, verdict.w), repeats or _WINDOWS * window, sample=True)
+        signal = np.tile(self._signal(flow.system, out.samples[..., 0]), window // repeats if repeats else 1)
         if diverged or out.status[0] != OK:
             return motion_name(Label.DIVERGED, 0), 0, window, np.full_like(signal, np.nan)
         return name, repeats, window, signal
