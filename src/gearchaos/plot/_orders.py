@@ -89,5 +89,6 @@ def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, fl
             ax.annotate(str(part["line"].values[k]), (order[k], size[k]), (0, 3), textcoords="offset points",
                         rotation=90, fontsize="x-small", ha="center", va="bottom", clip_on=True)
             placed.append(order[k])
-    ax.set(yscale="log", ylim=(least, 100 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
-           ylabel=f"{axis_label(ds[name], name)}, {ds.attrs['amplitude']}")
+    mesh = f" of {ds['mesh'].item()}" if "mesh" in ds.coords else ""
+    ax.set(yscale="log", ylim=(least, 300 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
+           ylabel=f"{axis_label(ds[name], name)}{mesh}, {ds.attrs['amplitude']}")
