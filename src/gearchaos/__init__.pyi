@@ -54,6 +54,7 @@ from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
 from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
+from gearchaos.studies.orders import Orders as _Orders
 from gearchaos.studies.proofs import prove as prove
 from gearchaos.studies.proofs import prove_box as prove_box
 from gearchaos.studies.proofs import prove_event as prove_event
@@ -492,9 +493,115 @@ class Rattle(_Rattle):
         self, model: AnyModel, axis: Axis | str, *, mesh: str | None = None, settings: Classification | None = None,
     ) -> None: ...
 
+def orders(
+    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
+    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None =
+    None,
+) -> xr.Dataset:
+    """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
+
+    The motion is that reached from rest, or from the initial values of the gears, as `regime` classifies it. If it
+    repeats, its window does with it, and the lines are exact. Otherwise they are root mean squares over Hann windows of
+    two turns of the first wheel.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        Given gears, with their speed and torque.
+    mesh : str, optional
+        Of a train, the mesh that is looked at; by default the first.
+    samples : int
+        Instants of each mesh period at which it is taken for its spectrum.
+    quantity : {'force', 'deflection', 'acceleration'}
+        What the spectrum is of.
+    rms : bool
+        Root mean squares of the lines instead of their peaks.
+    against : MeshModel, optional
+        Gears of the same teeth and speed, of which the spectrum is given as well.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
+        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
+        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
+        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
+        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
+        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+
+        The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
+        the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, or those compared have other teeth or another speed.
+
+    Notes
+    -----
+    The deflection is that along the line of action, 0 where the front flanks touch. The acceleration is its second
+    derivative, the relative one of the flanks: the amplitude of the deflection times (2πf)².
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
+    ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
+    >>> found = gc.physical(gc.orders(pair))
+    >>> strongest = found.order_force[1:].idxmax().item()
+    >>> strongest, found.line.sel(order=strongest).item(), found.attrs["motion"]
+    (100.0, 'mesh 4', '1T')
+    """
+
+class Orders(_Orders):
+    """The study that `orders` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `orders` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        Given gears, with their speed and torque.
+    mesh : str, optional
+        Of a train, the mesh that is looked at; by default the first.
+    samples : int
+        Instants of each mesh period at which it is taken for its spectrum.
+    quantity : {'force', 'deflection', 'acceleration'}
+        What the spectrum is of.
+    rms : bool
+        Root mean squares of the lines instead of their peaks.
+    against : MeshModel, optional
+        Gears of the same teeth and speed, of which the spectrum is given as well.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0,
+    ...                    backlash=1.2e-4, M10=85.0, speed=4000.0, error_amplitudes=[2e-6])
+    >>> study = gc.Orders(pair, quantity="deflection")
+    >>> study.kind, study.count
+    ('orders', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
+        'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None
+        = None,
+    ) -> None: ...
+
 def runup(
-    model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, down: bool = False, signal:
-    bool = False, samples: int = 64,
+    model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64, down:
+    bool = False, signal: bool = False,
 ) -> xr.Dataset:
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
@@ -512,13 +619,13 @@ def runup(
     duration : float
         Of the run-up, in s.
     mesh : str, optional
-        Of a train, the mesh whose force is looked at; by default the first.
+        Of a train, the mesh that is looked at; by default the first.
+    samples : int
+        Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
     signal : bool
         Also give the mesh force over the time.
-    samples : int
-        Instants of each mesh period at which the force is taken for its spectrum.
 
     Returns
     -------
@@ -566,13 +673,13 @@ class RunUp(_RunUp):
     duration : float
         Of the run-up, in s.
     mesh : str, optional
-        Of a train, the mesh whose force is looked at; by default the first.
+        Of a train, the mesh that is looked at; by default the first.
+    samples : int
+        Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
     signal : bool
         Also give the mesh force over the time.
-    samples : int
-        Instants of each mesh period at which the force is taken for its spectrum.
 
     Raises
     ------
@@ -592,8 +699,8 @@ class RunUp(_RunUp):
     """
 
     def __init__(
-        self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, down: bool =
-        False, signal: bool = False, samples: int = 64,
+        self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64,
+        down: bool = False, signal: bool = False,
     ) -> None: ...
 
 def zones(

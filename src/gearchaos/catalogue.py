@@ -79,6 +79,28 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {'mesh': {'type': 'str', 'help': 'The mesh whose onset is looked for; by default all.'}},
         'run_options': {},
     },
+    'orders': {
+        'module': 'studies.orders', 'class': 'Orders',
+        'help': 'Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.',
+        'group': 'Gears', 'needs_out': False, 'summary': 'orders',
+        'axes': {},
+        'options': {
+            'mesh': {
+                'type': 'str', 'help': 'Of a train, the mesh that is looked at; by default the first.',
+            },
+            'samples': {
+                'type': 'int',
+                'help': 'Instants of each mesh period at which it is taken for its spectrum; 64 by default.',
+                'least': 16,
+            },
+            'quantity': {
+                'type': 'str', 'help': 'What the spectrum is of; force by default.',
+                'metavar': 'force|deflection|acceleration', 'choices': ('force', 'deflection', 'acceleration'),
+            },
+            'rms': {'type': 'bool', 'help': 'Root mean squares of the lines instead of their peaks.'},
+        },
+        'run_options': {},
+    },
     'runup': {
         'module': 'studies.runup', 'class': 'RunUp',
         'help': 'Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.',
@@ -87,14 +109,14 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {
             'duration': {'type': 'float', 'help': 'Of the run-up, in s; 60 by default.'},
             'mesh': {
-                'type': 'str', 'help': 'Of a train, the mesh whose force is looked at; by default the first.',
+                'type': 'str', 'help': 'Of a train, the mesh that is looked at; by default the first.',
             },
-            'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
             'samples': {
                 'type': 'int',
-                'help': 'Instants of each mesh period at which the force is taken for its spectrum; 64 by default.',
+                'help': 'Instants of each mesh period at which it is taken for its spectrum; 64 by default.',
                 'least': 16,
             },
+            'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
         },
         'run_options': {},
     },

@@ -197,7 +197,7 @@ def test_the_answer_stands_first_and_the_options_of_a_file_count(tmp_path):
 
 
 def test_a_fast_run_is_that_at_a_speed_that_rises_continuously():
-    """x'' + 2ζz' + z − 1 = q with z = x − ε(φ), φ' = ω(τ). Steps of the speed without those of ε' would be off by 1e-3."""
+    """x'' + 2ζz' + z − 1 = q with z = x − ε(φ), φ' = ω(τ). Without steps of ε' it would be off by 1e-3."""
     pair = gc.GearPair(**PAIR, error_amplitudes=[2e-7], error_phases=[np.pi / 2], chi1=0.0, chi2=0.0)
     found = gc.runup(pair, "speed=9000:14000", 0.05, signal=True)
     model, rate = as_model(pair), pair.to_pair().scales.rate

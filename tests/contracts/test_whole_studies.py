@@ -62,7 +62,7 @@ def test_a_study_whose_only_tile_is_not_computed_has_no_result(tmp_path):
 
 def test_functions_cannot_be_kept_in_a_store(tmp_path):
     study = gc.Branch(MODEL, "omega=0.6:0.8", events={"peak": lambda orbit: orbit.state["z"] - 1})
-    with pytest.raises(InputError, match="must have no functions among its options"):
+    with pytest.raises(InputError, match="must have no functions and no other gears among its options"):
         gc.run(study, tmp_path / "s.zarr")
     assert not (tmp_path / "s.zarr").exists()
 

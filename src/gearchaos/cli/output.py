@@ -7,6 +7,7 @@ import json
 import math
 import os
 import tempfile
+import textwrap
 from collections.abc import Iterable
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -133,6 +134,11 @@ def say_proofs(document: dict[str, Any]) -> None:
 
     if "proofs" in document:
         say(proof_counts_in_words(document["proofs"]))
+
+
+def print_wrapped(text: str) -> None:
+    """Print a text in lines of at most 79 characters."""
+    print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
 
 
 def print_table(table: Table) -> None:

@@ -142,6 +142,9 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
+_OF_ORDERS = catalogue.STUDIES["orders"]["options"]
+
+
 def runup(
     gears: GearsPath,
     sets: Sets = None,
@@ -197,7 +200,39 @@ def runup(
     report(found, "runup", json_out)
 
 
-_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup}
+def orders(
+    gears: GearsPath,
+    sets: Sets = None,
+    mesh: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is looked at; by default the first.")
+    ] = None,
+    of: Annotated[
+        str | None, typer.Option("--of", metavar="force|deflection|acceleration", help=_OF_ORDERS["quantity"]["help"])
+    ] = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="OTHER.toml", help="Compare with gears of the same teeth and speed.",
+                                  readable=False)
+    ] = None,
+    rms: Annotated[bool, typer.Option("--rms", help=_OF_ORDERS["rms"]["help"])] = False,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    json_out: Json = False,
+) -> None:
+    """Show the order spectrum of a steady motion: mesh harmonics, their sidebands, and whose they are."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    loaded = options.load(gears, sets, physical=True)
+    other = None if against is None else options.load(against, None, physical=True).model
+    from gearchaos.cli.summaries import Found, report
+    from gearchaos.studies.orders import Orders
+
+    given = options.given(mesh=mesh, quantity=of, against=other, rms=rms or None)
+    found = Found("orders", loaded.study(Orders, **given).run(progress=True), loaded, True, (), out, plot)
+    save(found.dataset, out)
+    report(found, "orders", json_out)
+
+
+_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup, "orders": orders}
 """Commands that print a verdict and not a Dataset, or have options of their own."""
 
 for _kind, _entry in catalogue.STUDIES.items():

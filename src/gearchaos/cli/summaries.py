@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.cli import branches
+from gearchaos.cli import branches, orders
 from gearchaos.cli.options import in_units
-from gearchaos.cli.output import draw, plain_table, print_json, print_table, say_proofs, shown, unit_after
+from gearchaos.cli.output import (
+    draw,
+    plain_table,
+    print_json,
+    print_table,
+    print_wrapped,
+    say_proofs,
+    shown,
+    unit_after,
+)
 from gearchaos.datasets import motions
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.pair import Scales
@@ -378,14 +387,14 @@ def print_rattle(found: Found, content: dict[str, Any]) -> None:
         parts = [f"{words} at {', '.join(_edges(*r) for r in some)} {unit}" for words, some in (
             ("contact is lost", ranges["lost"]), ("both flanks are hit", ranges["both_flanks"]),
             ("after a sweep alone it is lost", ranges["lost_after_sweeps_alone"])) if some]
-        _say_wrapped(f"{name}: " + ("; ".join(parts) or "contact is kept in all motions that were tried"))
+        print_wrapped(f"{name}: " + ("; ".join(parts) or "contact is kept in all motions that were tried"))
         own = [onset for onset in content["onsets"] if onset["mesh"] == name]
         if own:
             linear = "; by the linear train " + ", ".join(f"{o['linear']:.7g}" for o in own if o["linear"] is not None)
             linear = linear if own[0]["linear"] is not None else "; its stiffness varies, so there is no closed form"
-            _say_wrapped(f"  changes from rest at {', '.join(format(o['value'], '.7g') for o in own)} {unit}{linear}")
+            print_wrapped(f"  changes from rest at {', '.join(format(o['value'], '.7g') for o in own)} {unit}{linear}")
     step = f", every {values[1] - values[0]:.4g} {unit}" if len(values) > 1 else ""
-    _say_wrapped(f"Tried: from rest, and slow sweeps of the axis, rising and falling{step}: narrower ranges may be "
+    print_wrapped(f"Tried: from rest, and slow sweeps of the axis, rising and falling{step}: narrower ranges may be "
                  "missed, and other motions may exist.")
     rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
     for name in dataset["mesh"].values.tolist():
@@ -433,15 +442,15 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
         if most["dynamic_factor"]:
             parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
         kept = [] if any(states[name] for name in words) else ["contact is kept"]
-        _say_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
+        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
         jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
                  if j["direction"] == way]
         if jumps:
-            _say_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
+            print_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
     if content["status"] != "ok":
-        _say_wrapped(content["status"])
+        print_wrapped(content["status"])
     step = float(found.dataset["speed"][:2].diff("speed").sum())
-    _say_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
+    print_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
                  f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
                  "motion.")
     if content["peaks"]:
@@ -450,11 +459,6 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
             table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
                           f"{peak['order']:g}")
         print_table(table)
-
-
-def _say_wrapped(text: str) -> None:
-    """Print a text in lines of at most 79 characters."""
-    print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
 
 
 SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {
@@ -471,6 +475,8 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: branches.print_skeleton(content)),
     "rattle": (rattle_document, print_rattle),
     "runup": (runup_document, print_runup),
+    "orders": (lambda found: {**found.head, **orders.orders_document(found.dataset)},
+               lambda _, content: orders.print_orders(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

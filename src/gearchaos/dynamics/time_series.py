@@ -133,6 +133,45 @@ def amplitudes(series: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray
     return np.arange(len(spectrum)) / periods, spectrum
 
 
+def line_amplitudes(series: np.ndarray, length: int, repeats: bool) -> np.ndarray:
+    """Amplitudes (length // 2 + 1,) of the lines of evenly spaced samples (N,) in windows of this many; the first is
+    the absolute mean.
+
+    Of a series that ``repeats`` with the window they are exact: the squares of all, halved, and that of the mean add up
+    to the mean square. Otherwise they are root mean squares over Hann windows that overlap by half.
+    """
+    from scipy.signal import welch  # here, since it takes a third of a second to load
+
+    window = "boxcar" if repeats else "hann"
+    mean = series.mean()  # a Hann window would spread it over the first lines
+    power = welch(series - mean, window=window, nperseg=length, detrend=False, scaling="spectrum")[1]
+    return np.append(abs(mean), np.sqrt(2 * power[1:]))
+
+
+def modulation(series: np.ndarray, windows: int, carrier: int, width: int, repeats: bool, power: int = 0) -> np.ndarray:
+    """Amplitudes (width - 1,) of the lines 1, 2, … of the envelope of a series (N,) over its mean.
+
+    The series is filtered to the lines of a window that are less than ``width`` from the line ``carrier``, each times
+    this ``power`` of its frequency. For (1 + m cos Ωt) cos ωt the amplitude at Ω is m.
+    """
+    from scipy.signal import hilbert  # here, since it takes a third of a second to load
+
+    line = np.fft.rfft(series)
+    number = np.arange(len(line))
+    line *= (np.abs(number - carrier * windows) < width * windows) * (number / (carrier * windows)) ** power
+    found = line_amplitudes(np.abs(hilbert(np.fft.irfft(line, len(series)))), len(series) // windows, repeats)
+    return found[1:width] / found[0]
+
+
+def real_cepstrum(amplitude: np.ndarray, floor: float) -> np.ndarray:
+    """The real cepstrum (N,) of the amplitudes of lines (N,), at quefrencies from 0 to half a window.
+
+    Lines weaker than the share ``floor`` of the strongest one count as that. An echo a x(t − T) of x(t) has the value
+    a/2 at T.
+    """
+    return np.fft.irfft(np.log(np.maximum(amplitude, floor * amplitude[1:].max())))[: len(amplitude)]
+
+
 def spectral_class(sections: np.ndarray, longest: int = 64) -> tuple[str, int]:
     """The class of motion that the spectrum of stroboscopic points suggests, as the paper reads it from its spectra.
 

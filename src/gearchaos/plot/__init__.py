@@ -8,6 +8,7 @@ from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transm
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._modes import campbell, modes
+from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
 from gearchaos.plot._runup import runup
 from gearchaos.plot._train import flanks, train
@@ -23,7 +24,7 @@ __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
     "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "flanks",
     "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
-    "motion_class", "motion_strip", "phase", "portrait", "response", "response_curve", "result", "runup",
+    "motion_class", "motion_strip", "orders", "phase", "portrait", "response", "response_curve", "result", "runup",
     "save_with_data", "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train",
     "transmission_error", "zones",
 ]

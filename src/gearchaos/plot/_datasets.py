@@ -34,7 +34,7 @@ _INTEGERS = (
     "label", "period", "attractor", "attractor_label", "attractor_period", "branch", "unstable", "event_point",
     "event_branch", "curve", "curve_period", "manifold", "manifold_stable", "manifold_saddle", "cause",
 )
-_TEXTS = ("event_kind", "curve_kind", "special_kind")
+_TEXTS = ("event_kind", "curve_kind", "special_kind", "line")
 _LABELS = ("label", "attractor_label")  # their codes have names, in the CF attributes flag_values and flag_meanings
 _MAY_BE_EMPTY = (("number",), ("event",), ("special",), ("side",))  # no attractors, e.g., if all motions are undecided
 _MAY_HAVE_NO_POINTS = ("curve", "manifold", "z", "z_dot")  # variables over the points of curves and manifolds
@@ -43,6 +43,7 @@ _DRAWN_BY = {
     "attractors": "attractors", "branch": "response_curve or branch", "curve": "skeleton",
     "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "speeds_to_avoid": "dynamic_factor", "natural_frequencies": "campbell or modes", "runup": "runup",
+    "orders": "orders",
     "simulate": "portrait, or with samples by phase, history, spectrum or motion",
 }
 

@@ -16,6 +16,7 @@ from gearchaos.errors import InputError
 from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._modes import campbell
+from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot._runup import runup
 from gearchaos.plot.axes import axis_label, new_axes
@@ -191,6 +192,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "speeds_to_avoid": dynamic_factor,
     "natural_frequencies": campbell,
     "runup": runup,
+    "orders": orders,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

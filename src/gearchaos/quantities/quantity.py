@@ -73,11 +73,13 @@ NOT_NEGATIVE = Rule(lambda v: v >= 0, "must not be negative")
 PREFIXES = (
     "attractor_section_", "attractor_start_", "attractor_", "event_section_", "event_", "jump_", "section_", "start_",
     "special_", "curve_", "manifold_", "saddle_section_", "saddle_", "cell_", "neighbour_", "orbit_",
+    "against_",
 )
 """Prefixes of variables of a result: ``attractor_`` one value per attractor, ``event_`` and ``jump_`` one per event and
 jump, ``section_`` values at the stroboscopic section, ``start_`` initial values, ``special_`` one value per point of
 codimension 2, ``curve_``, ``manifold_``, ``saddle_`` and ``orbit_`` one per curve, branch of a manifold, saddle and
-period of orbits, ``cell_`` and ``neighbour_`` those of the two cells at a side."""
+period of orbits, ``cell_`` and ``neighbour_`` those of the two cells at a side, ``against_`` those of
+gears that are compared."""
 
 _PARTS = re.compile(r"([A-Za-z_]+?)(0|[1-9][0-9]{0,17})?(_dot)?")
 

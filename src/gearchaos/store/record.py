@@ -38,10 +38,10 @@ def to_record(study: Study) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """A number of NumPy as one of Python; raises `InputError` for what is no number, as a function."""
+    """A number of NumPy as one of Python; raises `InputError` for what is no number, as a function or other gears."""
     if not hasattr(value, "item"):
-        raise InputError("study", "must have no functions among its options to be kept in a store", value,
-                         "Compute it in memory.")
+        raise InputError("study", "must have no functions and no other gears among its options to be kept in a store",
+                         value, "Compute it in memory.")
     return value.item()
 
 

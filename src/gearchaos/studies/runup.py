@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, variable, variables
-from gearchaos.dynamics.response import MESH
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.execute.progress import bar
 from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
@@ -24,18 +22,14 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.mesh_study import TURNS, MeshStudy
 from gearchaos.studies.options import RANGE, axis_option, option
-from gearchaos.studies.simulate import mesh_forces
-from gearchaos.studies.speed_and_torque import checked_operating_model
-from gearchaos.studies.study import WholeStudy
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _SAMPLES = 1 << 16  # instants of the periods whose step matrices are in memory at once
-_DENSITY = 5.0  # fewest instants in a unit of τ, of which a free vibration in contact has about 6
 _BINS = 400  # most speeds at which results are given
-_TURNS = 2  # of the first wheel in a window of the spectrum: half orders have a line of their own
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
 _SETTLED = 500  # periods at the first speed before the run begins
 _FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
@@ -59,7 +53,7 @@ _MEASURED = (Measure.FORCE_MAX, Measure.FORCE_MIN, Measure.Z_MAX, Measure.Z_MIN,
 
 
 @dataclass(frozen=True)
-class RunUp(WholeStudy):
+class RunUp(MeshStudy):
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
@@ -117,18 +111,11 @@ class RunUp(WholeStudy):
 
     speed: Axis = axis_option('The first and the last speed, as a text "speed=500:6000" in rpm.', RANGE)
     duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
-    mesh: str | None = option(None, "Of a train, the mesh whose force is looked at; by default the first.")
     down: bool = option(False, "Run down again as well, in the same time.")
     signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
-    samples: int = option(64, "Instants of each mesh period at which the force is taken for its spectrum.", least=16)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checked_operating_model(self.model)  # type: ignore[arg-type]
-        if self.mesh is not None and not self._meshes:
-            raise InputError("mesh", "must be left out for a single pair", self.mesh)
-        if self.mesh is not None and self.mesh not in self._meshes:
-            raise unknown_name("mesh", self.mesh, self._meshes)
         if self.speed.name != "speed":
             raise InputError("speed", "must be an axis of speed", self.speed.name, "E.g. speed=500:6000.")
         first, last = self.speed.start, self.speed.stop
@@ -143,37 +130,6 @@ class RunUp(WholeStudy):
                              f"Give {shortest:.3g} s or more.")
         check_memory("periods in the duration", self._periods, 150 + 24 * self._samples * self.signal)
         _ = self.cost
-
-    @property
-    def _cycles_per_rpm(self) -> float:
-        """Periods per second over the speed in rpm."""
-        model: Any = self.model
-        return model.gears.to_pair().scales.rate / (model.period * model.value("speed"))
-
-    @property
-    def _meshes(self) -> tuple[str, ...]:
-        model: Any = self.model
-        return model.mesh_names if model.kind == "train" else ()
-
-    @property
-    def _at(self) -> int:
-        """The index of the mesh that is looked at."""
-        return self._meshes.index(self.mesh) if self.mesh else 0
-
-    @property
-    def _cycles_per_turn(self) -> Fraction:
-        return Fraction(60 * self._cycles_per_rpm).limit_denominator(10_000)
-
-    @property
-    def _samples(self) -> int:
-        """Instants in a period: of a train in its fastest mesh cycle as many as are asked for."""
-        train = self.model.train.cycles.values() if self.model.kind == "train" else ()  # type: ignore[attr-defined]
-        return self.samples * max(1, *train, 1)
-
-    @property
-    def _window(self) -> int:
-        """Periods in a window of the spectrum."""
-        return _TURNS * self._cycles_per_turn.numerator
 
     @property
     def _periods(self) -> int:
@@ -228,9 +184,8 @@ class RunUp(WholeStudy):
                 [force.ravel() for force in forces]))
         coords = {name: variable(name, (name,), values) for name, values in (
             ("direction", np.array(names)), ("speed", (edges[1:] + edges[:-1]) / 2),
-            ("order", orders / (_TURNS * self._cycles_per_turn.denominator)))}
-        if self._meshes:
-            coords[MESH] = variable(MESH, (), np.array(self._meshes[self._at]))
+            ("order", orders / (TURNS * self._cycles_per_turn.denominator)))}
+        coords |= self._mesh_coordinate
         settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples")}
         status = "; ".join(f"diverged at {speed:.4g} rpm, {name}" for name, speed in zip(names, stopped, strict=True)
                            if speed is not None)
@@ -273,9 +228,7 @@ class RunUp(WholeStudy):
                 w, before = out.w, prescribed[-1:]
                 for name, values in measures.items():
                     values[part] = out.measures[:, self._at * len(Measure) + name, 0]
-                flat = out.samples[..., 0].reshape(-1, out.samples.shape[2])
-                share = np.tile(np.arange(finer * self._samples) / (finer * self._samples), batch.size)
-                force = mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
+                force = self._forces(system, out.samples[..., 0])
                 if finer > 1 and out.status[0] == OK:
                     force = resample_poly(force, 1, finer, padtype="line")
                 force = force.reshape(batch.size, -1)[:, : self._samples]
@@ -286,13 +239,6 @@ class RunUp(WholeStudy):
                     break
         lost = np.flatnonzero(np.isnan(measures[Measure.FORCE_MAX]))
         return (w, before), measures, forces, float(run.speed[lost[0]]) if len(lost) else None
-
-    def _finer(self, speed: float) -> int:
-        """How many times as many instants the flow samples as the spectrum needs, a power of 2: then they are filtered,
-        for a force that jumps and rings has lines far above those that are looked at."""
-        model: Any = self.model
-        period = model.period * model.value("speed") / speed
-        return int(2 ** max(0, math.ceil(math.log2(_DENSITY * period / self._samples))))
 
 
 class _Lines:

@@ -1,0 +1,252 @@
+"""Order spectra: signals and linear motions in closed form, integrals of the flow, names of lines, bad input."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum
+from gearchaos.studies.orders import Wheels
+
+PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.056384, "c0": 4e8, "k": 2000.0,
+        "backlash": 1.2e-4, "M10": 85.0, "speed": 4000.0}
+LINEAR = {**PAIR, "error_amplitudes": [2e-7], "chi1": 0.0, "chi2": 0.0}
+TEETH, DEPTH = 25, 0.3
+ANGLE = 2 * np.pi * np.arange(2 * TEETH * 64) / (TEETH * 64)  # two turns
+
+
+def train(**torque_order):
+    """A pair as a train with a stiffness in two levels, and an order of the torque of its pinion."""
+    orders = [{"order": 1, "amplitude": 8.0, **torque_order}] if torque_order else []
+    mesh = gc.Mesh(name="z1/z2", between=("pinion", "wheel"), teeth=(25, 40), base_radii=(0.03524, 0.056384),
+                   stiffness={"levels": [4.5e8, 3e8], "starts": [0.0, 0.6]}, damping=2000.0, backlash=1.2e-4,
+                   error_amplitudes=[2e-6])
+    bodies = [gc.Body(name="pinion", inertia=4.88e-4, torque=85.0, torque_orders=orders),
+              gc.Body(name="wheel", inertia=3.2e-3, torque=-136.0)]
+    return gc.Train(speed=3000.0, bodies=bodies, meshes=[mesh])
+
+
+def test_a_modulated_signal_has_its_sidebands_its_modulation_and_all_its_power():
+    """5 (1 + m cos Ωt) cos zΩt has lines 5 at z and 5 m/2 at z ± 1."""
+    signal = 2.0 + 5 * (1 + DEPTH * np.cos(ANGLE)) * np.cos(TEETH * ANGLE)
+    lines = line_amplitudes(signal, len(signal), True)
+    expected = np.zeros(len(lines))
+    expected[[0, 2 * TEETH - 2, 2 * TEETH, 2 * TEETH + 2]] = 2.0, 2.5 * DEPTH, 5.0, 2.5 * DEPTH
+    np.testing.assert_allclose(lines, expected, atol=1e-13)
+    envelope = modulation(signal, 1, 2 * TEETH, TEETH, True)
+    np.testing.assert_allclose(envelope, np.where(np.arange(1, TEETH) == 2, DEPTH, 0.0), atol=1e-13)
+    noise = np.random.default_rng(1).normal(1.0, 1.0, 4096)
+    own = line_amplitudes(noise, 4096, True)
+    assert own[0] ** 2 + (own[1:] ** 2).sum() / 2 == pytest.approx((noise**2).mean(), rel=1e-13)
+
+
+def test_the_lines_of_hann_windows_have_the_amplitude_of_a_sine_and_the_mean_is_in_none_of_them():
+    signal = np.tile(5.0 + 3.0 * np.cos(TEETH * ANGLE), 4)
+    lines = line_amplitudes(signal, len(ANGLE), False)
+    np.testing.assert_allclose(lines[[0, 1, 2 * TEETH]], [5.0, 0.0, 3.0], atol=1e-12)
+
+
+def test_an_echo_is_seen_in_the_cepstrum():
+    """x(t) + a x(t − T) has the cepstrum a/2 at T and −a²/4 at 2T."""
+    signal = np.zeros(1024)
+    signal[[0, 100]] = 1.0, 0.2
+    found = real_cepstrum(np.abs(np.fft.rfft(signal)), 1e-9)
+    np.testing.assert_allclose(found[[100, 200, 150]], [0.1, -0.01, 0.0], atol=1e-5)
+
+
+WHEELS = Wheels({"mesh": Fraction(25)}, {Fraction(1): "wheel 1", Fraction(5, 8): "wheel 2"},
+                {Fraction(6): "order 6 of engine"}, Fraction(5, 8))
+
+
+@pytest.mark.parametrize(("order", "name", "carrier"), [
+    (Fraction(50), "mesh 2", None), (Fraction(25, 2), "1/2 mesh", None),
+    (Fraction(24), "mesh 1 - 1 turn of wheel 1", 25),
+    (Fraction(53), "mesh 2 + 3 turns of wheel 1", 50), (Fraction(205, 8), "mesh 1 + 1 turn of wheel 2", 25),
+    (Fraction(30), "mesh 1 + 5 turns of wheel 1", 25), (Fraction(15, 8), "turn 3 of wheel 2", None),
+    (Fraction(49, 2), "mesh 1 - 1/2 turn of wheel 1", 25),
+    (Fraction(6), "order 6 of engine", None), (Fraction(1, 3), "order 0.333333", None)])
+def test_names_of_lines(order, name, carrier):
+    assert WHEELS.name(order, 2) == (name, carrier)
+
+
+def test_names_in_a_band_and_of_several_meshes():
+    """A band has lines everywhere, of which only multiples of the order of the common period are told apart."""
+    assert [WHEELS.name(order, 0)[0] for order in (Fraction(205, 8), Fraction(24))] == [
+        "mesh 1 + 1 turn of wheel 2", "order 24"]
+    wheels = Wheels({"a": Fraction(20), "b": Fraction(9)}, {Fraction(1): "x"}, {}, Fraction(1))
+    assert [wheels.name(Fraction(order), 1)[0] for order in (40, 27, 19)] == [
+        "mesh 2 of a", "mesh 3 of b", "mesh 1 of a - 1 turn of x"]
+
+
+@pytest.mark.parametrize("quantity", ["force", "deflection", "acceleration"])
+def test_the_lines_of_a_linear_pair_follow_its_transfer_function(quantity):
+    """m s'' + k s' + c s = M/R + m e₁ w² cos wt, in SI; the acceleration is w² times the deflection."""
+    found = gc.physical(gc.orders(gc.GearPair(**LINEAR), quantity=quantity))[f"order_{quantity}"]
+    w, mass = 2 * np.pi * 25 * 4000 / 60, gc.GearPair(**LINEAR).mass
+    deflection = mass * 2e-7 * w**2 / abs(4e8 - mass * w**2 + 1j * 2000 * w)
+    static = 85 / 0.03524
+    first, mean = {"force": (abs(4e8 + 1j * 2000 * w) * deflection, static), "acceleration": (w**2 * deflection, 0.0),
+                   "deflection": (1e6 * deflection, 1e6 * static / 4e8)}[quantity]
+    np.testing.assert_allclose(found.sel(order=[0, 25]), [mean, first], rtol=1e-9)
+    assert float(found.drop_sel(order=[0, 25]).max()) < 1e-7 * first
+
+
+def test_the_lines_of_a_linear_train_under_a_torque_order_follow_its_transfer_function():
+    """The deflection of two wheels under the torque M₁ cos Ωt of the first: s (c − m w² + i k w) = m M₁ R₁/I₁."""
+    radius, inertia, order = 0.05, 1e-3, 3
+    bodies = [gc.Body(name=name, inertia=inertia, torque=sign * 50.0, torque_orders=[
+        {"order": order, "amplitude": 4.0}] if sign > 0 else []) for name, sign in (("a", 1), ("b", -1))]
+    mesh = gc.Mesh(between=("a", "b"), teeth=(50, 50), base_radii=(radius, radius), stiffness=1e8, damping=3000.0,
+                   backlash=1e-4)
+    train = gc.Train(speed=6000.0, bodies=bodies, meshes=[mesh])
+    found = gc.physical(gc.orders(train))
+    assert not found.modulation.any()  # nor is there a line of the mesh
+    mass, w = inertia / radius**2 / 2, 2 * np.pi * order * 100
+    force = abs((1e8 + 3000j * w) * mass * 4.0 * radius / inertia / (1e8 - mass * w**2 + 3000j * w))
+    np.testing.assert_allclose(found.order_force.sel(order=[0, order]), [1000.0, force], rtol=1e-9)
+    assert found.line.sel(order=order) == "order 3 of a"
+    deflection = gc.physical(gc.orders(train, quantity="deflection")).order_deflection
+    np.testing.assert_allclose(deflection.sel(order=0), 10.0, rtol=1e-9)  # µm, by 1000 N
+
+
+def test_the_power_of_all_lines_is_that_of_the_integrals_of_the_flow():
+    """The flow integrates the deflection and its square exactly, without samples."""
+    pair = gc.GearPair(**{**PAIR, "error_amplitudes": [6e-6], "k": 530.0, "speed": 14000.0})
+    verdict = gc.regime(pair)
+    found = gc.orders(pair, quantity="deflection")
+    assert verdict.label == found.attrs["motion"] and verdict.contact != "permanent"
+    assert np.sqrt((found.order_deflection[1:] ** 2).sum() / 2) == pytest.approx(verdict.z_rms, rel=1e-6)
+    rms = gc.orders(pair, quantity="deflection", rms=True).order_deflection
+    np.testing.assert_allclose(rms[1:], found.order_deflection[1:] / np.sqrt(2))
+
+
+def test_a_torque_once_per_turn_shows_as_sidebands_that_steady_gears_lack(tmp_path):
+    found = gc.physical(gc.orders(train(order=1), against=train()))
+    line = found.order_force.sel
+    assert found.attrs["carrier"] == 125 and found.line.sel(order=124) == "mesh 5 - 1 turn of pinion"
+    assert float(found.sideband_ratio.sel(order=124)) == pytest.approx(float(line(order=124) / line(order=125)))
+    assert found.modulation.idxmax() == 1
+    steady = found.against_order_force
+    assert float(steady.sel(order=124)) < 1e-9 * float(steady.sel(order=125))
+    np.testing.assert_allclose(steady.sel(order=125), line(order=125), rtol=1e-3)
+    alone = gc.physical(gc.orders(train())).order_force
+    np.testing.assert_allclose(steady.sel(order=alone.order), alone, atol=1e-6)
+    # once per turn of the wheel, in windows of 16 turns of the pinion
+    slow = gc.physical(gc.orders(train(order=0.625), against=train(), samples=16))
+    alone = gc.physical(gc.orders(train(), samples=16)).order_force
+    assert slow.line.sel(order=125.625) == "mesh 5 + 1 turn of wheel"
+    np.testing.assert_allclose(slow.against_order_force.sel(order=alone.order), alone, atol=1e-6)
+    figure = gc.plot.orders(found, Figure())
+    assert {"mesh 5", "mesh 5 - 1 turn of pinion"} <= {text.get_text() for ax in figure.axes for text in ax.texts}
+
+
+def test_a_motion_of_doubled_period_has_half_harmonics_and_a_chaotic_one_a_band():
+    doubled = gc.orders(gc.GearPair(**{**PAIR, "k": 530.0, "speed": 20000.0}, error_amplitudes=[2e-5]))
+    assert doubled.attrs["motion"] == "2T" and doubled.line.sel(order=12.5) == "1/2 mesh"
+    third = gc.orders(gc.GearPair(**{**PAIR, "k": 530.0, "speed": 9750.0}, error_amplitudes=[6e-6]))
+    assert third.attrs["motion"] == "3T" and third.line.str.contains("/3 mesh").any()  # in windows of six turns
+    assert not third.line.str.startswith("order").any()
+    pair = gc.GearPair(**{**PAIR, "k": 530.0, "speed": 12000.0}, error_amplitudes=[2e-5])
+    chaotic = gc.orders(pair)
+    assert gc.regime(pair).label == chaotic.attrs["motion"] == "chaotic" and "Hann" in chaotic.attrs["window"]
+    power = float((chaotic.order_force[1:] ** 2).sum() / 2) / 1.5  # a line of a Hann window is 1.5 lines wide
+    assert np.diff(np.flatnonzero(chaotic.line.str.startswith("order"))).min() > 1  # of a peak the highest line alone
+    signal = gc.simulate(pair, 2000, 500, samples=64).mesh_force
+    assert power == pytest.approx(float(signal.var()), rel=0.2)
+
+
+def test_a_motion_without_bound_has_no_lines():
+    pair = gc.GearPair(**{**PAIR, "k": 0.0, "speed": 28740.0, "chi1": 0.9, "chi2": 0.9})  # parametric resonance
+    found = gc.orders(pair)
+    assert found.attrs["status"] == "diverged" and found.order_force.isnull().all() and not (found.line != "").any()
+    gc.plot.orders(found, Figure())
+
+
+def test_a_force_that_jumps_has_the_static_one_as_its_mean():
+    """Between two instants of 64 in a mesh period the place of a jump is known to 1/64 alone."""
+    found = gc.physical(gc.orders(gc.GearPair(**PAIR, error_amplitudes=[2e-6])))
+    assert float(found.order_force[0]) == pytest.approx(85 / 0.03524, rel=1e-4)
+
+
+def test_gears_of_another_backlash_are_compared_in_one_unit():
+    other = gc.GearPair(**{**LINEAR, "backlash": 3.0e-4})
+    found = gc.orders(gc.GearPair(**LINEAR), against=other)
+    np.testing.assert_allclose(found.against_order_force, found.order_force, rtol=1e-9, atol=1e-12)
+
+
+def test_a_shaft_with_stops_is_no_mesh():
+    pair = train()
+    shaft = gc.Shaft(name="clutch", between=("wheel", "drum"), stiffness=1e5, stop=0.1, stop_stiffness=1e6)
+    bodies = [pair.bodies[0], gc.Body(name="wheel", inertia=3.2e-3), gc.Body(name="drum", inertia=0.1, torque=-136.0)]
+    with pytest.raises(gc.InputError, match="mesh must be one of z1/z2"):
+        gc.Orders(gc.Train(speed=3000.0, bodies=bodies, shafts=[shaft], meshes=pair.meshes), mesh="clutch")
+
+
+@pytest.mark.parametrize(("gears", "options", "words"), [
+    (LINEAR, {"mesh": "z1/z2"}, "mesh must be left out for a single pair"),
+    (LINEAR, {"quantity": "noise"}, "quantity must be one of"),
+    (LINEAR, {"against": gc.GearPair(**{**LINEAR, "speed": 4100.0})},
+     "against must have the same speed and numbers of teeth; got '4100 rpm and 25/40 teeth'. The gears have 4000 rpm"),
+    (LINEAR, {"against": gc.GearPair(**{**LINEAR, "n1": 50, "n2": 80})}, "50/80 teeth"),
+    (LINEAR, {"against": gc.MeshModel()}, "must be a GearDesign or a GearPair")])
+def test_a_spectrum_that_cannot_be_is_refused(gears, options, words):
+    with pytest.raises(gc.InputError, match=words):
+        gc.Orders(gc.GearPair(**gears), **options)
+
+
+TRAIN_FILE = """
+[train]
+speed = "3000 rpm"
+[[train.bodies]]
+name = "pinion"
+inertia = "4.88e-4 kg*m^2"
+torque = "85 N*m"
+torque_orders = [{ order = 1, amplitude = "8 N*m" }]
+[[train.bodies]]
+name = "wheel"
+inertia = "3.2e-3 kg*m^2"
+torque = "-136 N*m"
+[[train.meshes]]
+name = "z1/z2"
+between = ["pinion", "wheel"]
+teeth = [25, 40]
+base_radii = ["35.24 mm", "56.384 mm"]
+stiffness = { levels = ["4.5e8 N/m", "3e8 N/m"], starts = [0, 0.6] }
+damping = "2000 N*s/m"
+backlash = "0.12 mm"
+error_amplitudes = ["2 um"]
+"""
+
+
+def test_the_command_says_first_which_line_and_which_sideband_is_strongest(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("gears.toml").write_text(TRAIN_FILE)
+    Path("steady.toml").write_text("\n".join(line for line in TRAIN_FILE.splitlines() if "torque_orders" not in line))
+    arguments = ["orders", "gears.toml", "--against", "steady.toml", "--out", "o.csv"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert " ".join(map(str.strip, lines[:4])).startswith(
+        "mesh force of z1/z2 at 3000 rpm: strongest line mesh 5, 389 N at 6250 Hz; strongest sideband mesh 5 - 1 "
+        "turn of pinion, 29.4 dB below its mesh harmonic against the others: they lack order 1 of pinion, mesh 5 - 1")
+    assert max(map(len, lines)) <= 80
+    rows = Path("o.csv").read_text().splitlines()
+    assert rows[0] == ("order [1],order_frequency [Hz],mesh,order_force [N],line,sideband_ratio [1],"
+                       "against_order_force [N]") and rows[1 + 248].startswith("124.0,6200.0,z1/z2,13.1")
+    result = CliRunner().invoke(app, [*arguments[:4], "--of", "acceleration", "--rms", "--json"])
+    document = json.loads(result.stdout)
+    first = document["lines"][0]
+    assert (document["units"], document["reference"], document["amplitude"]) == ("m/s^2", "1 µm/s²", "rms")
+    assert (first["order"], first["frequency"], first["name"]) == (125.0, 6250.0, "mesh 5")
+    assert first["level"] == pytest.approx(20 * np.log10(first["amplitude"] / 1e-6))
+    (sideband,) = [line for line in document["lines"] if line["order"] == 124]
+    assert sideband["difference"] is None and -35 < sideband["sideband_level"] < -25
+    assert abs(first["difference"]) < 0.1
