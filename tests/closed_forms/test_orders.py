@@ -236,7 +236,7 @@ def test_the_command_says_first_which_line_and_which_sideband_is_strongest(tmp_p
     lines = result.stdout.splitlines()
     assert " ".join(map(str.strip, lines[:4])).startswith(
         "mesh force of z1/z2 at 3000 rpm: strongest line mesh 5, 389 N at 6250 Hz; strongest sideband mesh 5 - 1 "
-        "turn of pinion, 29.4 dB below its mesh harmonic against the others: they lack order 1 of pinion, mesh 5 - 1")
+        "turn of pinion, 29.4 dB below its mesh harmonic against the others: new are order 1 of pinion, mesh 5 - 1")
     assert max(map(len, lines)) <= 80
     rows = Path("o.csv").read_text().splitlines()
     assert rows[0] == ("order [1],order_frequency [Hz],mesh,order_force [N],line,sideband_ratio [1],"

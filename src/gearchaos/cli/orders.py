@@ -62,7 +62,7 @@ def print_orders(content: dict[str, Any]) -> None:
         known = sorted((line for line in lines if line["difference"] is not None), key=lambda v: -abs(v["difference"]))
         most = [f"{line['name']} by {line['difference']:+.1f} dB" for line in known[:_DIFFERENCES]
                 if abs(line["difference"]) >= _LEAST_DIFFERENCE]
-        parts = ([f"they lack {', '.join(new)}"] if new else []) + ([f"{', '.join(most)}"] if most else [])
+        parts = ([f"new are {', '.join(new)}"] if new else []) + ([f"{', '.join(most)}"] if most else [])
         print_wrapped("against the others: " + ("; ".join(parts) or "no line differs by 1 dB"))
     exact = content["window"].startswith("none")
     print_wrapped(f"motion {content['motion']}: " + (

@@ -90,5 +90,5 @@ def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, fl
                         rotation=90, fontsize="x-small", ha="center", va="bottom", clip_on=True)
             placed.append(order[k])
     mesh = f" of {ds['mesh'].item()}" if "mesh" in ds.coords else ""
-    ax.set(yscale="log", ylim=(least, 300 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
+    ax.set(yscale="log", ylim=(least, 3000 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
            ylabel=f"{axis_label(ds[name], name)}{mesh}, {ds.attrs['amplitude']}")
