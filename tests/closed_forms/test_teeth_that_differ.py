@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.stiffness.potential_energy import Stations, tooth_compliance
@@ -191,3 +191,10 @@ def test_tables_of_teeth_name_the_line(tmp_path):
     file.write_text("tooth,cumulative pitch deviation [um]\n1,2\n3,1\n")
     with pytest.raises(InputError, match=r"line 3.*tooth number 2"):
         replace(DESIGN, pitch_errors=[str(file), ""])
+
+
+def test_what_takes_all_teeth_to_be_alike_says_so():
+    cracked = replace(DESIGN, faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}])
+    with pytest.warns(DesignWarning, match="are left out here"):
+        found = gc.dynamic_factor(cracked, "1000:1200:2")
+    np.testing.assert_array_equal(found.dynamic_factor, gc.dynamic_factor(DESIGN, "1000:1200:2").dynamic_factor)

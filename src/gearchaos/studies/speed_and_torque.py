@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 import re
+import warnings
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,7 +13,7 @@ import numpy as np
 
 from gearchaos.datasets import variable, variables
 from gearchaos.dynamics import Classification
-from gearchaos.errors import InputError
+from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START, resonance, standards
 from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
@@ -210,6 +211,9 @@ def loaded(design: Any, torque: Any) -> GearDesign:
     if loaded.given("torque") == 0:
         raise InputError("torque", "must be greater than 0", loaded.torque,
                          "Without load there is no ratio of forces.")
+    if loaded.turning:
+        warnings.warn("Faults, pitch errors and eccentricity are left out here: standards and the speeds to avoid take all "
+                      "teeth to be alike. Studies of motions take them as they are.", DesignWarning, stacklevel=1)
     return loaded.with_like_teeth()
 
 

@@ -216,9 +216,6 @@ def _error_warnings(design: Drawing) -> list[str]:
                               "teeth never touch there.")
             found.append(f"{effect} What relief is for, the entry of a tooth pair under load, is left out: the mesh "
                          "stiffness is that of teeth without relief.")
-    if design.turning:
-        found.append("Speeds to avoid, dynamic factors over speed and the datasheet take all teeth to be alike; other "
-                     "studies take faults, pitch errors and eccentricity as they are.")
     if largest := max(design.eccentricity):
         backlash = 2 * math.sin(design.geometry.working_pressure_angle) * largest
         found.append(f"eccentricity acts as an error of ±{largest * 1e6:.4g} µm; that it changes the backlash by "
