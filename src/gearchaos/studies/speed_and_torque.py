@@ -212,8 +212,8 @@ def loaded(design: Any, torque: Any) -> GearDesign:
         raise InputError("torque", "must be greater than 0", loaded.torque,
                          "Without load there is no ratio of forces.")
     if loaded.turning:
-        warnings.warn("Faults, pitch errors and eccentricity are left out here: standards and the speeds to avoid take all "
-                      "teeth to be alike. Studies of motions take them as they are.", DesignWarning, stacklevel=1)
+        warnings.warn("Faults, pitch errors and eccentricity are left out here: standards and the speeds to avoid take "
+                      "all teeth to be alike. Studies of motions take them as they are.", DesignWarning, stacklevel=1)
     return loaded.with_like_teeth()
 
 
