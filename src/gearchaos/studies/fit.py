@@ -31,6 +31,8 @@ from gearchaos.validation import check_rule
 if TYPE_CHECKING:
     import xarray as xr
 
+_SCREENED = 8  # points that are tried for each of which a search begins
+
 @dataclass(frozen=True)
 class Fit(WholeStudy):
     """Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.
@@ -173,9 +175,9 @@ class Fit(WholeStudy):
 
         pair, ends = self._gears.to_pair(), []
         search = Search(pair, self.model.kind, self.of, self.spectrum, self.varied, self.weight)
-        points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((self.starts - 1).bit_length())
+        points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((_SCREENED * self.starts - 1).bit_length())
         with bar("fit, searches" if progress else None, self.starts) as advance:
-            for start in points[: self.starts]:
+            for start in search.screened(points, self.starts):
                 ends.append(search.run(start))
                 advance(1)
         ends.sort(key=lambda end: end.square)

@@ -29,6 +29,7 @@ _SINGULAR = 1e-6  # least singular value of the derivatives, over the largest, a
 _SHARE = 1e-3  # of a parameter in combinations that are not identified, above which it is not identified
 _SAME, _SAME_SQUARE = 1e-6, 1e-12  # of sums of squares that differ by rounding, relative and absolute
 _ROUNDS = 10  # most times that the motions are chosen anew
+_AT_ONCE = 16  # pairs whose motions are computed at once
 _EVALUATIONS = 60  # most parameter vectors in a descent
 _CONFIDENCE = 0.95
 _BACKLASH = "no measured motion touches the back flanks, so that none depends on it"
@@ -108,6 +109,14 @@ class Search:
             motions = chosen
         return End(x, motions, history, square)
 
+    def screened(self, points: np.ndarray, count: int) -> np.ndarray:
+        """Those ``count`` of some points (N, Q) at which the motions are nearest to the measurement."""
+        squares = []
+        for some in np.array_split(points, -(-len(points) // _AT_ONCE)):
+            pairs = self._at(*some)
+            squares.append(self._nearest(pairs, pairs.by_history())[2].reshape(len(some), -1).sum(axis=1))
+        return points[np.argsort(np.concatenate(squares), kind="stable")[:count]]
+
     def _at(self, *points: np.ndarray) -> PairsAtSpeeds:
         """The pairs at some x (Q,), at the measured speeds."""
         pairs = []
@@ -144,21 +153,27 @@ class Search:
         scale = absolute + relative * (amplitude + measured) / 2
         return (amplitude - measured) / np.where(scale > 0, scale, 1.0)
 
+    def _nearest(self, pairs: PairsAtSpeeds, found: Motions) -> tuple[Motions, np.ndarray, np.ndarray]:
+        """Of N motions at each of L points, one after the other, those nearest to the measurement: motions, their index
+        (L,), the first of those that are equal, and their sums of squares (L,)."""
+        count, speeds = len(pairs.points), len(self.spectrum.speeds)
+        amplitude = self._amplitudes(pairs, found, np.tile(pairs.points, len(found.period) // count))[0]
+        misfit = (self._residuals(amplitude) ** 2 @ np.eye(speeds)[self.spectrum.at]).reshape(-1, count)
+        least = misfit.min(axis=0)
+        index = np.argmax(misfit <= least * (1 + _SAME) + _SAME_SQUARE, axis=0)
+        return found.take(index * count + pairs.points), index, least
+
     def _choose(self, x: np.ndarray, current: Motions | None = None) -> tuple[Motions, np.ndarray]:
         """The motions at x that are nearest to the measurement, and how each is reached; the current ones themselves
         where no other is nearer."""
         pairs = self._at(x)
-        count, found = len(pairs.points), pairs.by_history()
-        if current is not None:
-            found = Motions(*(np.concatenate(both, axis=-1) for both in zip(found, current, strict=True)))
-        number = len(found.period) // count
-        squares = self._residuals(self._amplitudes(pairs, found, np.tile(pairs.points, number))[0]) ** 2
-        misfit = np.stack([np.bincount(self.spectrum.at, each, count) for each in squares])
-        near = misfit <= misfit.min(axis=0) * (1 + _SAME) + _SAME_SQUARE
-        history = np.argmax(near, axis=0)
-        if current is not None and near[-1].all():
-            return current, history
-        return found.take(history * count + pairs.points), history
+        known = pairs.by_history()
+        if current is None:
+            return self._nearest(pairs, known)[:2]
+        found = Motions(*(np.concatenate(both, axis=-1) for both in zip(known, current, strict=True)))
+        motions, history, least = self._nearest(pairs, found)
+        own = self._nearest(pairs, current)[2]
+        return (current if np.all(own <= least * (1 + _SAME) + _SAME_SQUARE) else motions), history
 
     def _descend(self, x: np.ndarray, motions: Motions) -> tuple[np.ndarray, Motions, float]:
         """The least squares near x, with motions continued from x; their parameters, motions and sum of squares."""

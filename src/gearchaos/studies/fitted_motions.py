@@ -105,8 +105,12 @@ class PairsAtSpeeds:
         """
         system, count = self._flow.system, np.where(motions.period > 0, motions.period, _AVERAGED)
         w = motions.state / self._length[points] + self._front
-        run = self._flow.advance(w, count, points=points, measured=True, sample=True)
-        mean = run.samples[:, :, :-1].sum(axis=0) / count  # (instants, d, L)
+        mean, measures = np.zeros((_INSTANTS, *w.shape)), np.zeros((len(Measure), len(points)))
+        for number in range(count.max()):  # one at a time: samples of all would take much memory
+            on = np.flatnonzero(count > number)
+            run = self._flow.advance(w[:, on], 1, points=points[on], measured=True, sample=True)
+            w[:, on], measures[:, on] = run.w, measures[:, on] + run.measures
+            mean[:, :, on] += run.samples[0, :, :-1] / count[on]
         order = np.arange(1, highest + 1)[:, None]
         rate = 1j * order * system.omega[points]
         lines = np.fft.rfft(mean, axis=0)[1 : highest + 1] * (2 / _INSTANTS)  # w = Re Σ lines exp(i j ω τ)
@@ -121,13 +125,11 @@ class PairsAtSpeeds:
         if system.damping_law == "always":  # the damping is a part of A
             force += system.damping[points] * lines[:, 1]
         relative = relative_rotation(system.names, np.moveaxis(lines, 1, 2), error)
-        length = self._length[points]
         found = {"mesh force": force * self.scales.stiffness, "deflection": lines[:, 0], "transmission error": relative,
                  "acceleration": rate**2 * relative * self.scales.rate**2}
-        front, back = run.measures[Measure.FRONT_TIME] > 0, run.measures[Measure.BACK_TIME] > 0
-        whole = run.measures[Measure.SWITCHES] == 0
+        front, back = measures[Measure.FRONT_TIME] > 0, measures[Measure.BACK_TIME] > 0
+        whole = measures[Measure.SWITCHES] == 0
         contact = np.select([front & back, (front | back) & whole, front | back], [
             CONTACTS.index("two-sided"), CONTACTS.index("permanent"), CONTACTS.index("one-sided")],
             CONTACTS.index("none"))
-        bounded = np.where(run.status == OK, length, 0.0)
-        return {kind: np.abs(each * bounded).T for kind, each in found.items()}, contact
+        return {kind: np.abs(each * self._length[points]).T for kind, each in found.items()}, contact
