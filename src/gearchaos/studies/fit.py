@@ -182,12 +182,12 @@ class Fit(WholeStudy):
                 advance(1)
         ends.sort(key=lambda end: end.square)
         best, at, unit = ends[0], self.spectrum.at, self.spectrum.size
-        half, reasons = search.interval(best)
+        low, high, reasons = search.intervals(ends)
         sizes = np.array([each.size for each in self.varied])
         known = np.where([not reason for reason in reasons], 1.0, np.nan) / sizes
         of_parameters = {
-            **{f"estimate{end}": known * search.values(best.x + side * half) for end, side in (
-                ("", 0.0), ("_lo", -1.0), ("_hi", 1.0))},
+            **{f"estimate{end}": known * search.values(np.where(np.isnan(known), 0.0, x)) for end, x in (
+                ("", best.x), ("_lo", low), ("_hi", high))},
             **{f"bound_{end}": search.values(np.full(len(sizes), x)) / sizes for end, x in (("lo", 0.0), ("hi", 1.0))},
             "estimate_unit": np.array([each.unit for each in self.varied]), "not_identified": np.array(reasons)}
         amplitude, contact = search.amplitudes(best)

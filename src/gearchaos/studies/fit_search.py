@@ -9,6 +9,7 @@ needs them throughout.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -210,28 +211,42 @@ class Search:
         steps = np.einsum("qq->q", ends[1] - ends[0])
         return np.nan_to_num((after - before) / steps[:, None]).T
 
-    def interval(self, end: End) -> tuple[np.ndarray, list[str]]:
-        """Half the 95 % interval of each parameter, a share (Q,), and why a parameter is not identified, or nothing.
+    def _variances(self, end: End) -> tuple[np.ndarray, np.ndarray]:
+        """Variances (Q,) of the parameters for residuals of variance 1, infinite for one that is not identified, and
+        the projection (Q, Q) on the combinations that are not: their singular value is as good as 0."""
+        _, sizes, axes = np.linalg.svd(self._derivatives(end.x, end.motions), full_matrices=False)
+        known = sizes > _SINGULAR * sizes.max()
+        lost = axes[~known].T @ axes[~known]
+        variances = np.sum((axes[known] / sizes[known, None]) ** 2, axis=0)
+        return np.where(lost.diagonal() > _SHARE, np.inf, variances), lost
 
-        Combinations with a singular value of the derivatives that is as good as 0 are not identified.
+    def intervals(self, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        """Both ends (Q,) of the 95 % interval of each parameter, and why one is not identified, or nothing.
+
+        ``ends`` are those of all searches, least squares first. An interval has all parameters at which the sum of
+        squares is larger by at most t² s², by the linearisation at the best end, and at each other one that is as good:
+        beside a jump of the motion there may be several.
         """
         from scipy.stats import t  # here, since it takes a third of a second to load
 
-        _, sizes, axes = np.linalg.svd(self._derivatives(end.x, end.motions), full_matrices=False)
-        known = sizes > _SINGULAR * sizes.max()
-        free = len(self.spectrum.amplitude) - int(known.sum())
-        variance = np.sum((axes[known] / sizes[known, None]) ** 2, axis=0) * end.square / free
-        half = t.ppf((1 + _CONFIDENCE) / 2, free) * np.sqrt(variance)
-        lost, reasons = np.abs(axes[~known].T @ axes[~known]), []
-        touched = CONTACTS.index("two-sided") in self.amplitudes(end)[1]
+        best = ends[0]
+        lost = self._variances(best)[1]
+        free = len(self.spectrum.amplitude) - len(best.x) + round(float(lost.trace()))
+        most = best.square * (1 + t.ppf((1 + _CONFIDENCE) / 2, free) ** 2 / free)
+        low, high, reasons = best.x, best.x, []
+        for end in ends:
+            if end.square < most:
+                half = np.sqrt((most - end.square) * self._variances(end)[0])
+                low, high = np.minimum(low, end.x - half), np.maximum(high, end.x + half)
+        touched = CONTACTS.index("two-sided") in self.amplitudes(best)[1]
         for k, each in enumerate(self.varied):
             others = [other.name for other, share in zip(self.varied, lost[k], strict=True)
-                      if share > _SHARE and other is not each]
+                      if abs(share) > _SHARE and other is not each]
             if lost[k, k] <= _SHARE:
-                reasons.append("its 95 % interval is wider than its bounds" if 2 * half[k] > 1 else "")
+                reasons.append("its 95 % interval is wider than its bounds" if high[k] - low[k] > 1 else "")
             elif others:
                 reasons.append(f"only a combination with {' and '.join(others)} is")
             else:
                 reasons.append(_BACKLASH if each.name == "backlash" and not touched else
                                "no measured amplitude depends on it")
-        return half, reasons
+        return low, high, reasons
