@@ -79,6 +79,39 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {'mesh': {'type': 'str', 'help': 'The mesh whose onset is looked for; by default all.'}},
         'run_options': {},
     },
+    'fit': {
+        'module': 'studies.fit', 'class': 'Fit',
+        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.',
+        'group': 'Gears', 'needs_out': False, 'summary': 'fit',
+        'axes': {},
+        'options': {
+            'measured': {
+                'type': 'str',
+                'help': 'A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.',
+                'required': True,
+            },
+            'vary': {
+                'type': 'tuple[str, ...]',
+                'help': 'The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.',
+                'required': True,
+            },
+            'quantity': {
+                'type': 'str', 'help': 'What was measured; mesh force by default.',
+                'metavar': 'mesh force|deflection|transmission error|acceleration',
+                'choices': ('mesh force', 'deflection', 'transmission error', 'acceleration'),
+            },
+            'uncertainty': {
+                'type': 'str',
+                'help': 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.',
+            },
+            'starts': {
+                'type': 'int', 'help': 'Searches, from points of a Sobol sequence within the bounds; 8 by default.',
+                'least': 1,
+            },
+            'seed': {'type': 'int', 'help': 'Of that sequence.', 'least': 0},
+        },
+        'run_options': {},
+    },
     'runup': {
         'module': 'studies.runup', 'class': 'RunUp',
         'help': 'Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.',
@@ -124,39 +157,6 @@ STUDIES: dict[str, dict[str, Any]] = {
         'group': 'Motions', 'needs_out': True, 'summary': 'map',
         'axes': {'x': None, 'y': None},
         'options': {},
-        'run_options': {},
-    },
-    'fit': {
-        'module': 'studies.fit', 'class': 'Fit',
-        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.',
-        'group': 'Gears', 'needs_out': False, 'summary': 'fit',
-        'axes': {},
-        'options': {
-            'measured': {
-                'type': 'str',
-                'help': 'A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.',
-                'required': True,
-            },
-            'vary': {
-                'type': 'tuple[str, ...]',
-                'help': 'The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.',
-                'required': True,
-            },
-            'of': {
-                'type': 'str', 'help': 'What was measured; mesh force by default.',
-                'metavar': 'mesh force|deflection|transmission error|acceleration',
-                'choices': ('mesh force', 'deflection', 'transmission error', 'acceleration'),
-            },
-            'uncertainty': {
-                'type': 'str',
-                'help': 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.',
-            },
-            'starts': {
-                'type': 'int', 'help': 'Searches, from points of a Sobol sequence within the bounds; 8 by default.',
-                'least': 1,
-            },
-            'seed': {'type': 'int', 'help': 'Of that sequence.', 'least': 0},
-        },
         'run_options': {},
     },
     'branch': {

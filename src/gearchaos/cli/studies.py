@@ -209,7 +209,7 @@ def fit(
         list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="A parameter and its bounds: damping_ratio=0.02:0.15, "
                                        "backlash=0.05:0.25 mm, error1=1:20 um; may be repeated.")
     ] = None,
-    of: options.study_option("of", _OF_FIT["of"]) = None,  # type: ignore[valid-type]
+    of: options.study_option("of", _OF_FIT["quantity"]) = None,  # type: ignore[valid-type]
     uncertainty: Annotated[
         str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N; estimated without.")
     ] = None,
@@ -231,10 +231,10 @@ def fit(
     from gearchaos.studies.fit import Fit
 
     chosen = dict(text.partition("=")[::2] for text in column or [])
-    loaded = options.load(gears, sets, physical=True)
+    loaded = options.load(gears, sets, True, options.parse_axes(["speed=1000:1000:1"]))  # the study sets those measured
     if not vary and "vary" not in loaded.options_for("fit"):
         raise InputError("--vary", "must be given", None, "E.g. --vary damping_ratio=0.02:0.15.")
-    given = options.given(vary=vary, of=of, uncertainty=uncertainty, columns=chosen or None, starts=starts, seed=seed)
+    given = options.given(vary=vary, quantity=of, uncertainty=uncertainty, columns=chosen or None, starts=starts, seed=seed)
     study = loaded.study(Fit, measured=str(measured), **given)
     found = Found("fit", study.run(progress=True), loaded, True, (), out, plot)
     save(found.dataset, out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
@@ -452,6 +453,54 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
         print_table(table)
 
 
+def fit_document(found: Found) -> dict[str, Any]:
+    """The JSON document of a fit: the estimates with their intervals, what is not identified and why, the residual,
+    and at how many speeds and searches the answer was found."""
+    dataset = found.dataset
+    names = ("varied", "not_identified", "estimate", "estimate_lo", "estimate_hi", "estimate_unit")
+    rows = list(zip(*(dataset[n].values.tolist() for n in names), strict=True))
+    settings, rms = json.loads(dataset.attrs["settings"]), dataset["search_rms"].values
+    difference = dataset["computed_amplitude"] - dataset["measured_amplitude"]
+    other = dataset["speed"].values[dataset["history"].values != "rest"]
+    return {
+        **found.head, "quantity": settings["quantity"],
+        "estimates": {name: dict(zip(("value", "low", "high", "unit"), values, strict=True))
+                      for name, reason, *values in rows if not reason},
+        "not_identified": {name: reason for name, reason, *_ in rows if reason},
+        "residual_rms": float(np.sqrt(np.mean(difference**2))), "unit": dataset["measured_amplitude"].attrs["units"],
+        "over_uncertainty": float(rms[0]) if settings["uncertainty"] else None, "amplitudes": difference.size,
+        "ignored": int(dataset.attrs["ignored"]), "speeds": len(np.unique(dataset["speed"])),
+        "speeds_of_other_motions": np.unique(other).tolist(), "searches": len(rms),
+        "searches_there": int(np.sum(rms <= 1.001 * rms[0] + 1e-6))}
+
+
+def print_fit(found: Found, content: dict[str, Any]) -> None:
+    """Print the estimates of a fit, what is not identified, and a table of measured and computed amplitudes."""
+    dataset, unit = found.dataset, content["unit"]
+    for name, each in content["estimates"].items():
+        value, low, high = (measured(each[n]) for n in ("value", "low", "high"))
+        _say_wrapped(f"{name}: {' '.join([value, each['unit']]).rstrip()} ({low} to {high} at 95 %)")
+    for name, reason in content["not_identified"].items():
+        _say_wrapped(f"{name}: not identified: {reason}")
+    ratio = content["over_uncertainty"]
+    _say_wrapped(f"residual of the {content['quantity']} {measured(content['residual_rms'])} {unit} rms, {content['amplitudes']} "
+                 f"amplitudes at {content['speeds']} speeds" + (
+                     f", {measured(ratio, 3)} times the uncertainty" if ratio is not None else ""))
+    others = len(content["speeds_of_other_motions"])
+    _say_wrapped(f"{content['searches_there']} of {content['searches']} searches ended there; at {others} speeds another "
+                 "motion than that from rest fits better" + (
+                     f"; {content['ignored']} rows of other orders were ignored" if content["ignored"] else ""))
+    rows = np.unique(np.linspace(0, dataset.sizes["measurement"] - 1, _SHOWN_ROWS).round().astype(int))
+    table = plain_table("speed (rpm)", "order", f"measured ({unit})", f"computed ({unit})", "contact", "motion",
+                        left=("contact", "motion"))
+    for i in rows.tolist():
+        at = dataset.isel(measurement=i)
+        numbers = (measured(float(at[f"{n}_amplitude"])) for n in ("measured", "computed"))
+        table.add_row(f"{float(at.speed):.5g}", f"{float(at.order):g}", *numbers, CONTACTS[int(at.contact)],
+                      str(at.history.values))
+    print_table(table)
+
+
 def _say_wrapped(text: str) -> None:
     """Print a text in lines of at most 79 characters."""
     print("\n".join(textwrap.wrap(text, 79, subsequent_indent="  ")))
@@ -471,6 +520,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: branches.print_skeleton(content)),
     "rattle": (rattle_document, print_rattle),
     "runup": (runup_document, print_runup),
+    "fit": (fit_document, print_fit),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

@@ -15,6 +15,7 @@ from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
+from gearchaos.plot._fit import fit
 from gearchaos.plot._modes import campbell
 from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot._runup import runup
@@ -191,6 +192,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "speeds_to_avoid": dynamic_factor,
     "natural_frequencies": campbell,
     "runup": runup,
+    "fit": fit,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

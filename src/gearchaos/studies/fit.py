@@ -93,7 +93,7 @@ class Fit(WholeStudy):
     """
 
     kind: ClassVar[str] = "fit"
-    rank: ClassVar[int] = 6
+    rank: ClassVar[int] = 5
     group: ClassVar[str] = "Gears"
     summary: ClassVar[str] = "fit"
     model_words: ClassVar[str] = "A single pair of given gears, with their torque."
@@ -104,7 +104,7 @@ class Fit(WholeStudy):
     vary: tuple[str, ...] = option(
         MISSING, "The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.",
         keyword=False)
-    of: Literal["mesh force", "deflection", "transmission error", "acceleration"] = option(
+    quantity: Literal["mesh force", "deflection", "transmission error", "acceleration"] = option(
         "mesh force", "What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, "
         "both along the line of action; the acceleration is that of the latter.")
     uncertainty: str | None = option(
@@ -121,16 +121,18 @@ class Fit(WholeStudy):
             raise InputError("model", "must be a GearPair or a GearDesign, or the model of one",
                              f"a {type(self._gears).__name__}",
                              "Of a train, give the pair whose mesh was measured, as [gearpair] or [design].")
-        if self.of not in KINDS:
-            raise unknown_name("of", str(self.of), KINDS)
+        if self.quantity not in KINDS:
+            raise unknown_name("quantity", str(self.quantity), KINDS)
         speeds, count = self.spectrum.speeds, len(self.spectrum.amplitude)
         if len(speeds) < 2:
             raise InputError("measured", "must have two speeds or more", speeds.tolist(),
                              "What a fit finds is in how amplitudes change with the speed.")
-        self._set(model=at_axis_starts(self.model, [Axis("speed", float(speeds[0]), float(speeds[-1]), 2)]))
+        axis = Axis("speed", float(speeds[0]), float(speeds[-1]), 2)
+        self._set(model=at_axis_starts(self.model, [axis]))
         super().__post_init__()
-        check_speed_axes(self.model, [Axis("speed", float(speeds[0]), float(speeds[-1]), 2)])
+        check_speed_axes(self.model, [axis])
         vary(self.model, {"speed": speeds})
+        self._set(model=self.model.with_values({"speed": axis.start}))
         names = [each.name for each in self.varied]
         if len(set(names)) < max(1, len(names)):
             raise InputError("vary", "must name one parameter or more, each once", names)
@@ -152,7 +154,7 @@ class Fit(WholeStudy):
     def spectrum(self) -> OrderSpectrum:
         """What was measured."""
         teeth = self._gears.n1 if isinstance(self._gears, GearPair) else self._gears.teeth[0]
-        return read_order_spectrum(self.measured, self.of, teeth, self.columns)
+        return read_order_spectrum(self.measured, self.quantity, teeth, self.columns)
 
     @cached_property
     def varied(self) -> tuple[Varied, ...]:
@@ -166,7 +168,7 @@ class Fit(WholeStudy):
             return 0.0, float(self.spectrum.amplitude.max()) or 1.0
         percent = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*%\s*", str(self.uncertainty))
         if percent is None:
-            return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.of][0], POSITIVE))
+            return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.quantity][0], POSITIVE))
         check_rule("uncertainty", share := float(percent[1]) / 100, BELOW_ONE, self.uncertainty)
         return share, 0.0
 
@@ -174,7 +176,7 @@ class Fit(WholeStudy):
         from scipy.stats import qmc  # here, since it takes a third of a second to load
 
         pair, ends = self._gears.to_pair(), []
-        search = Search(pair, self.model.kind, self.of, self.spectrum, self.varied, self.weight)
+        search = Search(pair, self.model.kind, self.quantity, self.spectrum, self.varied, self.weight)
         points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((_SCREENED * self.starts - 1).bit_length())
         with bar("fit, searches" if progress else None, self.starts) as advance:
             for start in search.screened(points, self.starts):
@@ -200,7 +202,7 @@ class Fit(WholeStudy):
         for name in ("measured_amplitude", "computed_amplitude"):
             data[name].attrs["units"] = self.spectrum.unit
         names = variables(("varied",), {"varied": np.array([each.name for each in self.varied])})
-        settings = {"measured": self.measured, "vary": self.vary, "of": self.of, "uncertainty": self.uncertainty,
+        settings = {"measured": self.measured, "vary": self.vary, "quantity": self.quantity, "uncertainty": self.uncertainty,
                     "starts": self.starts, "seed": self.seed}
         return new_dataset(data, names, {**self.provenance(**settings), "ignored": self.spectrum.ignored,
                                          "notes": "; ".join(self.spectrum.notes)})
