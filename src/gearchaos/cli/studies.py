@@ -236,6 +236,8 @@ def fit(
         raise InputError("--vary", "must be given", None, "E.g. --vary damping_ratio=0.02:0.15.")
     given = options.given(vary=vary, quantity=of, uncertainty=uncertainty, columns=chosen or None, starts=starts, seed=seed)
     study = loaded.study(Fit, measured=str(measured), **given)
+    for note in study.spectrum.notes:
+        say(note)
     found = Found("fit", study.run(progress=True), loaded, True, (), out, plot)
     save(found.dataset, out)
     report(found, "fit", json_out)

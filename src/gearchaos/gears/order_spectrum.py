@@ -11,6 +11,7 @@ import numpy as np
 
 from gearchaos.gears import units
 from gearchaos.gears.tables import Column, read_table
+from gearchaos.quantities import quantity
 from gearchaos.validation import MAX_HARMONICS
 
 KINDS: dict[str, tuple[units.Dimension, str]] = {
@@ -21,7 +22,7 @@ KINDS: dict[str, tuple[units.Dimension, str]] = {
 }
 """What may be measured: its dimension, and words that are found in headers."""
 
-_RMS, _RANGE = r"\brms\b|effekti", "peak to peak"
+_RMS, _RANGE = r"\brms\b|\beff", "peak to peak"
 # the peak value over what a column has, words in its header beside those of the kind, and words of other columns
 _COLUMNS = {"amplitude": (1.0, "", f"{_RMS}|{_RANGE}|phase"), "rms": (math.sqrt(2), _RMS, ""),
             _RANGE: (0.5, _RANGE, "")}
@@ -84,10 +85,12 @@ def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[
     table = read_table(path, ((speed,), (order,), kinds), field="measured", chosen=columns)
     kind = next(name for name in _COLUMNS if name in table.columns)
     values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
+    *_, least, most = quantity("speed").range or (0.0, math.inf)
     harmonic = np.rint(orders / teeth).astype(int)
     own = np.abs(orders - teeth * harmonic) < 1e-6
     for broken, rule, column, why in (
-            (table.columns["speed"] <= 0, "must have a speed greater than 0", "speed", ""),
+            ((table.columns["speed"] < least) | (table.columns["speed"] > most),
+             f"must have a speed from {least:g} to {most:g} rpm", "speed", "Check the unit in the header."),
             (values < 0, "must not have a negative amplitude", kind, "Phases are not read."),
             (own & (harmonic < 1), "must have an order greater than 0", "order", "Leave the mean out."),
             (own & (harmonic > MAX_HARMONICS), f"must have a harmonic of the mesh of at most {MAX_HARMONICS}", "order",

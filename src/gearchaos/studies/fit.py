@@ -14,12 +14,11 @@ from gearchaos.datasets import new_dataset, variables
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.progress import bar
 from gearchaos.gears import units
-from gearchaos.gears.design.values import BELOW_ONE
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.order_spectrum import KINDS, OrderSpectrum, read_order_spectrum
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import vary
-from gearchaos.quantities import POSITIVE
+from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.fit_search import Search, Varied
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SCREENED = 8  # points that are tried for each of which a search begins
+_BELOW_WHOLE = Rule(lambda v: 0 < v < 1, "must be more than 0 % and less than 100 %")
 
 @dataclass(frozen=True)
 class Fit(WholeStudy):
@@ -169,14 +169,18 @@ class Fit(WholeStudy):
         percent = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*%\s*", str(self.uncertainty))
         if percent is None:
             return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.quantity][0], POSITIVE))
-        check_rule("uncertainty", share := float(percent[1]) / 100, BELOW_ONE, self.uncertainty)
+        check_rule("uncertainty", share := float(percent[1]) / 100, _BELOW_WHOLE, self.uncertainty)
         return share, 0.0
+
+    @property
+    def search(self) -> Search:
+        """The least squares."""
+        return Search(self._gears.to_pair(), self.model.kind, self.quantity, self.spectrum, self.varied, self.weight)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         from scipy.stats import qmc  # here, since it takes a third of a second to load
 
-        pair, ends = self._gears.to_pair(), []
-        search = Search(pair, self.model.kind, self.quantity, self.spectrum, self.varied, self.weight)
+        search, ends = self.search, []
         points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((_SCREENED * self.starts - 1).bit_length())
         with bar("fit, searches" if progress else None, self.starts) as advance:
             for start in search.screened(points, self.starts):
@@ -194,7 +198,7 @@ class Fit(WholeStudy):
             "estimate_unit": np.array([each.unit for each in self.varied]), "not_identified": np.array(reasons)}
         amplitude, contact = search.amplitudes(best)
         of_measurements = {
-            "speed": self.spectrum.speeds[at], "order": self.spectrum.harmonic * float(pair.n1),
+            "speed": self.spectrum.speeds[at], "order": self.spectrum.harmonic * float(search.pair.n1),
             "measured_amplitude": self.spectrum.amplitude / unit, "computed_amplitude": amplitude / unit,
             "contact": contact[at].astype(np.int8), "history": np.array([*HISTORIES, "other"])[best.history[at]]}
         data = {**variables(("varied",), of_parameters), **variables(("measurement",), of_measurements),

@@ -48,10 +48,10 @@ class Varied(NamedTuple):
     @classmethod
     def parse(cls, text: str) -> Varied:
         """The parameter and the bounds of a text such as "backlash=0.05:0.25 mm"; the unit may stand at both."""
-        number = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)"
+        number = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.,:]*)"
         match = re.fullmatch(rf"\s*(\w+)\s*=\s*{number}\s*:\s*{number}\s*", text) if isinstance(text, str) else None
         if match is None:
-            raise InputError("vary", "must read name=low:high with a unit", text, "E.g. backlash=0.05:0.25 mm.")
+            raise InputError("vary", "must read name=low:high with a unit", text, "E.g. backlash=0.05:0.25 mm, with decimal points.")
         name, low, first_unit, high, unit = match.groups()
         order = re.fullmatch(r"error([1-9]\d?)", name)
         if name not in ("damping_ratio", "backlash") and not (order and int(order[1]) <= MAX_HARMONICS):
@@ -63,7 +63,7 @@ class Varied(NamedTuple):
             check_rule(name, np.array(ends), BELOW_ONE)
         else:
             rule = POSITIVE if name == "backlash" else NOT_NEGATIVE
-            ends = [units.to_si(name, f"{end} {own}", units.LENGTH, rule) for end, own in (
+            ends = [units.to_si(name, f"{end} {own}".strip(), units.LENGTH, rule) for end, own in (
                 (low, first_unit or unit), (high, unit))]
         if not ends[0] < ends[1]:
             raise InputError(name, "must have a lower bound below the upper one", text, "Exchange them.")
@@ -190,12 +190,12 @@ class Search:
         def derivatives(x: np.ndarray) -> np.ndarray:  # of the last trial that was accepted
             nonlocal at
             at = trials[x.tobytes()]
-            return self._derivatives(x, at)
+            return self.derivatives(x, at)
 
         found = least_squares(residuals, x, derivatives, bounds=(0.0, 1.0), max_nfev=_EVALUATIONS)
         return found.x, at, float(2 * found.cost)
 
-    def _derivatives(self, x: np.ndarray, motions: Motions) -> np.ndarray:
+    def derivatives(self, x: np.ndarray, motions: Motions) -> np.ndarray:
         """Derivatives (M, Q) of the residuals at x by central differences; 0 of a motion that is no orbit nearby."""
         ends = np.clip(x + _STEP * np.array([-1.0, 1.0])[:, None, None] * np.eye(len(x)), 0.0, 1.0)  # (2, Q, Q)
         pairs, number = self._at(*ends.reshape(-1, len(x))), 2 * len(x)
@@ -214,7 +214,7 @@ class Search:
     def _variances(self, end: End) -> tuple[np.ndarray, np.ndarray]:
         """Variances (Q,) of the parameters for residuals of variance 1, infinite for one that is not identified, and
         the projection (Q, Q) on the combinations that are not: their singular value is as good as 0."""
-        _, sizes, axes = np.linalg.svd(self._derivatives(end.x, end.motions), full_matrices=False)
+        _, sizes, axes = np.linalg.svd(self.derivatives(end.x, end.motions), full_matrices=False)
         known = sizes > _SINGULAR * sizes.max()
         lost = axes[~known].T @ axes[~known]
         variances = np.sum((axes[known] / sizes[known, None]) ** 2, axis=0)
