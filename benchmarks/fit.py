@@ -23,8 +23,8 @@ import gearchaos as gc
 from gearchaos.studies.fitted_motions import HISTORIES, PairsAtSpeeds
 
 PAIR = gc.GearPair(
-    n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", k="2000 N*s/m", chi1=0.1, chi2=0.1,
-    backlash="0.03 mm", M10="85 N*m", speed=6000, error_amplitudes=["5 um"])
+    n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", k="2000 N*s/m",
+    chi1=0.1, chi2=0.1, backlash="0.03 mm", M10="85 N*m", speed=6000, error_amplitudes=["5 um"])
 BOUNDS = {"damping_ratio": (0.03, 0.1, ""), "backlash": (15.0, 40.0, "um"), "error1": (3.0, 9.0, "um")}
 SPEEDS = np.linspace(6000.0, 16000.0, 26)
 NOISE = 0.05

@@ -498,7 +498,7 @@ def fit(
     'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
     0, columns: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.
+    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
 
     The steady motions at all measured speeds are those of the exact flow. Where several motions are possible at a
     speed, from rest and after slow sweeps through the measured speeds, rising and falling, the one nearest to the
@@ -509,9 +509,9 @@ def fit(
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, with their torque.
     measured : str
-        A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
+        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
-        The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
+        Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
     quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.
@@ -573,9 +573,9 @@ class Fit(_Fit):
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, with their torque.
     measured : str
-        A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
+        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
-        The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
+        Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
     quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.

@@ -81,18 +81,18 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'fit': {
         'module': 'studies.fit', 'class': 'Fit',
-        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.',
+        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.',
         'group': 'Gears', 'needs_out': False, 'summary': 'fit',
         'axes': {},
         'options': {
             'measured': {
                 'type': 'str',
-                'help': 'A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.',
+                'help': 'A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.',
                 'required': True,
             },
             'vary': {
                 'type': 'tuple[str, ...]',
-                'help': 'The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.',
+                'help': 'Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.',
                 'required': True,
             },
             'quantity': {

@@ -18,7 +18,6 @@ from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES
 
-
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
 
 
@@ -206,12 +205,12 @@ def fit(
         Path, typer.Argument(metavar="MEASURED", help="Table with speed, order and amplitude, .csv.", readable=False)
     ],
     vary: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="A parameter and its bounds: damping_ratio=0.02:0.15, "
-                                       "backlash=0.05:0.25 mm, error1=1:20 um; may be repeated.")
+        list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="A parameter and its bounds: damping_ratio="
+                                       "0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um; may be repeated.")
     ] = None,
     of: options.study_option("of", _OF_FIT["quantity"]) = None,  # type: ignore[valid-type]
     uncertainty: Annotated[
-        str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N; estimated without.")
+        str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N.")
     ] = None,
     column: Annotated[
         list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
@@ -224,17 +223,18 @@ def fit(
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
-    """Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed."""
+    """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.fit import Fit
 
     chosen = dict(text.partition("=")[::2] for text in column or [])
-    loaded = options.load(gears, sets, True, options.parse_axes(["speed=1000:1000:1"]))  # the study sets those measured
+    loaded = options.load(gears, sets, True, options.parse_axes(["speed=1000:1000:1"]))  # any: those measured count
     if not vary and "vary" not in loaded.options_for("fit"):
         raise InputError("--vary", "must be given", None, "E.g. --vary damping_ratio=0.02:0.15.")
-    given = options.given(vary=vary, quantity=of, uncertainty=uncertainty, columns=chosen or None, starts=starts, seed=seed)
+    given = options.given(vary=vary, quantity=of, uncertainty=uncertainty, starts=starts, seed=seed,
+                          columns=chosen or None)
     study = loaded.study(Fit, measured=str(measured), **given)
     for note in study.spectrum.notes:
         say(note)

@@ -457,15 +457,17 @@ def fit_document(found: Found) -> dict[str, Any]:
     """The JSON document of a fit: the estimates with their intervals, what is not identified and why, the residual,
     and at how many speeds and searches the answer was found."""
     dataset = found.dataset
-    names = ("varied", "not_identified", "estimate", "estimate_lo", "estimate_hi", "estimate_unit")
+    names = ("varied", "not_identified", "estimate", "estimate_lo", "estimate_hi", "estimate_unit", "bound_lo",
+             "bound_hi")
     rows = list(zip(*(dataset[n].values.tolist() for n in names), strict=True))
     settings, rms = json.loads(dataset.attrs["settings"]), dataset["search_rms"].values
     difference = dataset["computed_amplitude"] - dataset["measured_amplitude"]
     other = dataset["speed"].values[dataset["history"].values != "rest"]
     return {
         **found.head, "quantity": settings["quantity"],
-        "estimates": {name: dict(zip(("value", "low", "high", "unit"), values, strict=True))
-                      for name, reason, *values in rows if not reason},
+        "estimates": {name: {"value": value, "low": low, "high": high, "unit": unit, "at_bound": min(
+            value - least, most - value) < 1e-3 * (most - least)}
+            for name, reason, value, low, high, unit, least, most in rows if not reason},
         "not_identified": {name: reason for name, reason, *_ in rows if reason},
         "residual_rms": float(np.sqrt(np.mean(difference**2))), "unit": dataset["measured_amplitude"].attrs["units"],
         "over_uncertainty": float(rms[0]) if settings["uncertainty"] else None, "amplitudes": difference.size,
@@ -479,16 +481,16 @@ def print_fit(found: Found, content: dict[str, Any]) -> None:
     dataset, unit = found.dataset, content["unit"]
     for name, each in content["estimates"].items():
         value, low, high = (measured(each[n]) for n in ("value", "low", "high"))
-        _say_wrapped(f"{name}: {' '.join([value, each['unit']]).rstrip()} ({low} to {high} at 95 %)")
+        _say_wrapped(f"{name}: {' '.join([value, each['unit']]).rstrip()} ({low} to {high} at 95 %)"
+                     + ", at one of its bounds" * each["at_bound"])
     for name, reason in content["not_identified"].items():
         _say_wrapped(f"{name}: not identified: {reason}")
-    ratio = content["over_uncertainty"]
-    _say_wrapped(f"residual of the {content['quantity']} {measured(content['residual_rms'])} {unit} rms, {content['amplitudes']} "
-                 f"amplitudes at {content['speeds']} speeds" + (
+    ratio, others = content["over_uncertainty"], len(content["speeds_of_other_motions"])
+    _say_wrapped(f"residual of the {content['quantity']} {measured(content['residual_rms'])} {unit} rms, "
+                 f"{content['amplitudes']} amplitudes at {content['speeds']} speeds" + (
                      f", {measured(ratio, 3)} times the uncertainty" if ratio is not None else ""))
-    others = len(content["speeds_of_other_motions"])
-    _say_wrapped(f"{content['searches_there']} of {content['searches']} searches ended there; at {others} speeds another "
-                 "motion than that from rest fits better" + (
+    _say_wrapped(f"{content['searches_there']} of {content['searches']} searches ended there; at {others} speeds "
+                 "another motion than that from rest fits better" + (
                      f"; {content['ignored']} rows of other orders were ignored" if content["ignored"] else ""))
     rows = np.unique(np.linspace(0, dataset.sizes["measurement"] - 1, _SHOWN_ROWS).round().astype(int))
     table = plain_table("speed (rpm)", "order", f"measured ({unit})", f"computed ({unit})", "contact", "motion",

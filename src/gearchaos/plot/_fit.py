@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,9 +12,13 @@ from matplotlib.lines import Line2D
 
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend
-from gearchaos.plot.theme import INK, STROBE, adapt
+from gearchaos.plot.theme import INK, STROBE, adapt_style
 
-_OTHER = {"color": STROBE, "marker": "s", "markersize": 3.5, "linestyle": "none"}
+_STYLES: dict[str, dict[str, Any]] = {
+    "measured": {"color": INK, "marker": "o", "markersize": 4, "fillstyle": "none", "linestyle": "none"},
+    "computed": {"color": INK, "linewidth": 1.0},
+    "not the motion from rest": {"color": STROBE, "marker": "s", "markersize": 3.5, "linestyle": "none"},
+}
 
 
 @keeps_data
@@ -54,22 +59,20 @@ def fit(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     check(ds, "fit", speed=over, order=over, measured_amplitude=over, computed_amplitude=over)
     import matplotlib.pyplot as plt
 
-    orders = np.unique(ds["order"].values)
+    orders, other = np.unique(ds["order"].values), ds["history"].values != "rest"
     figure = figure or plt.figure(figsize=(6.4, 1.4 + 2.2 * len(orders)), layout="constrained")
     panels = figure.subplots(len(orders), 1, sharex=True, squeeze=False)[:, 0]
+    shown = {"computed": ("computed", True), "measured": ("measured", True), "not the motion from rest": (
+        "computed", other)}
     for ax, order in zip(panels, orders, strict=True):
-        own = ds.isel(measurement=ds["order"].values == order)
-        other = own.isel(measurement=own["history"].values != "rest")
-        ax.plot(own["speed"], own["computed_amplitude"], color=adapt(INK), linewidth=1.0)
-        ax.plot(own["speed"], own["measured_amplitude"], "o", color=adapt(INK), markersize=4, fillstyle="none")
-        ax.plot(other["speed"], other["computed_amplitude"], **{**_OTHER, "color": adapt(STROBE)})
+        for name, (values, where) in shown.items():
+            own = ds.isel(measurement=(ds["order"].values == order) & where)
+            ax.plot(own["speed"], own[f"{values}_amplitude"], **adapt_style(_STYLES[name]))
         ax.set_ylabel(f"order {order:g} [{ds['measured_amplitude'].attrs['units']}]")
         ax.set_ylim(bottom=0)
-    handles = [Line2D([], [], color=adapt(INK), marker="o", fillstyle="none", linestyle="none", markersize=4,
-                      label=f"measured {json.loads(ds.attrs['settings'])['quantity']}"),
-               Line2D([], [], color=adapt(INK), linewidth=1.0, label="computed")]
-    if (ds["history"] != "rest").any():
-        handles.append(Line2D([], [], **{**_OTHER, "color": adapt(STROBE)}, label="not the motion from rest"))
-    draw_legend(panels[0], handles)
+    names = [name for name, (_, where) in shown.items() if np.any(where)]
+    labels = {"measured": f"measured {json.loads(ds.attrs['settings'])['quantity']}"}
+    draw_legend(panels[0], [
+        Line2D([], [], label=labels.get(name, name), **adapt_style(_STYLES[name])) for name in names])
     panels[-1].set_xlabel(axis_label(ds["speed"], "speed"))
     return figure

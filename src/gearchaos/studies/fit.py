@@ -21,7 +21,7 @@ from gearchaos.model import vary
 from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.fit_search import Search, Varied
+from gearchaos.studies.fit_search import End, Search, Varied
 from gearchaos.studies.fitted_motions import HISTORIES
 from gearchaos.studies.options import option
 from gearchaos.studies.study import WholeStudy
@@ -35,7 +35,7 @@ _BELOW_WHOLE = Rule(lambda v: 0 < v < 1, "must be more than 0 % and less than 10
 
 @dataclass(frozen=True)
 class Fit(WholeStudy):
-    """Fit damping, backlash and transmission error of a gear pair to a measured order spectrum over the speed.
+    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
 
     The steady motions at all measured speeds are those of the exact flow. Where several motions are possible at a
     speed, from rest and after slow sweeps through the measured speeds, rising and falling, the one nearest to the
@@ -99,10 +99,10 @@ class Fit(WholeStudy):
     model_words: ClassVar[str] = "A single pair of given gears, with their torque."
 
     measured: str = option(
-        MISSING, "A table with the columns speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.",
+        MISSING, "A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.",
         keyword=False)
     vary: tuple[str, ...] = option(
-        MISSING, "The parameters with their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.",
+        MISSING, "Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.",
         keyword=False)
     quantity: Literal["mesh force", "deflection", "transmission error", "acceleration"] = option(
         "mesh force", "What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, "
@@ -180,36 +180,43 @@ class Fit(WholeStudy):
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         from scipy.stats import qmc  # here, since it takes a third of a second to load
 
-        search, ends = self.search, []
+        search, ends = self.search, list[End]()
         points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((_SCREENED * self.starts - 1).bit_length())
         with bar("fit, searches" if progress else None, self.starts) as advance:
             for start in search.screened(points, self.starts):
                 ends.append(search.run(start))
                 advance(1)
         ends.sort(key=lambda end: end.square)
-        best, at, unit = ends[0], self.spectrum.at, self.spectrum.size
+        rms = np.sqrt([end.square / len(self.spectrum.at) for end in ends])
+        data = {**self._estimates(search, ends), **self._amplitudes(search, ends[0]),
+                **variables(("search",), {"search_rms": rms})}
+        names = variables(("varied",), {"varied": np.array([each.name for each in self.varied])})
+        settings = {n: getattr(self, n) for n in self.option_types()}
+        return new_dataset(data, names, {**self.provenance(**settings), "ignored": self.spectrum.ignored})
+
+    def _estimates(self, search: Search, ends: list[End]) -> dict[str, xr.Variable]:
+        """The variables over ``varied``: estimates in the units of the bounds, NaN where one is not identified."""
         low, high, reasons = search.intervals(ends)
         sizes = np.array([each.size for each in self.varied])
-        known = np.where([not reason for reason in reasons], 1.0, np.nan) / sizes
-        of_parameters = {
-            **{f"estimate{end}": known * search.values(np.where(np.isnan(known), 0.0, x)) for end, x in (
-                ("", best.x), ("_lo", low), ("_hi", high))},
-            **{f"bound_{end}": search.values(np.full(len(sizes), x)) / sizes for end, x in (("lo", 0.0), ("hi", 1.0))},
-            "estimate_unit": np.array([each.unit for each in self.varied]), "not_identified": np.array(reasons)}
-        amplitude, contact = search.amplitudes(best)
-        of_measurements = {
-            "speed": self.spectrum.speeds[at], "order": self.spectrum.harmonic * float(search.pair.n1),
-            "measured_amplitude": self.spectrum.amplitude / unit, "computed_amplitude": amplitude / unit,
-            "contact": contact[at].astype(np.int8), "history": np.array([*HISTORIES, "other"])[best.history[at]]}
-        data = {**variables(("varied",), of_parameters), **variables(("measurement",), of_measurements),
-                **variables(("search",), {"search_rms": np.sqrt([end.square / len(at) for end in ends])})}
+        known = np.where([not reason for reason in reasons], 1 / sizes, np.nan)
+        ends_of = {"estimate": ends[0].x, "estimate_lo": low, "estimate_hi": high}
+        return variables(("varied",), {
+            **{name: known * search.values(np.nan_to_num(x)) for name, x in ends_of.items()},
+            "bound_lo": search.values(np.zeros(len(sizes))) / sizes,
+            "bound_hi": search.values(np.ones(len(sizes))) / sizes,
+            "estimate_unit": np.array([each.unit for each in self.varied]), "not_identified": np.array(reasons)})
+
+    def _amplitudes(self, search: Search, end: End) -> dict[str, xr.Variable]:
+        """The variables over ``measurement``, amplitudes in the unit of the file."""
+        spectrum, (computed, contact) = self.spectrum, search.amplitudes(end)
+        data = variables(("measurement",), {
+            "speed": spectrum.speeds[spectrum.at], "order": spectrum.harmonic * float(search.pair.n1),
+            "measured_amplitude": spectrum.amplitude / spectrum.size, "computed_amplitude": computed / spectrum.size,
+            "contact": contact[spectrum.at].astype(np.int8),
+            "history": np.array([*HISTORIES, "other"])[end.history[spectrum.at]]})
         for name in ("measured_amplitude", "computed_amplitude"):
-            data[name].attrs["units"] = self.spectrum.unit
-        names = variables(("varied",), {"varied": np.array([each.name for each in self.varied])})
-        settings = {"measured": self.measured, "vary": self.vary, "quantity": self.quantity, "uncertainty": self.uncertainty,
-                    "starts": self.starts, "seed": self.seed}
-        return new_dataset(data, names, {**self.provenance(**settings), "ignored": self.spectrum.ignored,
-                                         "notes": "; ".join(self.spectrum.notes)})
+            data[name].attrs["units"] = spectrum.unit
+        return data
 
 
 fit = function_of(Fit)

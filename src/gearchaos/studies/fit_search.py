@@ -22,7 +22,7 @@ from gearchaos.gears.design.values import BELOW_ONE
 from gearchaos.gears.order_spectrum import OrderSpectrum
 from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
-from gearchaos.studies.fitted_motions import HISTORIES, Motions, PairsAtSpeeds
+from gearchaos.studies.fitted_motions import Motions, PairsAtSpeeds
 from gearchaos.validation import MAX_HARMONICS, check_rule
 
 _STEP = 1e-4  # half the distance of the differences by a parameter, over the distance of its bounds
@@ -51,7 +51,8 @@ class Varied(NamedTuple):
         number = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.,:]*)"
         match = re.fullmatch(rf"\s*(\w+)\s*=\s*{number}\s*:\s*{number}\s*", text) if isinstance(text, str) else None
         if match is None:
-            raise InputError("vary", "must read name=low:high with a unit", text, "E.g. backlash=0.05:0.25 mm, with decimal points.")
+            raise InputError("vary", "must read name=low:high with a unit", text,
+                             "E.g. backlash=0.05:0.25 mm, with decimal points.")
         name, low, first_unit, high, unit = match.groups()
         order = re.fullmatch(r"error([1-9]\d?)", name)
         if name not in ("damping_ratio", "backlash") and not (order and int(order[1]) <= MAX_HARMONICS):
@@ -229,21 +230,21 @@ class Search:
         """
         from scipy.stats import t  # here, since it takes a third of a second to load
 
-        best = ends[0]
-        lost = self._variances(best)[1]
+        best, (variances, lost) = ends[0], self._variances(ends[0])
         free = len(self.spectrum.amplitude) - len(best.x) + round(float(lost.trace()))
-        most = best.square * (1 + t.ppf((1 + _CONFIDENCE) / 2, free) ** 2 / free)
-        low, high, reasons = best.x, best.x, []
-        for end in ends:
-            if end.square < most:
-                half = np.sqrt((most - end.square) * self._variances(end)[0])
+        width = best.square * t.ppf((1 + _CONFIDENCE) / 2, free) ** 2 / free
+        low, high = (best.x + side * np.sqrt(width * variances) for side in (-1, 1))
+        for end in ends[1:]:
+            if end.square < best.square + width:
+                half = np.sqrt((best.square + width - end.square) * self._variances(end)[0])
                 low, high = np.minimum(low, end.x - half), np.maximum(high, end.x + half)
+        reasons = []
         touched = CONTACTS.index("two-sided") in self.amplitudes(best)[1]
         for k, each in enumerate(self.varied):
             others = [other.name for other, share in zip(self.varied, lost[k], strict=True)
                       if abs(share) > _SHARE and other is not each]
             if lost[k, k] <= _SHARE:
-                reasons.append("its 95 % interval is wider than its bounds" if high[k] - low[k] > 1 else "")
+                reasons.append("its 95 % interval is wider than its bounds" if not high[k] - low[k] <= 1 else "")
             elif others:
                 reasons.append(f"only a combination with {' and '.join(others)} is")
             else:
