@@ -518,7 +518,7 @@ def fit(
     uncertainty : str, optional
         Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
     starts : int
-        Searches, from points of a Sobol sequence within the bounds.
+        Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.
     seed : int
         Of that sequence.
     columns : mapping of str to str, optional
@@ -582,7 +582,7 @@ class Fit(_Fit):
     uncertainty : str, optional
         Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
     starts : int
-        Searches, from points of a Sobol sequence within the bounds.
+        Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.
     seed : int
         Of that sequence.
     columns : mapping of str to str, optional

@@ -109,7 +109,7 @@ class Fit(WholeStudy):
         "both along the line of action; the acceleration is that of the latter.")
     uncertainty: str | None = option(
         None, 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.')
-    starts: int = option(8, "Searches, from points of a Sobol sequence within the bounds.", least=1, most=1024)
+    starts: int = option(8, "Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.", least=1, most=1024)
     seed: int = option(0, "Of that sequence.", least=0)
     columns: Mapping[str, str] | None = option(
         None, "Headers in the file by the names of columns, with a unit where the file has none: "
@@ -186,7 +186,7 @@ class Fit(WholeStudy):
             for start in search.screened(points, self.starts):
                 ends.append(search.run(start))
                 advance(1)
-        ends.sort(key=lambda end: end.square)
+        ends = search.with_neighbours(ends)
         rms = np.sqrt([end.square / len(self.spectrum.at) for end in ends])
         data = {**self._estimates(search, ends), **self._amplitudes(search, ends[0]),
                 **variables(("search",), {"search_rms": rms})}

@@ -30,6 +30,7 @@ _SINGULAR = 1e-6  # least singular value of the derivatives, over the largest, a
 _SHARE = 1e-3  # of a parameter in combinations that are not identified, above which it is not identified
 _SAME, _SAME_SQUARE = 1e-6, 1e-12  # of sums of squares that differ by rounding, relative and absolute
 _ROUNDS = 10  # most times that the motions are chosen anew
+_BESIDE, _RINGS = 0.15, 3  # how far beside the best end searches begin, and how often while they find a better one
 _AT_ONCE = 16  # pairs whose motions are computed at once
 _EVALUATIONS = 60  # most parameter vectors in a descent
 _CONFIDENCE = 0.95
@@ -118,6 +119,18 @@ class Search:
             pairs = self._at(*some)
             squares.append(self._nearest(pairs, pairs.by_history())[2].reshape(len(some), -1).sum(axis=1))
         return points[np.argsort(np.concatenate(squares), kind="stable")[:count]]
+
+    def with_neighbours(self, ends: Sequence[End]) -> list[End]:
+        """The ends of searches, and of others from both sides of the best one along each parameter, until none is
+        better; least squares first. Beside a jump of the motion there are several minima, often close together."""
+        found = sorted(ends, key=lambda end: end.square)
+        for _ in range(_RINGS):
+            best = found[0]
+            steps = _BESIDE * np.concatenate([np.eye(len(best.x)), -np.eye(len(best.x))])
+            found = sorted([*found, *map(self.run, np.clip(best.x + steps, 0.0, 1.0))], key=lambda end: end.square)
+            if found[0].square > best.square * (1 - _SAME):
+                break
+        return found
 
     def _at(self, *points: np.ndarray) -> PairsAtSpeeds:
         """The pairs at some x (Q,), at the measured speeds."""
