@@ -49,7 +49,7 @@ class Fit(WholeStudy):
         ``not_identified``, the reason why there is no estimate, else empty. Over ``measurement``: ``speed``,
         ``order``, ``measured_amplitude``, ``computed_amplitude``, ``contact``, and ``history``, how the motion is
         reached: from "rest" where that fits as well, "rising", "falling", or "other". Over ``search``
-        ``search_rms``, the root mean square of the weighted residuals where each search ended, least first.
+        ``search_rms``, the root mean square of the weighted residuals where each search ended, least first, also of those that began beside the best.
 
     Raises
     ------
@@ -109,7 +109,9 @@ class Fit(WholeStudy):
         "both along the line of action; the acceleration is that of the latter.")
     uncertainty: str | None = option(
         None, 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.')
-    starts: int = option(8, "Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.", least=1, most=1024)
+    starts: int = option(
+        8, "Searches from a Sobol sequence within the bounds. Others begin beside the best of their ends.", least=1,
+        most=1024)
     seed: int = option(0, "Of that sequence.", least=0)
     columns: Mapping[str, str] | None = option(
         None, "Headers in the file by the names of columns, with a unit where the file has none: "
