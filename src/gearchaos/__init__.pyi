@@ -518,7 +518,7 @@ def fit(
     uncertainty : str, optional
         Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
     starts : int
-        Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.
+        Searches from a Sobol sequence within the bounds. Others begin beside the best of their ends.
     seed : int
         Of that sequence.
     columns : mapping of str to str, optional
@@ -556,10 +556,10 @@ def fit(
     ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "orders.csv"
-    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,59.6\n6000,25,148.8\n9000,25,435.2\n")
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,67\n6000,25,169\n9000,25,510\n")
     ...     found = gc.fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
     >>> float(found.estimate.round(2)[0]), found.estimate_unit.item()
-    (0.0, 'um')
+    (2.0, 'um')
     """
 
 class Fit(_Fit):
@@ -582,7 +582,7 @@ class Fit(_Fit):
     uncertainty : str, optional
         Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
     starts : int
-        Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends.
+        Searches from a Sobol sequence within the bounds. Others begin beside the best of their ends.
     seed : int
         Of that sequence.
     columns : mapping of str to str, optional
@@ -603,7 +603,7 @@ class Fit(_Fit):
     ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "orders.csv"
-    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,59.6\n6000,25,148.8\n9000,25,435.2\n")
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,67\n6000,25,169\n9000,25,510\n")
     ...     study = gc.Fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
     ...     study.kind, study.count
     ('fit', 1)

@@ -105,9 +105,7 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'help': 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.',
             },
             'starts': {
-                'type': 'int',
-                'help': 'Searches from points of a Sobol sequence within the bounds; others begin beside the best of their ends; 8 by default.',
-                'least': 1,
+                'type': 'int', 'help': 'Searches from a Sobol sequence within the bounds; 8 by default.', 'least': 1,
             },
             'seed': {'type': 'int', 'help': 'Of that sequence.', 'least': 0},
         },

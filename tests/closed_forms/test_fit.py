@@ -101,6 +101,14 @@ def test_harmonics_of_a_motion_with_impacts_are_those_of_an_integration(backlash
     np.testing.assert_allclose(found["mesh force"][0], np.abs(spectrum), rtol=3e-3)
 
 
+def test_a_softening_resonance_loses_contact_at_lower_speeds_as_the_speed_falls():
+    pair = replace(PAIR, k=0.5 * PAIR.k, backlash=1e-4, error_amplitudes=(4e-6,))
+    pairs = PairsAtSpeeds([pair], np.linspace(8000.0, 14000.0, 9), "torsional")
+    contact = pairs.harmonics(pairs.by_history(), np.tile(pairs.points, 3), 1)[1].reshape(3, -1)
+    _, rising, falling = (np.argmax(each != CONTACTS.index("permanent")) for each in contact)
+    assert 0 <= falling < rising
+
+
 def test_a_jump_of_motions_that_touch_both_flanks_gives_the_backlash(tmp_path):
     """Without noise, a run down through the speeds of the benchmark: what is found is what the run was made with."""
     speeds = np.linspace(8000.0, 14000.0, 13)

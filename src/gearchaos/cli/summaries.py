@@ -492,7 +492,9 @@ def print_fit(found: Found, content: dict[str, Any]) -> None:
     _say_wrapped(f"{content['searches_there']} of {content['searches']} searches ended there; at {others} speeds "
                  "another motion than that from rest fits better" + (
                      f"; {content['ignored']} rows of other orders were ignored" if content["ignored"] else ""))
-    rows = np.unique(np.linspace(0, dataset.sizes["measurement"] - 1, _SHOWN_ROWS).round().astype(int))
+    rows = np.unique(np.linspace(0, content["amplitudes"] - 1, _SHOWN_ROWS).round().astype(int))
+    if len(rows) < content["amplitudes"]:
+        print(f"{len(rows)} of {content['amplitudes']} rows")
     table = plain_table("speed (rpm)", "order", f"measured ({unit})", f"computed ({unit})", "contact", "motion",
                         left=("contact", "motion"))
     for i in rows.tolist():

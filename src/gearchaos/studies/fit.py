@@ -49,7 +49,7 @@ class Fit(WholeStudy):
         ``not_identified``, the reason why there is no estimate, else empty. Over ``measurement``: ``speed``,
         ``order``, ``measured_amplitude``, ``computed_amplitude``, ``contact``, and ``history``, how the motion is
         reached: from "rest" where that fits as well, "rising", "falling", or "other". Over ``search``
-        ``search_rms``, the root mean square of the weighted residuals where each search ended, least first, also of those that began beside the best.
+        ``search_rms``, the root mean square of the weighted residuals where each search ended, least first.
 
     Raises
     ------
@@ -72,10 +72,10 @@ class Fit(WholeStudy):
     ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "orders.csv"
-    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\\n4000,25,59.6\\n6000,25,148.8\\n9000,25,435.2\\n")
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\\n4000,25,67\\n6000,25,169\\n9000,25,510\\n")
     ...     found = gc.fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
     >>> float(found.estimate.round(2)[0]), found.estimate_unit.item()
-    (0.0, 'um')
+    (2.0, 'um')
 
     As a value
     ----------
@@ -86,7 +86,7 @@ class Fit(WholeStudy):
     ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "orders.csv"
-    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\\n4000,25,59.6\\n6000,25,148.8\\n9000,25,435.2\\n")
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\\n4000,25,67\\n6000,25,169\\n9000,25,510\\n")
     ...     study = gc.Fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
     ...     study.kind, study.count
     ('fit', 1)
