@@ -53,6 +53,7 @@ from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
 from gearchaos.studies.branch import Branch as _Branch
 from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
 from gearchaos.studies.curve import Curve as _Curve
+from gearchaos.studies.fit import Fit as _Fit
 from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
 from gearchaos.studies.orders import Orders as _Orders
 from gearchaos.studies.proofs import prove as prove
@@ -491,6 +492,128 @@ class Rattle(_Rattle):
 
     def __init__(
         self, model: AnyModel, axis: Axis | str, *, mesh: str | None = None, settings: Classification | None = None,
+    ) -> None: ...
+
+def fit(
+    model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
+    'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
+    0, columns: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
+
+    The steady motions at all measured speeds are those of the exact flow. Where several motions are possible at a
+    speed, from rest and after slow sweeps through the measured speeds, rising and falling, the one nearest to the
+    measurement is taken, anew after each descent of the least squares, until the choice no longer changes.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        A single pair of given gears, with their torque.
+    measured : str
+        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
+    vary : (str, ...)
+        Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
+    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+        What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
+        line of action; the acceleration is that of the latter.
+    uncertainty : str, optional
+        Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
+    starts : int
+        Searches from a Sobol sequence within the bounds. Others begin beside the best of their ends.
+    seed : int
+        Of that sequence.
+    columns : mapping of str to str, optional
+        Headers in the file by the names of columns, with a unit where the file has none: {"amplitude": "Force
+        [N]"}.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``varied`` ("damping_ratio", "backlash", "error1", ...): ``estimate`` with its 95 % interval
+        ``estimate_lo`` to ``estimate_hi``, ``bound_lo`` and ``bound_hi``, in ``estimate_unit``, and
+        ``not_identified``, the reason why there is no estimate, else empty. Over ``measurement``: ``speed``,
+        ``order``, ``measured_amplitude``, ``computed_amplitude``, ``contact``, and ``history``, how the motion is
+        reached: from "rest" where that fits as well, "rising", "falling", or "other". Over ``search``
+        ``search_rms``, the root mean square of the weighted residuals where each search ended, least first.
+
+    Raises
+    ------
+    InputError
+        If the model is no single pair, or the file, a bound or the uncertainty cannot be read or is too little.
+
+    Notes
+    -----
+    The damping ratio is k/(2 m ω0); phases of the error are kept. A residual is (computed − measured)/σ. A relative
+    uncertainty is one of the mean of both, so that noise in proportion leaves no bias to its first order. Intervals
+    are those of the linearised problem, s² (JᵀJ)⁻¹ and Student's t, with s² from the residuals. J is made of central
+    differences on orbits that Newton's method has converged to rounding.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", chi1=0,
+    ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "orders.csv"
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,67\n6000,25,169\n9000,25,510\n")
+    ...     found = gc.fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
+    >>> float(found.estimate.round(2)[0]), found.estimate_unit.item()
+    (2.0, 'um')
+    """
+
+class Fit(_Fit):
+    """The study that `fit` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `fit` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        A single pair of given gears, with their torque.
+    measured : str
+        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
+    vary : (str, ...)
+        Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
+    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+        What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
+        line of action; the acceleration is that of the latter.
+    uncertainty : str, optional
+        Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.
+    starts : int
+        Searches from a Sobol sequence within the bounds. Others begin beside the best of their ends.
+    seed : int
+        Of that sequence.
+    columns : mapping of str to str, optional
+        Headers in the file by the names of columns, with a unit where the file has none: {"amplitude": "Force
+        [N]"}.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> pair = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", chi1=0,
+    ...     chi2=0, k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "orders.csv"
+    ...     _ = file.write_text("speed [rpm],order,amplitude [N]\n4000,25,67\n6000,25,169\n9000,25,510\n")
+    ...     study = gc.Fit(pair, str(file), ["error1=0.5:5 um"], starts=1)
+    ...     study.kind, study.count
+    ('fit', 1)
+    """
+
+    def __init__(
+        self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
+        'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int
+        = 0, columns: Mapping[str, str] | None = None,
     ) -> None: ...
 
 def orders(

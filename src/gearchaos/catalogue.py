@@ -79,6 +79,38 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {'mesh': {'type': 'str', 'help': 'The mesh whose onset is looked for; by default all.'}},
         'run_options': {},
     },
+    'fit': {
+        'module': 'studies.fit', 'class': 'Fit',
+        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.',
+        'group': 'Gears', 'needs_out': False, 'summary': 'fit',
+        'axes': {},
+        'options': {
+            'measured': {
+                'type': 'str',
+                'help': 'A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.',
+                'required': True,
+            },
+            'vary': {
+                'type': 'tuple[str, ...]',
+                'help': 'Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.',
+                'required': True,
+            },
+            'quantity': {
+                'type': 'str', 'help': 'What was measured; mesh force by default.',
+                'metavar': 'mesh force|deflection|transmission error|acceleration',
+                'choices': ('mesh force', 'deflection', 'transmission error', 'acceleration'),
+            },
+            'uncertainty': {
+                'type': 'str',
+                'help': 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.',
+            },
+            'starts': {
+                'type': 'int', 'help': 'Searches from a Sobol sequence within the bounds; 8 by default.', 'least': 1,
+            },
+            'seed': {'type': 'int', 'help': 'Of that sequence.', 'least': 0},
+        },
+        'run_options': {},
+    },
     'orders': {
         'module': 'studies.orders', 'class': 'Orders',
         'help': 'Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.',

@@ -142,6 +142,7 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
+_OF_FIT = catalogue.STUDIES["fit"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
 
@@ -232,7 +233,51 @@ def orders(
     report(found, "orders", json_out)
 
 
-_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup, "orders": orders}
+def fit(
+    gears: GearsPath,
+    measured: Annotated[
+        Path, typer.Argument(metavar="MEASURED", help="Table with speed, order and amplitude, .csv.", readable=False)
+    ],
+    vary: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="A parameter and its bounds: damping_ratio="
+                                       "0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um; may be repeated.")
+    ] = None,
+    of: options.study_option("of", _OF_FIT["quantity"]) = None,  # type: ignore[valid-type]
+    uncertainty: Annotated[
+        str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N.")
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
+                                       "amplitude=\"Force [N]\"; may be repeated.")
+    ] = None,
+    starts: options.study_option("starts", _OF_FIT["starts"]) = None,  # type: ignore[valid-type]
+    seed: options.study_option("seed", _OF_FIT["seed"]) = None,  # type: ignore[valid-type]
+    sets: Sets = None,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    json_out: Json = False,
+) -> None:
+    """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    from gearchaos.cli.summaries import Found, report
+    from gearchaos.studies.fit import Fit
+
+    chosen = dict(text.partition("=")[::2] for text in column or [])
+    loaded = options.load(gears, sets, True, options.parse_axes(["speed=1000:1000:1"]))  # any: those measured count
+    if not vary and "vary" not in loaded.options_for("fit"):
+        raise InputError("--vary", "must be given", None, "E.g. --vary damping_ratio=0.02:0.15.")
+    given = options.given(vary=vary, quantity=of, uncertainty=uncertainty, starts=starts, seed=seed,
+                          columns=chosen or None)
+    study = loaded.study(Fit, measured=str(measured), **given)
+    for note in study.spectrum.notes:
+        say(note)
+    found = Found("fit", study.run(progress=True), loaded, True, (), out, plot)
+    save(found.dataset, out)
+    report(found, "fit", json_out)
+
+
+_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup, "orders": orders, "fit": fit}
 """Commands that print a verdict and not a Dataset, or have options of their own."""
 
 for _kind, _entry in catalogue.STUDIES.items():

@@ -6,6 +6,7 @@
 from gearchaos.plot._datasets import save_with_data
 from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
+from gearchaos.plot._fit import fit
 from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._orders import orders
@@ -22,7 +23,8 @@ from gearchaos.plot.theme import style
 
 __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
-    "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "flanks",
+    "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "fit",
+    "flanks",
     "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
     "motion_class", "motion_strip", "orders", "phase", "portrait", "response", "response_curve", "result", "runup",
     "save_with_data", "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train",

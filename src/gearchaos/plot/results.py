@@ -15,6 +15,7 @@ from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._datasets import check_dataset, check_name
 from gearchaos.plot._dynamic_factor import dynamic_factor
+from gearchaos.plot._fit import fit
 from gearchaos.plot._modes import campbell
 from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, skeleton
@@ -193,6 +194,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "natural_frequencies": campbell,
     "runup": runup,
     "orders": orders,
+    "fit": fit,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

@@ -1,0 +1,112 @@
+"""A measured order spectrum over the speed: amplitudes of mesh harmonics, from a table as programs export them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gearchaos.gears import units
+from gearchaos.gears.tables import Column, read_table
+from gearchaos.quantities import quantity
+from gearchaos.validation import MAX_HARMONICS
+
+KINDS: dict[str, tuple[units.Dimension, str]] = {
+    "mesh force": (units.FORCE, "force|kraft"),
+    "deflection": (units.LENGTH, "deflection|verformung"),
+    "transmission error": (units.LENGTH, r"\bd?te\b|error|fehler|abweich"),
+    "acceleration": (units.ACCELERATION, "accel|beschleunig"),
+}
+"""What may be measured: its dimension, and words that are found in headers."""
+
+_RMS, _RANGE = r"\brms\b|\beff", "peak to peak"
+# the peak value over what a column has, words in its header beside those of the kind, and words of other columns
+_COLUMNS = {"amplitude": (1.0, "", f"{_RMS}|{_RANGE}|phase"), "rms": (math.sqrt(2), _RMS, ""),
+            _RANGE: (0.5, _RANGE, "")}
+
+
+@dataclass(frozen=True)
+class OrderSpectrum:
+    """M measured amplitudes, peak values in SI, at P speeds.
+
+    ``unit`` is that of the file, and ``size`` one of it in SI. ``ignored`` are the rows whose order is none of the
+    mesh; ``notes`` say what was taken by its meaning.
+    """
+
+    speeds: np.ndarray  # (P,) rpm, rising
+    at: np.ndarray  # (M,) index of the speed
+    harmonic: np.ndarray  # (M,) of the mesh, from 1 on
+    amplitude: np.ndarray  # (M,)
+    unit: str
+    size: float
+    ignored: int
+    notes: tuple[str, ...]
+
+
+def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[str, str] | None = None
+                        ) -> OrderSpectrum:
+    """Read a table with the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak``.
+
+    Parameters
+    ----------
+    path : str or Path
+    of : str
+        What was measured, one of `KINDS`.
+    teeth : int
+        Of wheel 1, whose turn has order 1: the mesh has the order ``teeth``. Orders that are no multiples are ignored.
+    columns : mapping of str to str, optional
+        Headers in the file by the names of columns, with the unit of a column that has none: "Force [N]".
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read as one, and for rows that are wrong, with the number of the line.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "orders.csv"
+    ...     _ = file.write_text("speed [rpm];order;rms [N]\\n1000;25;1,5\\n1000;1;4,5\\n1100;50;2,5\\n")
+    ...     found = read_order_spectrum(file, "mesh force", 25)
+    >>> found.harmonic.tolist(), found.amplitude.round(3).tolist(), found.ignored
+    ([1, 2], [2.121, 3.536], 1)
+    """
+    dimension, words = KINDS[of]
+    advice = "A column 'amplitude' has peak values, 'rms' root mean squares. Units stand in the header or in columns."
+    kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice)
+             for name, (_, own, other) in _COLUMNS.items()]
+    speed = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
+    order = Column("order", aliases=("ordnung", "orders"))
+    table = read_table(path, ((speed,), (order,), kinds), field="measured", chosen=columns)
+    kind = next(name for name in _COLUMNS if name in table.columns)
+    values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
+    *_, least, most = quantity("speed").range or (0.0, math.inf)
+    harmonic = np.rint(orders / teeth).astype(int)
+    own = np.abs(orders - teeth * harmonic) < 1e-6
+    for broken, rule, column, why in (
+            ((table.columns["speed"] < least) | (table.columns["speed"] > most),
+             f"must have a speed from {least:g} to {most:g} rpm", "speed", "Check the unit in the header."),
+            (values < 0, "must not have a negative amplitude", kind, "Phases are not read."),
+            (own & (harmonic < 1), "must have an order greater than 0", "order", "Leave the mean out."),
+            (own & (harmonic > MAX_HARMONICS), f"must have a harmonic of the mesh of at most {MAX_HARMONICS}", "order",
+             "")):
+        if broken.any():
+            row = int(np.argmax(broken))
+            raise table.error(row, rule, table.shown(column, table.columns[column][row]), why)
+    if not own.any():
+        raise table.error(0, f"must have orders that are multiples of z1 = {teeth}", orders[0],
+                          f"Orders are those of the turn of wheel 1. Multiply orders of the mesh by {teeth}.")
+    seen: dict[tuple[float, int], int] = {}
+    for row in np.flatnonzero(own).tolist():
+        first = seen.setdefault((table.columns["speed"][row], harmonic[row]), row)
+        if first != row:
+            raise table.error(row, f"must not repeat the speed and the order of line {table.lines[first]}",
+                              table.shown("order", orders[row]), "Give one amplitude of each, e.g. the mean.")
+    speeds, at = np.unique(table.columns["speed"][own], return_inverse=True)
+    unit, size = table.units[kind]
+    return OrderSpectrum(speeds, at, harmonic[own], values[own], unit, size, int((~own).sum()), table.notes)

@@ -1,0 +1,124 @@
+"""Fits from outside: what may be measured and how, bad input, what the command prints, records, picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.store.record import from_record, to_record
+
+PAIR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", chi1=0, chi2=0,
+                   k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
+TABLE = "speed [rpm],order,amplitude [N]\n4000,25,68\n6000,25,166\n9000,25,464\n"
+VARY = ["error1=0.5:5 um"]
+
+
+def study(folder: Path, text: str = TABLE, vary=VARY, model=PAIR, **options) -> gc.Fit:
+    (folder / "orders.csv").write_text(text)
+    return gc.Fit(model, folder / "orders.csv", vary, **{"starts": 1, **options})
+
+
+@pytest.mark.parametrize(("text", "columns", "expected"), [
+    (TABLE.replace(",", ";").replace("68", "68,5"), None, [68.5, 166, 464]),
+    ("Drehzahl [1/min];Ordnung;Kraft eff [kN]\n4000;25;0,068\n6000;25;0,166\n9000;25;0,464\n", None,
+     1e3 * np.sqrt(2) * np.array([0.068, 0.166, 0.464])),
+    ("speed [1/s]\torder\tforce peak-to-peak [N]\n60\t25\t68\n100\t25\t166\n150\t25\t464\n".replace("1/s", "turn/s"),
+     None, [34, 83, 232]),
+    (TABLE.replace(" [rpm]", "").replace("amplitude [N]", "f"), {"speed": "speed [rpm]", "amplitude": "f [kN]"},
+     [68e3, 166e3, 464e3]),
+    (TABLE + "9000,26,7\n9000,12.5,7\n", None, [68, 166, 464])])
+def test_tables_are_read_as_programs_write_them(tmp_path, text, columns, expected):
+    found = study(tmp_path, text, columns=columns).spectrum
+    np.testing.assert_allclose(found.amplitude, expected, rtol=1e-12)
+    assert found.harmonic.tolist() == [1, 1, 1] and found.ignored == text.count(",7\n")
+
+
+@pytest.mark.parametrize(("changes", "field", "rule"), [
+    ({"text": TABLE.replace(" [N]", "")}, "orders.csv, line 1,", "must say the unit of amplitude"),
+    ({"text": TABLE.replace(" [rpm]", "")}, "orders.csv, line 1,", "must say the unit of speed"),
+    ({"quantity": "deflection"}, "orders.csv, line 1,", "must have the unit of a length for amplitude"),
+    ({"quantity": "force"}, "quantity", "must be one of acceleration, deflection"),
+    ({"text": TABLE.replace("9000", "9e9")}, "orders.csv, line 4,", "must have a speed from 1 to 200000 rpm"),
+    ({"text": TABLE.replace("9000", "6000")}, "orders.csv, line 4,", "must not repeat the speed and the order"),
+    ({"text": TABLE.replace("68", "-68")}, "orders.csv, line 2,", "must not have a negative amplitude"),
+    ({"text": TABLE.replace(",25,", ",1,")}, "orders.csv, line 2,", "must have orders that are multiples of z1 = 25"),
+    ({"text": TABLE.replace("4000,25", "4000,0")}, "orders.csv, line 2,", "must have an order greater than 0"),
+    ({"text": TABLE.replace("6000,25", "4000,50").replace("9000,25", "4000,75")}, "measured",
+     "must have two speeds or more"),
+    ({"vary": [*VARY, "damping_ratio=0.01:0.1", "backlash=0.1:0.2 mm"]}, "measured",
+     "must have more amplitudes than the 3 parameters"),
+    ({"vary": ["error1=5:0.5 um"]}, "error1", "must have a lower bound below the upper one"),
+    ({"vary": ["error1=0.5:5"]}, "error1", "must be a length"),
+    ({"vary": ["error1=0,5:5 um"]}, "vary", "must read name=low:high with a unit"),
+    ({"vary": ["backlash=0:5 um"]}, "backlash", "must be greater than 0"),
+    ({"vary": ["damping_ratio=2:15"]}, "damping_ratio", "must be greater than 0 and less than 1"),
+    ({"vary": ["stiffness=1:2 um"]}, "vary", "must be one of backlash, damping_ratio, error1"),
+    ({"vary": []}, "vary", "must name one parameter or more, each once"),
+    ({"uncertainty": "5"}, "uncertainty", "must be a force"),
+    ({"uncertainty": "120 %"}, "uncertainty", "must be more than 0 % and less than 100 %"),
+    ({"model": gc.MeshModel.of(zeta=0.1)}, "model", "must be a GearPair or a GearDesign, or the model of one"),
+    ({"model": gc.zones}, "model", "must be a GearPair or a GearDesign, or the model of one")])
+def test_bad_input_is_named(tmp_path, changes, field, rule):
+    with pytest.raises(InputError) as error:
+        study(tmp_path, **changes)
+    assert error.value.field.endswith(field) and rule in error.value.rule
+
+
+def test_a_value_that_the_gears_do_not_have_is_refused(tmp_path):
+    model = study(tmp_path).model
+    with pytest.raises(InputError, match="zeta must be that of the gears"):
+        study(tmp_path, model=model.with_values({"zeta": 0.2}))
+    assert study(tmp_path, model=model.with_values({"torque": 100.0})).search.pair.M10 == 100.0
+
+
+def test_a_record_has_all_of_a_fit(tmp_path):
+    made = study(tmp_path, uncertainty="5 %", columns={"amplitude": "amplitude [kN]"})
+    assert from_record(to_record(made)) == made
+
+
+def test_the_command_says_what_the_function_finds(tmp_path):
+    design = {"teeth": [50, 50], "module": "3 mm", "face_width": "20 mm", "bore": "30 mm", "damping_ratio": 0.05}
+    lines = [f"{name} = {json.dumps(value)}" for name, value in design.items()]
+    (tmp_path / "design.toml").write_text("\n".join([
+        "[design]", *lines, 'backlash = { value = "0.12 mm", of = "line of action, total" }',
+        'transmission_error = "from quality"', 'quality = { standard = "ISO 1328-1:1995", grade = 6 }', "[operation]",
+        "torque = 150", ""]))  # without a speed: those measured count
+    rows = [f"{speed},50,{amplitude}\n" for speed, amplitude in (
+        (1000, 630.0), (1800, 700.0), (2000, 800.0), (4500, 1800.0))]
+    (tmp_path / "orders.csv").write_text("".join(["speed [rpm],order,amplitude [N]\n", *rows, "1000,1,5\n"]))
+    arguments = ["fit", str(tmp_path / "design.toml"), str(tmp_path / "orders.csv"), "--vary", "error1=1:20 um",
+                 "--vary", "backlash=0.1:0.2 mm", "--starts", "1"]
+    said = CliRunner().invoke(app, [*arguments, "--plot", str(tmp_path / "f.png"), "--out", str(tmp_path / "f.nc")])
+    assert said.exit_code == 0, said.output
+    assert (tmp_path / "f.png").stat().st_size > 0 and max(map(len, said.stdout.splitlines())) <= 80
+    document = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
+    found = gc.load(tmp_path / "f.nc")
+    value = document["estimates"]["error1"]
+    assert said.stdout.startswith(f"error1: {value['value']:.4g} um (")
+    assert value["low"] < value["value"] < value["high"] and list(document["not_identified"]) == ["backlash"]
+    assert value["value"] == found.estimate.values[0] and document["ignored"] == 1
+    rms = np.sqrt(np.mean((found.computed_amplitude - found.measured_amplitude) ** 2))
+    assert document["residual_rms"] == pytest.approx(float(rms)) and document["unit"] == "N"
+    assert f"{document['residual_rms']:.4g} N rms, 4 amplitudes at 4 speeds" in said.stdout
+    bare = CliRunner().invoke(app, arguments[:3])
+    assert bare.exit_code == 2 and "--vary" in bare.stderr
+
+
+def test_the_picture_has_each_order_with_its_points_and_its_line(tmp_path):
+    text = TABLE + "4000,50,1.5\n9000,50,2.5\n"
+    found = gc.fit(PAIR, study(tmp_path, text).measured, VARY, starts=1)
+    found["history"][0] = "falling"
+    first, second = gc.plot.fit(found).axes
+    computed, measured, other = first.lines
+    np.testing.assert_array_equal(measured.get_ydata(), [68, 166, 464])
+    np.testing.assert_array_equal(computed.get_ydata(), found.computed_amplitude[found.order == 25])
+    assert other.get_xdata().tolist() == [4000] and second.lines[1].get_ydata().tolist() == [1.5, 2.5]
+    assert "[N]" in first.get_ylabel() and [each.get_text() for each in first.get_legend().get_texts()] == [
+        "computed", "measured mesh force", "not the motion from rest"]
