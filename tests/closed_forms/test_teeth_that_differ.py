@@ -16,6 +16,7 @@ from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.stiffness.potential_energy import Stations, tooth_compliance
 from gearchaos.gears.transmission_error import tolerances
+from gearchaos.studyfile import load_study
 
 DESIGN = gc.GearDesign(
     teeth=(23, 46), module="3 mm", face_width="20 mm", bore="25 mm", damping_ratio=0.05, torque="100 N*m",
@@ -23,12 +24,12 @@ DESIGN = gc.GearDesign(
     quality={"standard": "ISO 1328-1:1995", "grade": 6})
 
 
-def linear(**mesh: Any) -> gc.Train:
+def linear(**given: Any) -> gc.Train:
     """A pair of constant stiffness under a load that keeps its teeth in contact."""
     return gc.Train(speed=1200.0, bodies=[
         gc.Body(name="a", inertia=2e-3, torque=80.0), gc.Body(name="b", inertia=3e-3, torque=-160.0)], meshes=[gc.Mesh(
-            between=("a", "b"), teeth=(20, 40), base_radii=(0.03, 0.06), stiffness=2e8, damping=600.0, backlash=1e-4,
-            **mesh)])
+            **{"between": ("a", "b"), "teeth": (20, 40), "base_radii": (0.03, 0.06), "stiffness": 2e8, "damping": 600.0,
+               "backlash": 1e-4, **given})])
 
 
 def amplitude(values: np.ndarray, order: int) -> float:
@@ -141,8 +142,6 @@ pitch_errors = ["{cumulative.name}", ""]
 speed = 2000
 torque = 100
 """)
-    from gearchaos.studyfile import load_study
-
     (mesh,) = load_study(study).model.train.meshes
     assert mesh.pitch_errors[0] == pytest.approx(deviation * 1e-6 * math.cos(math.radians(20)))
 
@@ -158,6 +157,8 @@ torque = 100
     ({"faults": [{"wheel": 1, "tooth": 2, "crack_depth": "9 mm"}]}, "faults: crack_depth", "middle of the tooth"),
     ({"faults": [{"wheel": 1, "tooth": 2, "crack_depth": "1 mm"}], "bore": None, "inertia": 1e-3}, "faults: bore",
      "must be given"),
+    ({"faults": [{"wheel": 1, "tooth": 2, "wear": "15 mm"}]}, "faults[0].wear", "fifth of a module"),
+    ({"pitch_errors": [[1.0] * 23, []]}, "pitch_errors[0]", "Did you mean"),
     ({"pitch_errors": [[1e-6], []]}, "pitch_errors[0]", "must have 23 values"),
     ({"pitch_errors": {"seed": -1}}, "pitch_errors.seed", "whole number"),
     ({"pitch_errors": {"seed": 1}, "quality": None}, "quality", "must be given"),
@@ -173,7 +174,9 @@ def test_teeth_that_cannot_be_are_refused(given, field, words):
 @pytest.mark.parametrize(("mesh", "field"), [
     ({"faults": [{"wheel": 1, "tooth": 1, "stiffness_loss": 0.2}]}, "contact_ratio"),
     ({"faults": [{"wheel": 1, "tooth": 1, "crack_depth": "1 mm"}]}, "faults[0].crack_depth"),
-    ({"contact_ratio": 0.5}, "contact_ratio"), ({"eccentricity_phases": (1.0, 0.0)}, "eccentricity_phases[0]"),
+    ({"contact_ratio": 0.5}, "contact_ratio"),
+    ({"stiffness": None, "tooth_pairs": {"stiffness": 1.5e8, "contact_ratio": 1.6}, "contact_ratio": 1.6},
+     "contact_ratio"), ({"eccentricity_phases": (1.0, 0.0)}, "eccentricity_phases[0]"),
 ])
 def test_meshes_whose_teeth_cannot_differ_so_are_refused(mesh, field):
     with pytest.raises(InputError) as error:
@@ -198,3 +201,51 @@ def test_what_takes_all_teeth_to_be_alike_says_so():
     with pytest.warns(DesignWarning, match="are left out here"):
         found = gc.dynamic_factor(cracked, "1000:1200:2")
     np.testing.assert_array_equal(found.dynamic_factor, gc.dynamic_factor(DESIGN, "1000:1200:2").dynamic_factor)
+
+
+def test_teeth_that_are_all_alike_but_weak_or_worn_are_a_weaker_or_looser_mesh():
+    every = [{"wheel": 1, "tooth": n, "stiffness_loss": 0.5, "wear": 20e-6} for n in range(1, 21)]
+    own = gc.regime(linear(contact_ratio=1.6, faults=every))
+    loose = replace(linear().meshes[0], stiffness=1e8, backlash=1.2e-4)
+    assert own.meshes["a/b"]["force_peak"] == pytest.approx(80 / 0.03)
+    at = [gc.simulate(replace(linear(), meshes=[mesh]), 1, transient=60, samples=8).z.values[-1]
+          for mesh in (linear(contact_ratio=1.6, faults=every).meshes[0], loose)]
+    # the unit of length is half the backlash; the first mesh touches where its worn flank is
+    assert at[0] == pytest.approx(1 + (20e-6 + 80 / 0.03 / 1e8) / 0.5e-4)
+    assert at[1] == pytest.approx(1 + 80 / 0.03 / 1e8 / 0.6e-4)
+
+
+def test_a_pair_whose_first_teeth_are_missing_begins_beside_them():
+    missing = [{"wheel": 1, "tooth": n, "stiffness_loss": 1} for n in (1, 23)]
+    other = [{"wheel": 1, "tooth": n, "stiffness_loss": 1} for n in (10, 11)]
+    first, later = (gc.regime(replace(DESIGN, faults=faults)) for faults in (missing, other))
+    assert first.label == later.label != "diverged"
+
+
+def test_a_torque_set_beside_a_file_is_that_of_the_design(tmp_path):
+    study = tmp_path / "low.toml"
+    study.write_text("""[design]
+teeth = [23, 46]
+module = "3 mm"
+face_width = "20 mm"
+bore = "25 mm"
+damping_ratio = 0.05
+backlash = { value = "0.12 mm", of = "line of action, total" }
+faults = [{ wheel = 1, tooth = 5, stiffness_loss = 0.3 }]
+[operation]
+speed = 2000
+torque = 100
+""")
+    low, also = (load_study(study, values).model for values in ({"torque": 20.0}, {"operation.torque": 20.0}))
+    assert low == also != load_study(study).model
+    with pytest.raises(InputError, match="torque must not be negative"):
+        load_study(study, {"torque": -5.0})
+
+
+def test_a_fault_of_every_planet_is_refused():
+    fault = [{"wheel": 2, "tooth": 1, "stiffness_loss": 0.3}]
+    steel = {"mass": 0.5, "inertia": 5e-4}
+    mesh = {"stiffness": 5e8, "backlash": 1e-4, "contact_ratio": 1.5}
+    with pytest.raises(InputError, match=r"sun_mesh.faults must leave out wheel 2"):
+        gc.PlanetarySet(count=3, teeth=(27, 36, 99), module="2.8 mm", sun={"inertia": 5e-4}, ring={"fixed": True},
+                        carrier={"inertia": 0.05}, planet=steel, sun_mesh={**mesh, "faults": fault}, ring_mesh=mesh)

@@ -146,7 +146,7 @@ def test_sliders_of_gears_change_the_map_and_the_verdict(visit_design):
 def test_the_map_of_a_measure_has_its_unit_and_the_colours_of_its_values(visit_design):
     one = visit_design(CALM + "&colour=v_rms")
     one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
-    assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single: z') V_RMS [mm/s]")
+    assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single, train: z') V_RMS [mm/s]")
     pixels, frame, values = picture(one)
     motion = gc.regime(one.view.model.with_values({"speed": 400.0, "torque": 200.0}))
     scales = one.view.model.gears.at(torque=200.0).to_pair().scales

@@ -242,7 +242,7 @@ def as_model(model: Any) -> MeshModel:
     """A model itself, or that of gears; raises `InputError` for anything else."""
     if is_design(model) or isinstance(model, GearPair) or is_train(model):
         found: Any = model_of_gears(model)
-        for text in model.warnings:
+        for text in dict.fromkeys((*model.warnings, *found.gears.warnings)):
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
         return found
     if not isinstance(model, MeshModel) and getattr(model, "kind", "") != "train":

@@ -117,6 +117,9 @@ def load_study(
         model = _train_model(tables, Path(path or ".").parent)
     elif gears is not None:
         gears = at_axis_starts(gears, axes)
+        if is_design(gears) and gears.turning:  # a train has the stiffness that the design has at its torque
+            gears = gears.at(**given)
+            model_values = {n: v for n, v in model_values.items() if n not in given}
         model = model_of_gears(gears, kind or (tables.gearpair and tables.gearpair.kind))
         names = known_names(model) if model.kind != "train" else (*model.parameters(), *model.state_names)
         _refuse_without_table(gears, model_values, {*names, *OPERATING_NAMES, "damping_law"})

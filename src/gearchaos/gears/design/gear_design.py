@@ -13,7 +13,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import TEETH, Drawing
 from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, module_of
-from gearchaos.gears.fields import convert_fields
+from gearchaos.gears.fields import check_plausible, convert_fields
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
@@ -26,6 +26,8 @@ from gearchaos.quantities import POSITIVE
 if TYPE_CHECKING:
     from gearchaos.gears.train.train import Train
 
+_MOST_DEVIATION = 0.2  # of a flank, in modules
+_A_DEVIATION = "Deviations of flanks are some µm, at most a fifth of a module."
 # the inputs of a design that the table ``[operation]`` of a study file may hold
 OPERATION = ("speed", "torque", "application_factor")
 # the keys of ``[operation]`` that may take the place of ``speed``: turns of wheel 1, or its teeth, per second
@@ -151,8 +153,13 @@ class GearDesign(Drawing, HasCard):
         check_wheels(self)
         check_load_sharing(self)
         check_faults(self.faults, self.teeth)
+        for i, fault in enumerate(self.faults):
+            check_plausible(f"faults[{i}].wear", fault.wear, 0.0, _MOST_DEVIATION * self.module, _A_DEVIATION)
         if not isinstance(self.pitch_errors, DrawnPitch):
             check_pitch(self.pitch_errors, self.teeth)
+            for i, wheel in enumerate(self.pitch_errors):
+                check_plausible(f"pitch_errors[{i}]", max(map(abs, wheel), default=0.0), 0.0,
+                                _MOST_DEVIATION * self.module, _A_DEVIATION)
         elif self.quality is None:
             raise InputError("quality", "must be given where pitch errors are drawn", None,
                              "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.")

@@ -230,7 +230,7 @@ def read_pitch_errors(field: str, value: Any) -> Any:
 def _pitch_of_wheel(field: str, value: Any) -> tuple[float, ...]:
     if isinstance(value, str) and value:
         return pitch_from_table(value, field)
-    return each(units.LENGTH)(field, value or ())
+    return each(units.LENGTH)(field, () if value is None or isinstance(value, str) else value)
 
 
 class Choice:

@@ -494,6 +494,7 @@ class Assembly:
         """The stiffness of a flank (P,), 1 or −1, at the phase 0."""
         part = self._over_period(element)
         first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
+        first = np.where(first > 0, first, mean_stiffness(element))  # where the first teeth are missing
         return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element)
 
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:

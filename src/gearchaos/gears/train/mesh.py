@@ -174,8 +174,8 @@ class Mesh:
         How much later each tooth of each wheel comes, along the line of action: the cumulative pitch deviation times
         the cosine of the pressure angle, teeth in the order in which they mesh. An empty list is a wheel without.
     contact_ratio : float, optional
-        Tooth pairs in contact on the average, which share the stiffness. Where teeth differ it must be given, but
-        beside ``tooth_pairs`` or a design.
+        Tooth pairs in contact on the average, which share the stiffness; the mesh cycle begins where one enters. Where
+        teeth differ it must be given, but beside ``tooth_pairs`` or a design.
     phase : angle
         ψ at t = 0.
     damping_law : {"always", "contact"}, optional
@@ -227,6 +227,9 @@ class Mesh:
         if self.stiffness is not None and self.tooth_pairs is not None:
             raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness,
                              "The stiffness of the mesh is that of its tooth pairs.")
+        if self.contact_ratio is not None and self.tooth_pairs is not None:
+            raise InputError("contact_ratio", "must be left out beside tooth_pairs", self.contact_ratio,
+                             "They have one of their own.")
         for name, value in self._of_design().items():
             object.__setattr__(self, name, value)
         for name in ("teeth", "base_radii", "backlash"):

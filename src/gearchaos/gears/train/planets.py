@@ -96,6 +96,11 @@ class PlanetarySet(Record):
         for name in ("sun", "ring", "carrier", "planet", "sun_mesh", "ring_mesh"):
             if not isinstance(getattr(self, name), Mapping):
                 raise InputError(name, "must be given, a table", getattr(self, name))
+        for name, wheel in (("sun_mesh", 2), ("ring_mesh", 1)):
+            table = getattr(self, name)
+            if any(isinstance(fault, Mapping) and fault.get("wheel") == wheel for fault in table.get("faults") or ()):
+                raise InputError(f"{name}.faults", f"must leave out wheel {wheel}", "a fault of every planet",
+                                 "Write the bodies and meshes out for one of a single planet.")
         sun, planet, ring = self.teeth
         if ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,

@@ -22,10 +22,10 @@ SHARE = Rule(lambda v: (v >= 0) & (v <= 1), "must lie in [0, 1]", "It is a share
 
 
 def _whole(field: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < 1:
         raise InputError(field, "must be a whole number from 1 on", value,
                          "Wheels are 1 and 2; teeth are counted from 1 in the order in which they mesh.")
-    return value
+    return int(value.__index__())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +84,9 @@ def _wheels(mesh: Any) -> Iterator[_Wheel]:
 
 
 def uneven_wheels(mesh: Any) -> list[int]:
-    """The wheels of a mesh, 0 and 1, with teeth that are not all alike."""
-    return [i for i, wheel in enumerate(_wheels(mesh)) if any(np.ptp(values) > 0 for values in wheel)]
+    """The wheels of a mesh, 0 and 1, with teeth that are not those of the healthy mesh; all late alike are."""
+    return [i for i, wheel in enumerate(_wheels(mesh))
+            if np.any(wheel.kept != 1) or np.any(wheel.wear) or np.ptp(wheel.late) > 0]
 
 
 def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:

@@ -332,6 +332,11 @@ class Train(HasCard):
         cycles = max(self.cycles.values(), default=1)
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
                  "periods and sections are counted.": cycles > 100}
+        for mesh in self.meshes:
+            most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.wear for fault in mesh.faults), *(
+                late for wheel in mesh.pitch_errors for late in wheel))), default=0.0)
+            found[f"Wear, pitch errors or eccentricity of {mesh.name} are up to {most * 1e6:.4g} µm, more than the "
+                  "backlash: a plain number is in m."] = most > mesh.backlash > 0
         found |= {f"The stiffness of {mesh.name}, a Fourier series, is followed in {STEPS} steps, each its mean.": True
                   for mesh in self.meshes if isinstance(mesh.stiffness, SeriesStiffness)}
         found |= {f"The backlash of {mesh.name} is {mesh.backlash * 1e3:.4g} mm, unusually large: a plain number is in "
