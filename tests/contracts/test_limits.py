@@ -168,7 +168,7 @@ def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     lines = capsys.readouterr().err.splitlines()
     assert " ".join(lines) == (
         (words and f"this may take up to about {words}, if all motions are chaotic; most settle far "
-         "sooner. 12,345 motions are followed for at most 1,000 mesh periods of 16 steps.") or "")
+         "sooner. 12,345 motions are followed for at most 1,000 periods of 16 steps.") or "")
     assert all(len(line) <= 80 for line in lines)
     estimate(system(), 1, 1000).announce()
     assert "chaotic" not in capsys.readouterr().err  # the only motion of `simulate` is followed to its end

@@ -452,13 +452,19 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
     step = float(found.dataset["speed"][:2].diff("speed").sum())
     print_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
                  f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
-                 "motion.")
+                 f"motion.{_steps_of_train(found.loaded.model)}")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:
             table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
                           f"{peak['order']:g}")
         print_table(table)
+
+
+def _steps_of_train(model: Any) -> str:
+    """How often the speed of a run changes, where that is not with each mesh cycle."""
+    cycles = max(model.train.cycles.values(), default=1) if model.kind == "train" else 1
+    return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)
 
 
 SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _SCANNED = (0.1, 1.5)
 _SCANNED_COUNT = 60
 LEFT_OUT = "must be given"  # the rule that is broken by an input that was left out of a design
+LIKE_TEETH = ("the faults, pitch errors and eccentricity: all teeth are alike here. `gearchaos bifurcation --axis "
+              "speed=…` takes them")
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,8 @@ class Answer:
             variation = self._value("loaded_error_peak_to_peak")
             yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak{self._best_relief}"
         yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
+        if d.turning:
+            yield "left out", LIKE_TEETH
 
     @property
     def scanned(self) -> str:
@@ -126,8 +130,7 @@ class Answer:
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
         sharing = "load sharing, " * (not self.design.shares_load)
-        turning = "what repeats once per turn, " * self.design.turning
-        yield f"Left out: {turning}{sharing}{ending}other meshes, friction."
+        yield f"Left out: {sharing}{ending}other meshes, friction."
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -155,7 +158,8 @@ class Answer:
         keys = ("value", "unit", "symbol", "formula", "source")
         quantities = {name: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
                       for name, e in self.entries.items()}
-        return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions],
+        return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions,
+                                         *[f"Left out: {LIKE_TEETH}"] * self.design.turning],
                 "speeds_to_avoid": None if self.speeds is None else self.speeds.document()}
 
     @property

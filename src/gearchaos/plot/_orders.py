@@ -62,7 +62,8 @@ def orders(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     if any(str(name).startswith("against_") for name in ds):
         draw_legend(above, [Line2D([], [], color=adapt(INK), label="these gears"), Line2D(
             [], [], marker=".", linestyle="none", color=adapt(STROBE), label="gears compared with")], ncols=2)
-    _lines(near, ds, (abs(order - carrier) <= aside) & (order > 0), (carrier - aside, carrier + aside))
+    own = str(names[order == carrier][0])
+    _lines(near, ds, (abs(order - carrier) <= aside) & (order > 0), (carrier - aside, carrier + aside), own)
     envelope.vlines(ds["modulation_order"], 0, ds["modulation"], color=adapt(INK), linewidth=1.0)
     envelope.set(ylim=(0, 1.05 * max(float(ds["modulation"].fillna(0.0).max()), 100 * FLOOR)), ylabel="modulation",
                  xlabel=f"order of the envelope about {carrier:g}")
@@ -71,8 +72,9 @@ def orders(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     return figure
 
 
-def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, float]) -> None:
-    """Draw the lines within a range of orders, the strongest with their names, on a logarithmic axis."""
+def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, float], carrier: str = "") -> None:
+    """Draw the lines within a range of orders, the strongest with their names, on a logarithmic axis; those of
+    sidebands are without the name of their ``carrier``."""
     name = next(each for each in REFERENCES if each in ds)
     part = ds[[name, "line", *(n for n in ds if n == f"against_{name}")]].isel(order=within)
     order, size = part["order"].values, part[name].values
@@ -86,9 +88,11 @@ def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, fl
     for k in np.argsort(-size):
         apart = np.abs(np.array(placed) - order[k]) > _APART * (limits[1] - limits[0])
         if part["line"].values[k] and apart.all() and len(placed) < _NAMED:
-            ax.annotate(str(part["line"].values[k]), (order[k], size[k]), (0, 3), textcoords="offset points",
-                        rotation=90, fontsize="x-small", ha="center", va="bottom", clip_on=True)
+            text = str(part["line"].values[k])
+            ax.annotate(text.removeprefix(f"{carrier} " if carrier else ""), (order[k], size[k]), (0, 3),
+                        textcoords="offset points", rotation=90, fontsize="x-small", ha="center", va="bottom",
+                        clip_on=True)
             placed.append(order[k])
     mesh = f" of {ds['mesh'].item()}" if "mesh" in ds.coords else ""
-    ax.set(yscale="log", ylim=(least, 3000 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
+    ax.set(yscale="log", ylim=(least, 300 * largest), xlim=limits, xlabel=axis_label(ds["order"], "order"),
            ylabel=f"{axis_label(ds[name], name)}{mesh}, {ds.attrs['amplitude']}")

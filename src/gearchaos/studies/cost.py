@@ -71,7 +71,7 @@ class Cost:
     def summary(self) -> str:
         """A sentence on the amount of work."""
         many = f"{self.motions:,} motions are" if self.motions > 1 else "One motion is"
-        return f"{many} followed for at most {self.periods + self.sequential:,} mesh periods of {self.steps:,} steps."
+        return f"{many} followed for at most {self.periods + self.sequential:,} periods of {self.steps:,} steps."
 
     def check_time(self) -> None:
         """Raise `InputError` if this machine would compute for more than a hundred years."""

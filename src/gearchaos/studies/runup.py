@@ -33,9 +33,11 @@ _BINS = 400  # most speeds at which results are given
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
 _SETTLED = 500  # periods at the first speed before the run begins
 _FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
-_PARTS, _WIDTHS = 800, (24, 400)  # of a run, and fewest and most periods, on either side of a jump
+# of a run; fewest mesh cycles, and fewest and most periods, on either side of a jump
+_PARTS, _WIDTHS = 800, (24, 4, 400)
 _JUMP = 1.25  # smallest ratio of the ranges of the force beyond which they change suddenly
 _LEAST = 1e-12  # range of the force that counts as none
+_SLOW = 0.05  # largest relative change of the speed on both sides of a jump together: that of a resonance is slower
 _BEYOND = 0.05  # share of the periods on either side that may lie beyond those on the other side
 
 
@@ -172,7 +174,8 @@ class RunUp(MeshStudy):
         data["dynamic_factor"] = variable("dynamic_factor", over[:2], data["mesh_force_peak"].values / static)
         data["order_force"] = variable("order_force", over, np.stack([each.amplitudes for each in lines]))
         jumps = [(speed, name, *(np.array(forces) / self._static(np.array([speed]))))
-                 for name, run, m in zip(names, runs, measures, strict=True) for speed, *forces in _jumps(run, m)]
+                 for name, run, m in zip(names, runs, measures, strict=True)
+                 for speed, *forces in _jumps(run, m, self._samples // self.samples)]
         for i, name in enumerate(("speed_of_jump", "direction_of_jump", "factor_before_jump", "factor_after_jump")):
             values = np.array([jump[i] for jump in jumps], str if name == "direction_of_jump" else float)
             data[name] = variable(name, ("jump",), values)
@@ -197,8 +200,9 @@ class RunUp(MeshStudy):
         return np.where(force == 0, np.nan, force)
 
     def _bins(self, run: _Run) -> int:
-        """The number of speeds of the result: each has some periods, or a window of the spectrum."""
-        return max(1, min(_BINS, len(run.speed) // min(8, self._window)))
+        """The number of speeds of the result: each has some periods, or a window of the spectrum, the lowest too."""
+        slowest = self._cycles_per_rpm * self.speed.start * self.duration
+        return max(1, min(_BINS, int(slowest) // min(8, self._window), len(run.speed)))
 
     def _follow(
         self, run: _Run, state: _State, names: tuple[str, ...], lines: _Lines, progress: bool
@@ -303,16 +307,16 @@ def _over_speed(run: _Run, measures: _Measures, edges: np.ndarray) -> dict[str, 
     return {**out, "contact": contact.astype(np.int8)}
 
 
-def _jumps(run: _Run, measures: _Measures) -> list[tuple[float, float, float]]:
-    """Where the range of the mesh force of the periods changes suddenly: the speed, and the largest
-    forces before and after.
+def _jumps(run: _Run, measures: _Measures, cycles: int) -> list[tuple[float, float, float]]:
+    """Where the range of the mesh force of the periods, each of so many mesh cycles, changes suddenly: the speed, and
+    the largest forces before and after.
 
     That of two periods is taken, alike along a motion of doubled period. On one side it must be steady, so that a
     chaotic motion has no jumps but its beginning and end.
     """
     from scipy.ndimage import maximum_filter1d, percentile_filter  # here, since they take a tenth of a second to load
 
-    width = int(np.clip(len(run.speed) // _PARTS, *_WIDTHS))
+    width = int(np.clip(len(run.speed) // _PARTS, max(_WIDTHS[0] // cycles, _WIDTHS[1]), _WIDTHS[2]))
     extent = measures[Measure.FORCE_MAX] - measures[Measure.FORCE_MIN]
     peak = np.maximum(np.abs(measures[Measure.FORCE_MAX]), np.abs(measures[Measure.FORCE_MIN]))
     known = int(np.count_nonzero(np.isfinite(extent)))
@@ -322,6 +326,7 @@ def _jumps(run: _Run, measures: _Measures) -> list[tuple[float, float, float]]:
     low, middle, high = (percentile_filter(level, share, width) for share in (100 * _BEYOND, 50, 100 * (1 - _BEYOND)))
     before, after = slice(0, -2 * width), slice(2 * width, None)
     steady = np.minimum((high - low)[before], (high - low)[after]) < math.log(_JUMP)
+    steady &= np.abs(np.log(run.speed[:known][after] / run.speed[:known][before])) < _SLOW
     change = np.where(steady, np.abs(middle[after] - middle[before]), 0.0)
     out = []
     while change.max() > math.log(_JUMP):

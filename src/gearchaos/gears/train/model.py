@@ -33,6 +33,9 @@ _VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "
 """The fields of parts that can be set and varied by name, such as ``loose.torque``."""
 
 
+_NAMED = 3  # most faults in a sentence
+
+
 class _Parameter(NamedTuple):
     kind: str  # field of the train: bodies, shafts or meshes
     owner: str  # name of the part
@@ -119,6 +122,8 @@ class TrainModel(HasCard):
                   "coordinate/coordinates": len(self.state_names)}
         turns = "".join(f" = {n} turn{'s' * (n > 1)} of {name}" for name, n in train.turns.items())
         parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
+        parts += [f"tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * f.stiffness_loss:.3g} % less stiff"
+                  for mesh in train.meshes for f in mesh.faults if f.stiffness_loss][:_NAMED]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
                 f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}"
                 f"{turns}, the period of results")
