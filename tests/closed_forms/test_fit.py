@@ -151,3 +151,22 @@ def test_intervals_cover_beside_contact_loss_and_jumps():
                 if np.isfinite(each["intervals"][name][1])]
         assert len(rows) >= 10, name
         assert sum(low <= value <= high for value, low, _, high in rows) >= 0.8 * len(rows), name
+
+
+def test_a_known_uncertainty_is_the_least_that_an_interval_has(tmp_path):
+    """Without noise 1/σ² is the information: of e, with all else held, Σ (∂F/∂e)²/σ². Intervals stay in the bounds."""
+    force = linear(ZETA, 2e-6)["mesh force"]
+    path = table(tmp_path / "orders.csv", force, "amplitude [N]")
+    found = gc.fit(LINEAR, path, ["error1=0.5:10 um"], uncertainty="20 N", starts=1)
+    half = 20 / np.sqrt(np.sum((force / 2.0) ** 2)) * t.ppf(0.975, len(force) - 1)
+    assert float(found.estimate_hi[0] - found.estimate_lo[0]) == pytest.approx(2 * half, rel=1e-5)
+    wide = gc.fit(LINEAR, path, ["error1=1.99:10 um"], uncertainty="20 N", starts=1)
+    assert float(wide.estimate_lo[0]) == pytest.approx(1.99, rel=1e-12)
+
+
+def test_motions_that_are_not_periodic_have_no_derivatives(tmp_path):
+    study = gc.Fit(LINEAR, table(tmp_path / "orders.csv", linear(ZETA, 2e-6)["mesh force"], "amplitude [N]"), VARY)
+    end = study.search.run(np.full(3, 0.5))
+    chaotic = end._replace(motions=end.motions._replace(period=0 * end.motions.period))
+    assert not study.search.derivatives(chaotic.x, chaotic.motions).any()
+    assert set(study.search.intervals([chaotic])[2]) == {"no motion that was found is periodic"}

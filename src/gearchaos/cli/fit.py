@@ -15,6 +15,8 @@ from gearchaos.gears.units import measured
 if TYPE_CHECKING:
     import xarray as xr
 
+# least share of searches that end at the best fit, and largest residual over the uncertainty, without a warning
+_AGREEING, _HIGH = 0.2, 1.3
 _SHOWN_ROWS = 20  # most rows of measured amplitudes
 
 
@@ -56,6 +58,9 @@ def print_fit(dataset: xr.Dataset, content: dict[str, Any]) -> None:
     print_wrapped(f"{content['searches_there']} of {content['searches']} searches ended there; at {others} speeds "
                  "another motion than that from rest fits better" + (
                      f"; {content['ignored']} rows of other orders were ignored" if content["ignored"] else ""))
+    if content["searches_there"] < _AGREEING * content["searches"] or (ratio or 0.0) > _HIGH:
+        print_wrapped("A wrong minimum is likely, or the model lacks something: try more --starts, narrower bounds, "
+                      "and leave out speeds of chaotic motions.")
     rows = np.unique(np.linspace(0, content["amplitudes"] - 1, _SHOWN_ROWS).round().astype(int))
     if len(rows) < content["amplitudes"]:
         print(f"{len(rows)} of {content['amplitudes']} rows")

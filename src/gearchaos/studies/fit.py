@@ -60,7 +60,8 @@ class Fit(WholeStudy):
     -----
     The damping ratio is k/(2 m ω0); phases of the error are kept. A residual is (computed − measured)/σ. A relative
     uncertainty is one of the mean of both, so that noise in proportion leaves no bias to its first order. Intervals
-    are those of the linearised problem, s² (JᵀJ)⁻¹ and Student's t, with s² from the residuals. J is made of central
+    are those of the linearised problem, s² (JᵀJ)⁻¹ and Student's t, with s² from the residuals, at least 1 where an
+    uncertainty is given, within the bounds. J is made of central
     differences on orbits that Newton's method has converged to rounding.
 
     Examples
@@ -122,7 +123,8 @@ class Fit(WholeStudy):
         if not (isinstance(self._gears, GearPair) or is_design(self._gears)):
             raise InputError("model", "must be a GearPair or a GearDesign, or the model of one",
                              f"a {type(self._gears).__name__}",
-                             "Of a train, give the pair whose mesh was measured, as [gearpair] or [design].")
+                             "Of a train, give the pair whose mesh was measured, as [gearpair] or [design]; of a "
+                             "design leave out faults, pitch errors and eccentricity.")
         if self.quantity not in KINDS:
             raise unknown_name("quantity", str(self.quantity), KINDS)
         speeds, count = self.spectrum.speeds, len(self.spectrum.amplitude)
@@ -170,14 +172,19 @@ class Fit(WholeStudy):
             return 0.0, float(self.spectrum.amplitude.max()) or 1.0
         percent = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*%\s*", str(self.uncertainty))
         if percent is None:
-            return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.quantity][0], POSITIVE))
+            try:
+                return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.quantity][0], POSITIVE))
+            except InputError:
+                raise InputError("uncertainty", "must be a percentage, or a positive value with the unit of what was "
+                                 "measured", self.uncertainty, "E.g. '5 %' or '2 N'.") from None
         check_rule("uncertainty", share := float(percent[1]) / 100, _BELOW_WHOLE, self.uncertainty)
         return share, 0.0
 
     @property
     def search(self) -> Search:
         """The least squares."""
-        return Search(self._gears.to_pair(), self.model.kind, self.quantity, self.spectrum, self.varied, self.weight)
+        return Search(self._gears.to_pair(), self.model.kind, self.quantity, self.spectrum, self.varied, self.weight,
+                      self.uncertainty is not None)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         from scipy.stats import qmc  # here, since it takes a third of a second to load

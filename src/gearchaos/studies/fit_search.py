@@ -68,7 +68,8 @@ class Varied(NamedTuple):
             ends = [units.to_si(name, f"{end} {own}".strip(), units.LENGTH, rule) for end, own in (
                 (low, first_unit or unit), (high, unit))]
         if not ends[0] < ends[1]:
-            raise InputError(name, "must have a lower bound below the upper one", text, "Exchange them.")
+            raise InputError(name, "must have a lower bound below the upper one", text,
+                             "Exchange them." if ends[0] > ends[1] else "To hold it, leave it out of what is varied.")
         return cls(name, float(ends[0]), float(ends[1]), unit, getattr(ends[1], "size", 1.0))
 
 
@@ -86,7 +87,7 @@ class End(NamedTuple):
 class Search:
     """A fit of Q parameters to M amplitudes at P speeds; ``of`` is what was measured, ``kind`` that of the models.
 
-    ``uncertainty`` is a relative and an absolute one in SI, one of which is 0.
+    ``uncertainty`` is a relative and an absolute one in SI, one of which is 0; it is ``known``, or only a weight.
     """
 
     pair: GearPair
@@ -95,6 +96,7 @@ class Search:
     spectrum: OrderSpectrum
     varied: tuple[Varied, ...]
     uncertainty: tuple[float, float]
+    known: bool
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """The parameters in SI at shares x (Q,) of the way between their bounds."""
@@ -239,13 +241,13 @@ class Search:
 
         ``ends`` are those of all searches, least squares first. An interval has all parameters at which the sum of
         squares is larger by at most t² s², by the linearisation at the best end, and at each other one that is as good:
-        beside a jump of the motion there may be several.
+        beside a jump of the motion there may be several. Where the uncertainty is known, s is at least that.
         """
         from scipy.stats import t  # here, since it takes a third of a second to load
 
         best, (variances, lost) = ends[0], self._variances(ends[0])
         free = len(self.spectrum.amplitude) - len(best.x) + round(float(lost.trace()))
-        width = best.square * t.ppf((1 + _CONFIDENCE) / 2, free) ** 2 / free
+        width = max(best.square / free, float(self.known)) * t.ppf((1 + _CONFIDENCE) / 2, free) ** 2
         low, high = (best.x + side * np.sqrt(width * variances) for side in (-1, 1))
         for end in ends[1:]:
             if end.square < best.square + width:
@@ -261,6 +263,7 @@ class Search:
             elif others:
                 reasons.append(f"only a combination with {' and '.join(others)} is")
             else:
-                reasons.append(_BACKLASH if each.name == "backlash" and not touched else
+                reasons.append("no motion that was found is periodic" if not best.motions.period.any() else
+                               _BACKLASH if each.name == "backlash" and not touched else
                                "no measured amplitude depends on it")
-        return low, high, reasons
+        return low.clip(0.0, 1.0), high.clip(0.0, 1.0), reasons

@@ -104,7 +104,7 @@ class PairsAtSpeeds:
         system, count = self._flow.system, np.where(motions.period > 0, motions.period, _AVERAGED)
         w = motions.state / self._length[points] + self._front
         mean, measures = np.zeros((_INSTANTS, *w.shape)), np.zeros((len(Measure), len(points)))
-        for number in range(count.max()):  # one at a time: samples of all would take much memory
+        for number in range(count.max(initial=0)):  # one at a time: samples of all would take much memory
             on = np.flatnonzero(count > number)
             run = self._flow.advance(w[:, on], 1, points=points[on], measured=True, sample=True)
             w[:, on], measures[:, on] = run.w, measures[:, on] + run.measures
