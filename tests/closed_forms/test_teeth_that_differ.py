@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.datasheet.answer import LIKE_TEETH, Answer
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.operating import as_model
@@ -220,6 +221,7 @@ def test_a_pair_whose_first_teeth_are_missing_begins_beside_them():
     other = [{"wheel": 1, "tooth": n, "stiffness_loss": 1} for n in (10, 11)]
     first, later = (gc.regime(replace(DESIGN, faults=faults)) for faults in (missing, other))
     assert first.label == later.label != "diverged"
+    assert first.dynamic_factor == pytest.approx(later.dynamic_factor, rel=1e-9)
 
 
 def test_a_torque_set_beside_a_file_is_that_of_the_design(tmp_path):
@@ -249,3 +251,29 @@ def test_a_fault_of_every_planet_is_refused():
     with pytest.raises(InputError, match=r"sun_mesh.faults must leave out wheel 2"):
         gc.PlanetarySet(count=3, teeth=(27, 36, 99), module="2.8 mm", sun={"inertia": 5e-4}, ring={"fixed": True},
                         carrier={"inertia": 0.05}, planet=steel, sun_mesh={**mesh, "faults": fault}, ring_mesh=mesh)
+
+
+def test_wear_and_losses_are_said_where_they_are_large_or_left_out(tmp_path):
+    fault = {"wheel": 1, "tooth": 5, "stiffness_loss": 0.3, "wear": "0.3 mm"}
+    (warning,) = linear(contact_ratio=1.6, faults=[fault]).warnings
+    assert "300 µm, more than the backlash" in warning
+    cracked = replace(DESIGN, faults=[{**fault, "wear": 0}])
+    assert "pairs of tooth 5 of wheel1 30 % less stiff" in as_model(cracked).in_words
+    answer = Answer.of(cracked, None, None)
+    assert ("left out", LIKE_TEETH) in list(answer.facts) and LIKE_TEETH in answer.document()["warnings"][-1]
+    assert "left out" not in dict(Answer.of(DESIGN, None, None).facts)
+
+
+@pytest.mark.filterwarnings("ignore:eccentricity acts")
+def test_the_warnings_of_the_train_that_a_design_becomes_are_given():
+    helical = replace(DESIGN, helix_angle="15 deg", eccentricity=("10 um", 0))
+    with pytest.warns(DesignWarning, match="is followed in 48 steps"):
+        as_model(helical)
+
+
+@pytest.mark.filterwarnings("ignore:Where teeth differ")
+def test_a_fast_run_up_of_a_cracked_pair_has_all_its_speeds_and_no_jumps_but_resonances():
+    found = gc.runup(replace(DESIGN, torque=40.0, faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}]),
+                     "speed=800:4000", 20.0)
+    assert np.isfinite(found.dynamic_factor).all() and found.sizes["speed"] > 100
+    assert found.sizes["jump"] == 0

@@ -46,7 +46,7 @@ def print_orders(content: dict[str, Any]) -> None:
     """Print the strongest line and sideband, the lines in which other gears differ most, and a table of lines."""
     lines, unit = content["lines"], content["units"]
     mesh = f" of {content['mesh']}" if "mesh" in content else ""
-    what = {"force": "mesh force", "deflection": "deflection", "acceleration": "acceleration along the line of action"}
+    what = {"force": "mesh force", "deflection": "deflection", "acceleration": "acceleration of the deflection"}
     answer = f"{what[content['of']]}{mesh} at {content['speed']:g} rpm: "
     if not lines:
         print(f"{answer}{'no line' if content['status'] == 'ok' else content['status']}")
