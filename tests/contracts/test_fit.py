@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.cli.fit import print_fit
 from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
 
@@ -84,7 +85,7 @@ def test_a_record_has_all_of_a_fit(tmp_path):
     assert from_record(to_record(made)) == made
 
 
-def test_the_command_says_what_the_function_finds(tmp_path):
+def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     design = {"teeth": [50, 50], "module": "3 mm", "face_width": "20 mm", "bore": "30 mm", "damping_ratio": 0.05}
     lines = [f"{name} = {json.dumps(value)}" for name, value in design.items()]
     (tmp_path / "design.toml").write_text("\n".join([
@@ -108,6 +109,10 @@ def test_the_command_says_what_the_function_finds(tmp_path):
     rms = np.sqrt(np.mean((found.computed_amplitude - found.measured_amplitude) ** 2))
     assert document["residual_rms"] == pytest.approx(float(rms)) and document["unit"] == "N"
     assert f"{document['residual_rms']:.4g} N rms, 4 amplitudes at 4 speeds" in said.stdout
+    assert "wrong minimum" not in said.stdout
+    for wrong in ({"searches": 30, "searches_there": 2}, {"over_uncertainty": 1.5}):
+        print_fit(found, {**document, **wrong})
+        assert "A wrong minimum is likely" in capsys.readouterr().out
     bare = CliRunner().invoke(app, arguments[:3])
     assert bare.exit_code == 2 and "--vary" in bare.stderr
 
