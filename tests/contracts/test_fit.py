@@ -109,10 +109,10 @@ def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     rms = np.sqrt(np.mean((found.computed_amplitude - found.measured_amplitude) ** 2))
     assert document["residual_rms"] == pytest.approx(float(rms)) and document["unit"] == "N"
     assert f"{document['residual_rms']:.4g} N rms, 4 amplitudes at 4 speeds" in said.stdout
-    assert "wrong minimum" not in said.stdout
-    for wrong in ({"searches": 30, "searches_there": 2}, {"over_uncertainty": 1.5}):
-        print_fit(found, {**document, **wrong})
-        assert "A wrong minimum is likely" in capsys.readouterr().out
+    right = {"searches": 9, "searches_there": 9, "over_uncertainty": 1.0}
+    for changed, wrong in (({}, False), ({"searches": 90}, True), ({"over_uncertainty": 1.5}, True)):
+        print_fit(found, {**document, **right, **changed})
+        assert ("A wrong minimum is likely" in capsys.readouterr().out) is wrong
     bare = CliRunner().invoke(app, arguments[:3])
     assert bare.exit_code == 2 and "--vary" in bare.stderr
 
