@@ -46,6 +46,7 @@ from gearchaos.store.read import load as load
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
 from gearchaos.studies.agreement import agreement as agreement
+from gearchaos.studies.assess import assess as assess
 from gearchaos.studies.attractors import Attractors as _Attractors
 from gearchaos.studies.axis import Axis as Axis
 from gearchaos.studies.basins import Basins as _Basins

@@ -45,6 +45,7 @@ class Motion:
     compression: float  # least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN likewise
     centre: Sequence[float]  # mean of z and z' over the stroboscopic points of an orbit; 0 for other motions
     w: np.ndarray  # (d,), a state on it at phase 0
+    meshes: Sequence[int] = ()  # the contact of each mesh of a train
     leads_to: dict[float, Motion] = field(default_factory=dict)  # the motion it becomes when the speed changes to this
 
     @property
@@ -119,16 +120,16 @@ def classified(
         measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
         return {
             **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
-            "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T,
+            "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T, "meshes": found["mesh_contact"],
         }
 
     order = np.lexsort(list(values.values())[::-1])
     found: dict[str, Any] = classify_batch(
         initial_states, collect, order, settings=settings, progress=progress, threads=threads)
     columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
-    motions = [Motion(label, period, contact, factor, compression, centre, state)
-               for label, period, contact, factor, compression, *centre, state in zip(
-                   *(found[n].tolist() for n in columns), found["w"], strict=True)]
+    motions = [Motion(label, period, contact, factor, compression, centre, state, meshes)
+               for label, period, contact, factor, compression, *centre, state, meshes in zip(
+                   *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True)]
     ends = np.cumsum(sizes).tolist()
     return [motions[end - size : end] for size, end in zip(sizes, ends, strict=True)]
 

@@ -67,7 +67,11 @@ class SpeedRange:
 class Window(SpeedRange):
     """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
 
-    The true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. ``contact`` is the worst
+    The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
+    neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
+    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. In a range that
+    ``depends_on_history`` there are also motions that are not to be avoided. ``meshes`` are those of a train at which
+    the teeth separate. ``contact`` is the worst
     contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
     ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
     most the `MOST_PEAKS` largest, in rising order of speed.
@@ -83,7 +87,16 @@ class Window(SpeedRange):
     begins_with: str
     ends_with: str
     depends_on_history: bool
+    meshes: tuple[str, ...]
     peaks: tuple[Peak, ...]
+
+    @property
+    def cause(self) -> str:
+        """What happens in the range, in words."""
+        if self.criterion == FORCE_CRITERION:
+            return self.criterion
+        where = f" in {', '.join(self.meshes)}" if self.meshes else ""
+        return f"{self.contact}{where}"
 
     @property
     def words(self) -> str:
@@ -91,6 +104,31 @@ class Window(SpeedRange):
         if self.start == self.stop:
             return f"near {self.start:.0f} rpm"
         return f"{self.start:.0f} to {self.stop:.0f} rpm"
+
+
+@dataclass(frozen=True)
+class UsableRange:
+    """Speeds, rpm, at which no motion to avoid was found, between two edges or ends of the computed speeds."""
+
+    start: float
+    stop: float
+
+    @property
+    def margin(self) -> float:
+        """By which share the speed may differ either way from the middle of the range."""
+        return (self.stop - self.start) / (self.stop + self.start)
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Where a slow run-up or run-down leaves its motion: the speed, rpm, the direction, "up" or "down", the event at
+    which the motion ends, "" for none, and the dynamic factors before and after."""
+
+    speed: float
+    direction: str
+    event: str
+    factor_before: float
+    factor_after: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +166,16 @@ class SpeedsToAvoid:
     resolution: float
     coarse: str
     transmission_error: str
+    jumps: tuple[Jump, ...] = ()
+
+    @property
+    def usable(self) -> list[UsableRange]:
+        """The ranges between those to avoid, as far as these may reach, in rising order."""
+        ends = [float(self.dataset["speed"][0])]
+        for each in self.windows:
+            ends += [each.start - each.start_resolution, each.stop + each.stop_resolution]
+        pairs = zip(ends[::2], [*ends[1::2], float(self.dataset["speed"][-1])], strict=True)
+        return [UsableRange(start, stop) for start, stop in pairs if start < stop]
 
     @property
     def largest(self) -> SpeedRange:

@@ -15,7 +15,7 @@ from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operating import as_model, gears_of, is_design
 from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
@@ -35,6 +35,7 @@ from gearchaos.studies.speed_windows import (
     FORCE_CRITERION,
     MOST_PEAKS,
     MOTIONS,
+    Jump,
     Peak,
     Reached,
     SpeedsToAvoid,
@@ -42,7 +43,7 @@ from gearchaos.studies.speed_windows import (
     largest_factors,
     speed_range,
 )
-from gearchaos.studies.window_edges import Edge, Sought, locate_edges
+from gearchaos.studies.window_edges import Edge, Followed, Sought, ends_of_orbits, locate_edges
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ class _AtTorque:
     motions: FollowedMotions
     ratio: float
     edges: list[Edge] = field(default_factory=list)  # between the runs of speeds of one severity
+    jumps: tuple[Jump, ...] = ()  # of slow sweeps
 
     @property
     def limit(self) -> float:
@@ -101,6 +103,13 @@ class _AtTorque:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
         high = motion.dynamic_factor > self.limit or (motion.diverged and self.criteria.factor is not None)
         return 2 if self.criteria.separation and motion.contact > 0 else int(high)
+
+    def meshes(self, first: int, last: int, own: int) -> tuple[str, ...]:
+        """The names of the meshes of a train at which the teeth separate in a range of speeds."""
+        found = [m.meshes for s in self.motions.speeds[first : last + 1] for m in self.motions.at[s]
+                 if self.severity(m) == own and m.meshes]
+        names = getattr(self.motions.model, "mesh_names", ())
+        return tuple(name for k, name in enumerate(names) if any(contacts[k] > 0 for contacts in found))
 
     @property
     def severities(self) -> list[int]:
@@ -117,6 +126,17 @@ class _AtTorque:
                     self.motions.torque, inside, outside, self.motions.at[inside], self.motions.at[outside],
                     lambda m, least=max(a, b): self.severity(m) >= least,
                     Edge(inside, "", abs(outside - inside))))
+        return out
+
+    def left_behind(self) -> list[tuple[Followed, str, Motion]]:
+        """The orbits that slow sweeps leave for good, with the direction of the sweep and the motion reached."""
+        out, motions, rows = [], self.motions, self.motions.named()
+        for direction, row, step in (("up", rows["rising"], 1), ("down", rows["falling"], -1)):
+            for motion, reached, here, there in zip(
+                    row[::step], row[::step][1:], motions.speeds[::step], motions.speeds[::step][1:]):
+                if motion.period and reached.leads_to[here] is not motion:
+                    edge = Sought(motions.torque, here, there, (), (), lambda _: 1, Edge(here))
+                    out.append((Followed(edge, here, there, motion), direction, reached))
         return out
 
 
@@ -146,6 +166,11 @@ def search_torques(
         side_by_side([each.motions.refine(each.severity, each.limit, states)
                       for each, states in zip(at, persisting, strict=True) if states],
                      model, criteria.settings, threads=threads)
+    swept = [each.left_behind() for each in at]
+    ends = iter(ends_of_orbits(model, [followed for each in swept for followed, *_ in each]))
+    for each, left in zip(at, swept, strict=True):
+        each.jumps = tuple(Jump(end.speed, direction, end.kind, followed.motion.dynamic_factor, reached.dynamic_factor)
+                           for (followed, direction, reached), (end, _) in zip(left, ends))
     return list(zip(at, tried, strict=True))
 
 
@@ -209,17 +234,19 @@ def speeds_to_avoid(
     Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # also that a period has not too many steps
     ((found, tried_at),) = search_torques(
         model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
-    return summarised(found, tried_at, at_start)
+    return summarised(found, tried_at)
 
 
-def summarised(found: _AtTorque, tried_at: int, at_start: GearDesign) -> SpeedsToAvoid:
-    """What was found at a torque, beside the factors of standards."""
+def summarised(found: _AtTorque, tried_at: int) -> SpeedsToAvoid:
+    """What was found at a torque, of a design beside the factors of standards."""
     motions, criteria, model = found.motions, found.criteria, found.motions.model
     tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
         f", {criteria.starts} random states at {tried_at}" if criteria.starts else "")
-    dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
+    gears, torque = gears_of(model), model.value("torque") if motions.torque is None else motions.torque
+    dataset = _dataset(motions).assign(
+        by_standards(gears, np.array(motions.speeds)) if is_design(gears) else {}).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
-    ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(provenance(
+    ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
         "speeds_to_avoid", model, starts=criteria.starts, seed=criteria.seed,
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
@@ -230,8 +257,8 @@ def summarised(found: _AtTorque, tried_at: int, at_start: GearDesign) -> SpeedsT
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
-        float(at_start.torque), windows, criteria.words, found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
-        at_start.error_harmonics.source)
+        float(torque), windows, criteria.words, found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
+        gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
 
 
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
@@ -272,7 +299,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
             stop.resolution, reached=tuple(reached), criterion=_CRITERIA[own],
             contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
             to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
-            depends_on_history=any(
+            meshes=found.meshes(first, last, own), depends_on_history=any(
                 severity(m) < own for s in speeds[first : last + 1].tolist() for m in motions.at[s]),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)

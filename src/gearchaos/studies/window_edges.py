@@ -146,8 +146,11 @@ def ends_of_orbits(model: MeshModel, followed: Sequence[Followed]) -> list[tuple
         open_ = open_[np.abs(high[open_] - low[open_]) > _LOCATED * low[open_]]
         if len(open_) == 0:
             break
+    until = np.array([each.until for each in followed])
+    near = np.abs(low - until) <= 2 * _LOCATED * until  # the whole way, in smaller steps than at first
+    low[near], why[near] = until[near], 0
     kinds = [_kind(last.orbits.multipliers[i], why[i], changes[i], model.damping_law) for i in range(len(low))]
-    width = np.where(why > 0, 0.0, np.abs(high - low))
+    width = np.where((why > 0) | near, 0.0, np.abs(high - low))
     return [(Edge(*each), w) for *each, w in zip(low.tolist(), kinds, width.tolist(), last.orbits.w.T, strict=True)]
 
 
