@@ -134,6 +134,16 @@ def classified(
     return [motions[end - size : end] for size, end in zip(sizes, ends, strict=True)]
 
 
+def damping_ratio(model: MeshModel) -> float:
+    """The damping ratio of the mesh, of a train the least of its modes in contact."""
+    if model.kind != "train":
+        return model.value("zeta") or 0.0
+    from gearchaos.gears.train.modes import modes  # here, for trains alone
+
+    found = modes(model.gears)  # type: ignore[attr-defined]
+    return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
+
+
 class FollowedMotions:
     """The motions found at speeds that are added one after another, at one torque.
 
@@ -171,33 +181,42 @@ class FollowedMotions:
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
-    def search(self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int) -> Search[int]:
+    def search(
+        self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int
+    ) -> Search[np.ndarray]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
         motions to be avoided that do not repeat. Resonances have the same relative width at 1/n of the natural
         frequency for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
-        Returns the number of speeds with random initial states; ``limit`` is that of the dynamic factor.
+        Returns the numbers of speeds with all random initial states, and with a quarter of them; ``limit`` is that of
+        the dynamic factor.
         """
-        yield from self._add_random(speeds, severity, starts, seed)
-        zeta = self.model.value("zeta") or 0.0
-        least = zeta * (self.model.value("speed") or 0.0) / (self.model.value("omega") or 1.0)
+        tried = yield from self._add_random(speeds, severity, starts, seed)
+        zeta = damping_ratio(self.model)
+        least = 0.0 if self.model.kind == "train" else zeta * self.model.value("speed") / self.model.value("omega")
         step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
                 parts = math.ceil((high - low) / (step * max(low, least)))
                 more += np.linspace(low, high, parts + 1)[1:-1].tolist()
-        yield from self._add_random(more, severity, starts, seed + 1)
-        count = len(self.speeds)
+        tried += yield from self._add_random(more, severity, starts, seed + 1)
         yield from self.refine(severity, limit)
-        return count
+        return tried
 
-    def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: int) -> Search[None]:
-        """Add speeds with random states; where a motion to be avoided is known without them, with a quarter of them."""
+    def _add_random(
+        self, speeds: Sequence[float], severity: Severity, starts: int, seed: int
+    ) -> Search[np.ndarray]:
+        """Add speeds with random states; where a motion to be avoided is known without them, with a quarter of them.
+
+        Returns the numbers of the others and of these.
+        """
         yield from self.add(speeds)
-        avoided = {s: any(map(severity, self.at[s])) for s in speeds}
-        yield from self.add([s for s in speeds if not avoided[s]], starts, seed)
-        yield from self.add([s for s in speeds if avoided[s]], starts // 4, seed)
+        avoided = [s for s in speeds if any(map(severity, self.at[s]))]
+        free = [s for s in speeds if s not in avoided]
+        yield from self.add(free, starts, seed)
+        yield from self.add(avoided, starts // 4, seed)
+        return np.array([len(free), len(avoided)])
 
     def refine(
         self, severity: Severity, limit: float, states: Sequence[tuple[float, np.ndarray]] = ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -21,10 +21,12 @@ from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.followed_motions import (
+    MOST_SPEEDS,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
     FollowedMotions,
     Motion,
+    damping_ratio,
     runs,
     side_by_side,
 )
@@ -143,8 +145,8 @@ class _AtTorque:
 def search_torques(
     model: MeshModel, speeds: Sequence[float], torques: Sequence[float | None], criteria: Criteria, *,
     progress: bool = False, threads: int | None = None,
-) -> list[tuple[_AtTorque, int]]:
-    """The motions at several torques side by side, their edges, and the numbers of speeds with random states.
+) -> list[tuple[_AtTorque, np.ndarray]]:
+    """The motions at several torques side by side, their edges, and the numbers of speeds with random states, all of them and a quarter.
 
     A motion to avoid that goes on beyond an edge is added, and the search goes on from there.
     """
@@ -234,26 +236,26 @@ def speeds_to_avoid(
     Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # also that a period has not too many steps
     ((found, tried_at),) = search_torques(
         model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
-    return summarised(found, tried_at)
+    result = summarised(found, tried_at)
+    return replace(result, dataset=result.dataset.assign(by_standards(at_start, np.array(found.motions.speeds))))
 
 
-def summarised(found: _AtTorque, tried_at: int) -> SpeedsToAvoid:
-    """What was found at a torque, of a design beside the factors of standards."""
+def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
+    """What was found at a torque."""
     motions, criteria, model = found.motions, found.criteria, found.motions.model
     tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
-        f", {criteria.starts} random states at {tried_at}" if criteria.starts else "")
+        f", {criteria.starts} random states at {tried_at[0]}" + (
+            f", {criteria.starts // 4} at {tried_at[1]} known to be avoided" if tried_at[1] else "")
+        if criteria.starts else "")
     gears, torque = gears_of(model), model.value("torque") if motions.torque is None else motions.torque
     dataset = _dataset(motions).assign(
-        by_standards(gears, np.array(motions.speeds)) if is_design(gears) else {}).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
         "speeds_to_avoid", model, starts=criteria.starts, seed=criteria.seed,
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
-    edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
-    coarse = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
-              if width > 1.01 * RESOLUTION * edge]
-    zeta = model.value("zeta") or 0.0
+    coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
+    zeta = damping_ratio(model)
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
@@ -281,7 +283,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
     ends = [Edge(float(speeds[0])), *found.edges, Edge(float(speeds[-1]))]
     for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
         first, last = part[0], part[-1]
-        own = all_severities[first]
+        before, own, after = ([0, *all_severities, 0][i] for i in (first, first + 1, last + 2))
         if not own:
             continue
         within = dataset.isel(speed=slice(first, last + 1))
@@ -295,8 +297,8 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
                    for words, avoided, factors in rows if avoided.any()]
         own_range = speed_range(within)
         windows.append(Window(
-            start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest, start.resolution,
-            stop.resolution, reached=tuple(reached), criterion=_CRITERIA[own],
+            start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
+            start.resolution * (own > before), stop.resolution * (own > after), reached=tuple(reached), criterion=_CRITERIA[own],
             contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
             to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
             meshes=found.meshes(first, last, own), depends_on_history=any(
