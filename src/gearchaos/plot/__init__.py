@@ -3,6 +3,7 @@
 `style` sets sizes and fonts for papers and slides, and `save_with_data` saves a picture with the data that it shows.
 """
 
+from gearchaos.plot._assessment import assessment
 from gearchaos.plot._datasets import save_with_data
 from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
@@ -22,7 +23,7 @@ from gearchaos.plot.states import attractor_legend, attractor_names, attractors,
 from gearchaos.plot.theme import style
 
 __all__ = [
-    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
+    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "assessment", "attractor_legend", "attractor_names",
     "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "fit",
     "flanks",
     "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",

@@ -62,6 +62,11 @@ class Assessment:
         return sorted((UsableRange(a, b) for a, b in common), key=lambda part: -part.margin)
 
     @property
+    def usable_share(self) -> float:
+        """The share of the speeds that is usable at all torques, from 0 to 1."""
+        return sum(part.stop - part.start for part in self.usable_at_all) / (self.speeds[1] - self.speeds[0])
+
+    @property
     def assumptions(self) -> list[str]:
         """What the answer rests on, and what it leaves out."""
         gears, first = self.gears, self.at[0]
@@ -91,6 +96,7 @@ class Assessment:
             } for torque, w in self.avoid],
             "usable": [{"torque": torque, "from": part.start, "to": part.stop, "margin": part.margin}
                        for torque, part in self.usable],
+            "usable_share": self.usable_share,
             "usable_at_all_torques": [{"from": part.start, "to": part.stop, "margin": part.margin}
                                       for part in self.usable_at_all],
             "jumps": [{"torque": each.torque, "speed": jump.speed, "direction": jump.direction, "event": jump.event,
@@ -141,7 +147,7 @@ def assess(
     >>> [round(part.margin, 3) for part in found.usable_at_all]
     [0.031, 0.03, 0.006]
     """
-    axis = operating_axis("speed", _with_count(speed))
+    axis = speed_range(speed)
     criteria = Criteria.checked(factor, True, starts, seed, settings)
     torques = _torques(torque)
     if is_design(gears):
@@ -158,9 +164,13 @@ def assess(
     return Assessment(gears_of(base), at, (axis.start, axis.stop))
 
 
-def _with_count(speed: Axis | str) -> Axis | str:
-    """A range of speeds with a number of them."""
-    return f"{speed}:{SPEEDS}" if isinstance(speed, str) and speed.count(":") == 1 else speed
+def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
+    """A range of speeds as an axis, with a number of them; raises `InputError` for a single speed."""
+    given = f"{speed}:{SPEEDS}" if isinstance(speed, str) and speed.count(":") == 1 else speed
+    axis = operating_axis("speed", given, field)
+    if axis.count < 2:
+        raise InputError(field, "must be a range of speeds", str(speed), "E.g. 500:6000.")
+    return axis
 
 
 def _torques(given: Any) -> list[float | None]:

@@ -1,0 +1,120 @@
+"""Designs with one input changed, each assessed again: which assumption matters most, and which change helps most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gearchaos.errors import InputError
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.stiffness import methods
+from gearchaos.studies.assess import Assessment, assess
+
+_DAMPING = (0.6, 1.6)  # factors of the damping ratio: its usual range about its middle
+_BACKLASH = (0.7, 1.3)
+_RELIEF = (0.0, 0.7, 1.3)  # factors of the tip relief
+_SHIFTS = (-0.1, 0.1)  # of the profile shift of wheel 1, in modules; that of wheel 2 changes by as much the other way
+_ADDENDA = (-0.1, 0.1)  # of the addendum of the basic rack, in modules
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A design with one input changed, and its assessment; the reason says why there is none.
+
+    ``name`` is that of the input, ``given`` its value and ``value`` the other one, in words.
+    """
+
+    name: str
+    given: str
+    value: str
+    assessment: Assessment | None = None
+    reason: str = ""
+
+    def widening(self, found: Assessment) -> float:
+        """By how much the usable share of the speeds is larger than in the assessment of the design itself."""
+        return 0.0 if self.assessment is None else self.assessment.usable_share - found.usable_share
+
+    def document(self, found: Assessment) -> dict[str, Any]:
+        """It ready for JSON, beside the assessment of the design itself."""
+        own = self.assessment
+        return {"input": self.name, "given": self.given, "value": self.value, "usable_share": [
+                    found.usable_share, None if own is None else own.usable_share],
+                "widest": [_widest(found), None if own is None else _widest(own)], "reason": self.reason}
+
+
+def _widest(found: Assessment) -> list[float]:
+    """The edges of the range with the largest margin, rpm; none where nothing is usable at all torques."""
+    return [edge for part in found.usable_at_all[:1] for edge in (part.start, part.stop)]
+
+
+Change = tuple[str, str, str, Callable[[], GearDesign]]
+"""The name of an input, its value and the other one in words, and what makes the other design."""
+
+
+def assumptions(design: GearDesign) -> Iterator[Change]:
+    """The changes of what is assumed: damping ratio, accuracy grade, method of the stiffness and backlash."""
+    zeta = design.damping_ratio
+    for factor in _DAMPING if zeta else ():
+        yield "damping ratio", f"{zeta:g}", f"{zeta * factor:g}", lambda f=factor: replace(design, damping_ratio=zeta * f)
+    quality = design.quality
+    if quality is not None and design.transmission_error == "from quality":
+        for step in (-1, 1):
+            grades = tuple(grade + step for grade in quality.grades)
+            yield ("accuracy grade", _both(quality.grades), _both(grades),
+                   lambda g=grades: replace(design, quality=replace(quality, grade=g)))
+    for method in methods():
+        if method != design.stiffness:
+            given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
+            yield "mesh stiffness", given, method, lambda m=method: replace(design, stiffness=m)
+    yield from _backlash(design)
+
+
+def improvements(design: GearDesign) -> Iterator[Change]:
+    """The changes that a designer can make where the centre distance is fixed: relief, backlash, shift, addendum."""
+    relief = design.tip_relief
+    if relief is not None and any(relief.amount):
+        for factor in _RELIEF:
+            amount = tuple(factor * each for each in relief.amount)
+            yield ("tip relief", _both([1e6 * a for a in relief.amount], " µm"), _both([1e6 * a for a in amount], " µm"),
+                   lambda a=amount: replace(design, tip_relief=replace(relief, amount=a) if any(a) else None))
+    elif not design.helix_angle:
+        for amount in _reliefs(design):
+            yield ("tip relief", "none", f"{1e6 * amount:.3g} µm where single contact begins", lambda a=amount: replace(
+                design, tip_relief={"amount": a, "start_diameter": list(design.geometry.single_contact_diameter)}))
+    yield from _backlash(design)
+    x1, x2 = design.geometry.profile_shift
+    for step in _SHIFTS:
+        yield ("profile shift", f"{x1:.4g}/{x2:.4g}", f"{x1 + step:.4g}/{x2 - step:.4g}",
+               lambda s=step: replace(design, profile_shift=(x1 + s, x2 - s)))
+    for step in _ADDENDA:
+        addendum = design.rack.addendum + step
+        yield ("addendum", f"{design.rack.addendum:g} m", f"{addendum:.4g} m",
+               lambda a=addendum: replace(design, rack=replace(design.rack, addendum=a)))
+
+
+def _reliefs(design: GearDesign) -> tuple[float, ...]:
+    """Amounts of a relief, m: the deflection under the load of the design, and twice it."""
+    force = design.torque / (design.geometry.base_diameter[0] / 2)
+    deflection = force / design.mesh_stiffness.reference
+    return deflection, 2 * deflection
+
+
+def _backlash(design: GearDesign) -> Iterator[Change]:
+    own = design.backlash_line_of_action
+    for factor in _BACKLASH:
+        yield ("backlash", f"{1e3 * own:.4g} mm", f"{1e3 * own * factor:.4g} mm", lambda f=factor: replace(
+            design, backlash={"value": f * own, "of": "line of action, total"}))
+
+
+def assess_changes(changes: Sequence[Change], speed: Any, torque: Any, **options: Any) -> Iterator[Changed]:
+    """Assess each changed design as `assess`; a design that cannot be is a reason."""
+    for name, given, value, changed in changes:
+        try:
+            yield Changed(name, given, value, assess(changed(), speed, torque, **options))
+        except InputError as error:
+            yield Changed(name, given, value, reason=str(error))
+
+
+def _both(values: Sequence[float], unit: str = "") -> str:
+    return "/".join(dict.fromkeys(f"{v:.4g}" for v in values)) + unit
