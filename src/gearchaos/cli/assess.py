@@ -103,8 +103,8 @@ def _torques(texts: list[str] | None) -> list[float] | None:
 def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) -> None:
     """Raise `InputError` for a value of ``--set`` that an option replaces."""
     for text in sets or []:
-        name = text.partition("=")[0].strip().rpartition(".")[2]
-        if name == "speed" or (name == "torque" and torques is not None):
+        table, _, name = text.partition("=")[0].strip().rpartition(".")
+        if table in ("", "operation", "gearpair") and (name == "speed" or (name == "torque" and torques is not None)):
             raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
 
 
@@ -163,25 +163,27 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 
 def _print(report: Report, name: str) -> None:
     """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
-    from gearchaos.datasheet.report import changed_in_words
-    from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, verdict, worst
+    from gearchaos.datasheet.report import changed_in_words, usable_share
+    from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, usable_in_words, verdict, worst
 
     found = report.found
-    _say_lines(*([f"{name}:"] if name else []), verdict(found), worst(found))
+    _say_lines(*([f"{name}:"] if name else []), verdict(found), worst(found), usable_share(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
+        print(f"\nAt {at.torque:.6g} N m, where the dynamic factor at speed 0 is {at.quasi_static_ratio:.3g}, avoid{' nothing' * (not at.windows)}")
+        table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
+        for row in rows(at):
+            table.add_row(*row)
         if at.windows:
-            print(f"\nAvoid at {at.torque:.6g} N m; the dynamic factor at speed 0 is {at.quasi_static_ratio:.3g}")
-            table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
-            for row in rows(at):
-                table.add_row(*row)
             print_table(table)
+        if len(found.at) > 1:
+            _say_lines(f"usable: {', '.join(usable_in_words(at.usable)) or 'nothing'}")
     if len(found.at) > _MOST_TABLES:
         _say_lines(f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
     met = jumps(found)
-    for words, changes in (("input", report.sensitivity), ("change", report.improvements)):
-        for each in changes or ():
-            _say_lines(f"{words} {changed_in_words(each, found)}")
     print()
+    for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
+        for each in changes or ():
+            _say_lines(f"{words}: {changed_in_words(each)}")
     _say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
                f"Tried: {tried(found)}.", *(f"Assumed: {text}" for text in found.assumptions[:-1]))
 

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from gearchaos import plot
-from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of
+from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
 from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, scanned, title, torques_in_words, verdict, worst
 
 _PAPER = (8.27, 11.69)  # A4, in inches
@@ -59,15 +59,16 @@ def _first_page(reports: list[Report]) -> Figure:
 
 def _below(report: Report) -> Iterator[str]:
     """What the first page says below the picture."""
+    yield f"As given: {usable_share(report.found)}."
     yield "Inputs that matter most"
     if report.sensitivity is None:
         yield "Not computed: --sensitivity."
     for each in report.matters_most:
-        yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
+        yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
     if report.improvements is not None:
         yield from ("", "What to change")
         for each in report.helps_most:
-            yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
+            yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
         if not report.helps_most:
             yield f"None of the {len(report.improvements)} changes that were tried widens the usable speeds."
 
@@ -86,8 +87,8 @@ def _lines(report: Report) -> Iterator[str]:
         yield from _wrapped(f"Tried: {at.tried}")
     sections = {
         "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],
-        "Assumed inputs varied one at a time": [changed_in_words(e, found) for e in report.sensitivity or ()],
-        "Changes of the design that were tried": [changed_in_words(e, found) for e in report.improvements or ()],
+        "Assumed inputs varied one at a time": [changed_in_words(e) for e in report.sensitivity or ()],
+        "Changes of the design that were tried": [changed_in_words(e) for e in report.improvements or ()],
         "Inputs": [f"{name}: {value}" for name, value in inputs_of(found.gears).items()],
         "Assumptions": found.assumptions}
     for heading, texts in sections.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib import metadata
 from typing import Any
 
@@ -33,6 +33,7 @@ from gearchaos.studies.changed_designs import Changed
 from gearchaos.studies.speed_windows import MOTIONS, SpeedsToAvoid
 
 _MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
+_WIDER = 1e-3  # least share of the speeds that a change must add to what is usable to be named
 _MOST_NAMED = 3  # changes that the first page names
 _WIDTH = 7.2  # of the picture of the decision, in inches
 
@@ -62,30 +63,33 @@ class Report:
     def helps_most(self) -> list[Changed]:
         """The changes of the design that widen the usable share, most first."""
         ordered = sorted(self.improvements or (), key=lambda each: -each.widening(self.found))
-        return [each for each in ordered if each.widening(self.found) > 0][:_MOST_NAMED]
+        return [each for each in ordered if each.widening(self.found) > _WIDER][:_MOST_NAMED]
 
 
-def changed_in_words(each: Changed, found: Assessment) -> str:
-    """A change, and the usable share and the range with the largest margin before and after it."""
-    what = f"{each.name} {each.given} to {each.value}"
-    if each.assessment is None:
-        return f"{what}: not possible, {each.reason}"
-    widest = [next(iter(usable_in_words(own.usable_at_all[:1])), "none") for own in (found, each.assessment)]
-    return (f"{what}: usable {100 * found.usable_share:.1f} % of the speeds becomes "
-            f"{100 * each.assessment.usable_share:.1f} %, largest margin {widest[0]} becomes {widest[1]}")
+def usable_share(found: Assessment) -> str:
+    """The share of the speeds that is usable at all torques, and the range with the largest margin."""
+    widest = next(iter(usable_in_words(found.usable_at_all[:1])), "")
+    return f"usable {100 * found.usable_share:.1f} % of the speeds" + (f", with the largest margin {widest}" * bool(widest))
+
+
+def changed_in_words(each: Changed) -> str:
+    """A change, and what is usable after it."""
+    after = f"not possible, {each.reason}" if each.assessment is None else usable_share(each.assessment)
+    return f"{each.name} {each.given} to {each.value}: {after}"
 
 
 def inputs_of(gears: Any) -> dict[str, str]:
-    """All inputs that are given, in words with their units."""
+    """All inputs that are given but the speed and the torque, in words with their units."""
     if is_design(gears):
-        return inputs_in_words(gears)
+        return inputs_in_words(replace(gears, speed=None, torque=None))
     if isinstance(gears, GearPair):
-        return {f"{f.name}": f"{value:.6g}" if isinstance(value, float) else str(value)
-                for f in fields(gears) if (value := getattr(gears, f.name)) not in (None, (), 0.0)} | {
-                    "units": "SI, the speed in rpm"}
+        return {"units": "SI"} | {f.name: f"{value:.6g}" if isinstance(value, float) else str(value)
+                                  for f in fields(gears) if f.name not in ("speed", "M10", "M20")
+                                  and (value := getattr(gears, f.name)) not in (None, (), 0.0)}
     found: dict[str, str] = {}
     for name, value in card(gears).rows:
-        found[name] = f"{found[name]}; {value}" if name in found else value
+        if name != "operating point":
+            found[name] = f"{found[name]}; {value}" if name in found else value
     return found
 
 
@@ -118,10 +122,11 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens there, "
                            "and the events at their edges. Blank is usable: ± is how far the speed may differ from the "
                            "middle.", height, lambda ax: plot.assessment(found, ax), _WIDTH),
-        "matters": None if report.sensitivity is None else [changed_in_words(e, found) for e in report.matters_most],
-        "sensitivity": [changed_in_words(each, found) for each in report.sensitivity or ()],
-        "helps": None if report.improvements is None else [changed_in_words(e, found) for e in report.helps_most],
-        "improvements": [changed_in_words(each, found) for each in report.improvements or ()],
+        "usable_share": usable_share(found),
+        "matters": None if report.sensitivity is None else [changed_in_words(e) for e in report.matters_most],
+        "sensitivity": [changed_in_words(each) for each in report.sensitivity or ()],
+        "helps": None if report.improvements is None else [changed_in_words(e) for e in report.helps_most],
+        "improvements": [changed_in_words(each) for each in report.improvements or ()],
         "avoid": [{"torque": f"{each.torque:.6g}", "ratio": f"{each.quasi_static_ratio:.3g}", "rows": rows(each)}
                   for each in found.at],
         "usable": [(f"{torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")

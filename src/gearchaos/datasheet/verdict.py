@@ -62,8 +62,8 @@ def verdict(found: Assessment) -> str:
         return (f"usable at {torques}: all of {where}; nothing to avoid was found, and looked for were speeds at which "
                 f"{criterion}")
     if not usable:
-        several = " at all of them" * (len(found.at) > 1)
-        return f"no usable range at {torques}: avoid all of {where}{several}, since {criterion} somewhere in any part"
+        some = "; some are at single torques" * bool(len(found.at) > 1 and usable_in_words([p for _, p in found.usable]))
+        return f"no speed from {where} is usable at {torques}: {criterion}{some}"
     more = len(usable) - _MOST_NAMED
     narrower = f" and {more} narrower" if more > 0 else ""
     return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where "

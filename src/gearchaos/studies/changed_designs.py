@@ -38,9 +38,9 @@ class Changed:
     def document(self, found: Assessment) -> dict[str, Any]:
         """It ready for JSON, beside the assessment of the design itself."""
         own = self.assessment
-        return {"input": self.name, "given": self.given, "value": self.value, "usable_share": [
-                    found.usable_share, None if own is None else own.usable_share],
-                "widest": [_widest(found), None if own is None else _widest(own)], "reason": self.reason}
+        return {"input": self.name, "given": self.given, "value": self.value, "reason": self.reason,
+                "usable_share": [found.usable_share, None if own is None else own.usable_share],
+                "largest_margin": [_widest(found), None if own is None else _widest(own)]}
 
 
 def _widest(found: Assessment) -> list[float]:
@@ -53,7 +53,7 @@ Change = tuple[str, str, str, Callable[[], GearDesign]]
 
 
 def assumptions(design: GearDesign) -> Iterator[Change]:
-    """The changes of what is assumed: damping ratio, accuracy grade, method of the stiffness and backlash."""
+    """The changes of what is assumed: damping ratio, grade, method of the stiffness, load sharing and backlash."""
     zeta = design.damping_ratio
     for factor in _DAMPING if zeta else ():
         yield "damping ratio", f"{zeta:g}", f"{zeta * factor:g}", lambda f=factor: replace(design, damping_ratio=zeta * f)
@@ -67,6 +67,8 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
         if method != design.stiffness:
             given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
             yield "mesh stiffness", given, method, lambda m=method: replace(design, stiffness=m)
+    if not design.shares_load and not design.one_spring:
+        yield "load sharing", "prescribed", "tooth pairs", lambda: replace(design, load_sharing="tooth pairs")
     yield from _backlash(design)
 
 
@@ -80,7 +82,7 @@ def improvements(design: GearDesign) -> Iterator[Change]:
                    lambda a=amount: replace(design, tip_relief=replace(relief, amount=a) if any(a) else None))
     elif not design.helix_angle:
         for amount in _reliefs(design):
-            yield ("tip relief", "none", f"{1e6 * amount:.3g} µm where single contact begins", lambda a=amount: replace(
+            yield ("tip relief", "none", f"{1e6 * amount:.3g} µm from single contact on, by which tooth pairs share the load", lambda a=amount: replace(
                 design, tip_relief={"amount": a, "start_diameter": list(design.geometry.single_contact_diameter)}))
     yield from _backlash(design)
     x1, x2 = design.geometry.profile_shift
@@ -89,7 +91,7 @@ def improvements(design: GearDesign) -> Iterator[Change]:
                lambda s=step: replace(design, profile_shift=(x1 + s, x2 - s)))
     for step in _ADDENDA:
         addendum = design.rack.addendum + step
-        yield ("addendum", f"{design.rack.addendum:g} m", f"{addendum:.4g} m",
+        yield ("addendum in modules", f"{design.rack.addendum:g}", f"{addendum:.4g}",
                lambda a=addendum: replace(design, rack=replace(design.rack, addendum=a)))
 
 
