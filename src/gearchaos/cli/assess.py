@@ -72,8 +72,10 @@ def assess(
     options: dict[str, Any] = {"factor": factor, "seed": seed, "progress": True}
     if starts is not None:
         options["starts"] = starts
+    names = [""] if against is None else [gears.name, against.name]
     begun = time.monotonic()
-    reports = [Report(assessed(each, axis, torques, settings=settings, **options)) for each, settings in described]
+    reports = [Report(assessed(each, axis, torques, settings=settings, **options), name)
+               for name, (each, settings) in zip(names, described, strict=True)]
     if sensitivity or improve:
         options["settings"] = described[0][1]
         reports[0] = _with_changes(reports[0], (sensitivity, improve), axis, torques, options,
@@ -83,8 +85,9 @@ def assess(
         document = reports[0].document()
         print_json(document if against is None else document | {"against": reports[1].document()})
         return
-    for path, report in zip((gears, against), reports, strict=False):
-        _print(report, "" if against is None else str(path))
+    for number, report in enumerate(reports):
+        print(end="\n" * (number > 0))
+        _print(report)
 
 
 def _torques(texts: list[str] | None) -> list[float] | None:
@@ -161,13 +164,13 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
     say_written(*(path for path in (out, pdf) if path is not None))
 
 
-def _print(report: Report, name: str) -> None:
+def _print(report: Report) -> None:
     """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
     from gearchaos.datasheet.report import changed_in_words, usable_share
     from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, usable_in_words, verdict, worst
 
     found = report.found
-    _say_lines(*([f"{name}:"] if name else []), verdict(found), worst(found), usable_share(found))
+    _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
         print(f"\nAt {at.torque:.6g} N m, where the dynamic factor at speed 0 is {at.quasi_static_ratio:.3g}, avoid{' nothing' * (not at.windows)}")
         table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)

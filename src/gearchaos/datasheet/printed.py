@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
-from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, scanned, title, torques_in_words, verdict, worst
+from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, scanned, torques_in_words, verdict, worst
 
 _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
@@ -46,7 +46,7 @@ def _first_page(reports: list[Report]) -> Figure:
     share = 0.92 / len(reports)
     for number, report in enumerate(reports):
         found, top = report.found, 0.96 - number * share
-        page.text(0.08, top, title(found.gears), fontsize=14, va="top", parse_math=False)
+        page.text(0.08, top, report.title, fontsize=14, va="top", parse_math=False)
         sentences = [f"{text[0].upper()}{text[1:]}." for text in (verdict(found), worst(found))]
         page.text(0.08, top - 0.03, "\n".join(line for text in sentences for line in textwrap.wrap(text, 95)),
                   fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
@@ -76,7 +76,7 @@ def _below(report: Report) -> Iterator[str]:
 def _lines(report: Report) -> Iterator[str]:
     """The evidence as lines of text."""
     found = report.found
-    yield f"{title(found.gears)}: {scanned(found)} at {torques_in_words(found)}"
+    yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
     for at in found.at:
         yield from ("", f"To avoid at {at.torque:.6g} N m (dynamic factor at speed 0: {at.quasi_static_ratio:.3g})")
         for row in [HEADINGS, *rows(at)] if at.windows else []:

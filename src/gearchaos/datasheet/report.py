@@ -35,14 +35,18 @@ from gearchaos.studies.speed_windows import MOTIONS, SpeedsToAvoid
 _MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
 _WIDER = 1e-3  # least share of the speeds that a change must add to what is usable to be named
 _MOST_NAMED = 3  # changes that the first page names
-_WIDTH = 7.2  # of the picture of the decision, in inches
+_WIDTH = 5.2  # of the picture of the decision, in inches
 
 
 @dataclass(frozen=True)
 class Report:
-    """An assessment, with those of designs that differ in one input, None if they were not asked for."""
+    """An assessment, with those of designs that differ in one input, None if they were not asked for.
+
+    The ``name`` tells it from the one beside it.
+    """
 
     found: Assessment
+    name: str = ""
     sensitivity: Sequence[Changed] | None = None
     improvements: Sequence[Changed] | None = None
 
@@ -51,6 +55,10 @@ class Report:
         changes = {"sensitivity": self.sensitivity, "improvements": self.improvements}
         return self.found.document() | {
             name: [each.document(self.found) for each in found] for name, found in changes.items() if found is not None}
+
+    @property
+    def title(self) -> str:
+        return ": ".join(filter(None, (self.name, title(self.found.gears))))
 
     @property
     def matters_most(self) -> list[Changed]:
@@ -115,9 +123,9 @@ def report_html(report: Report, against: Report | None = None) -> str:
 def _side(report: Report, prefix: str) -> dict[str, Any]:
     """What the template shows of an assessment."""
     found = report.found
-    height = min(2.0 + 0.42 * len(found.at), 4.6) if len(found.at) <= plot._assessment.MOST_ROWS else 4.6
+    height = min(1.9 + 0.36 * len(found.at), 4.2) if len(found.at) <= plot._assessment.MOST_ROWS else 4.2
     return {
-        "title": title(found.gears), "torques": torques_in_words(found), "speeds": scanned(found),
+        "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
         "verdict": [verdict(found), worst(found)],
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens there, "
                            "and the events at their edges. Blank is usable: ± is how far the speed may differ from the "
