@@ -12,15 +12,23 @@ import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath, torques_of
-from gearchaos.cli.options import Json, Sets, app, load
-from gearchaos.cli.output import DPI, PLOT_SUFFIXES, check_output, plain_table, print_json, print_table, say_written, write_figure
+from gearchaos.cli.options import Json, Plot, Sets, app, load
+from gearchaos.cli.output import (
+    DPI,
+    PLOT_SUFFIXES,
+    check_output,
+    plain_table,
+    print_json,
+    print_table,
+    say_written,
+    write_figure,
+)
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 
 if TYPE_CHECKING:
     from gearchaos.datasheet.report import Report
     from gearchaos.dynamics import Classification
-    from gearchaos.gears.operating import is_design
     from gearchaos.studies.axis import Axis
 
 _WIDTH = 80
@@ -30,7 +38,8 @@ _MOST_TABLES, _MOST_JUMPS = 6, 6
 Speeds = Annotated[str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, others are added.")]
 Torques = Annotated[
     list[str] | None,
-    typer.Option("--torque", metavar="T1,T2,…|A:B:N", help="At wheel 1, in N m or with a unit; by default that of the gears."),
+    typer.Option("--torque", metavar="T1,T2,…|A:B:N",
+                 help="At wheel 1, in N m or with a unit; by default that of the gears."),
 ]
 Factor = Annotated[
     float | None,
@@ -38,9 +47,8 @@ Factor = Annotated[
 ]
 Page = Annotated[Path | None, typer.Option("--out", metavar="FILE.html", help="Report as a page.", readable=False)]
 Print = Annotated[Path | None, typer.Option("--pdf", metavar="FILE.pdf", help="Report for printing.", readable=False)]
-Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Picture: .png, .pdf or .svg.", readable=False)]
 Other = Annotated[
-    Path | None, typer.Option("--against", metavar="OTHER", help="Other gears, assessed likewise beside.", readable=False)
+    Path | None, typer.Option("--against", metavar="OTHER", help="Other gears, assessed likewise.", readable=False)
 ]
 
 
@@ -49,13 +57,18 @@ def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
     starts: Annotated[int | None, typer.Option(metavar="N", help="Random initial states at each speed.")] = None,
     seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
-    sensitivity: Annotated[bool, typer.Option("--sensitivity", help="Assess again with each assumed input varied.")] = False,
-    improve: Annotated[bool, typer.Option("--improve", help="Assess again with each input that a designer can change.")] = False,
-    out: Page = None, pdf: Print = None, plot: Picture = None, against: Other = None, json_out: Json = False,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Assess again with each assumed input varied.")
+    ] = False,
+    improve: Annotated[
+        bool, typer.Option("--improve", help="Assess again with each input that a designer can change.")
+    ] = False,
+    out: Page = None, pdf: Print = None, plot: Plot = None, against: Other = None, json_out: Json = False,
 ) -> None:
     """Decide over speed and torque: which speeds to avoid, which to use, and with what margin."""
-    for option, path, suffixes in (("--out", out, (".html",)), ("--pdf", pdf, (".pdf",)), ("--plot", plot, PLOT_SUFFIXES)):
-        check_output(option, path, suffixes)
+    check_output("--out", out, (".html",))
+    check_output("--pdf", pdf, (".pdf",))
+    check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.datasheet.report import Report
     from gearchaos.gears.operating import is_design
     from gearchaos.studies.assess import assess as assessed
@@ -111,7 +124,9 @@ def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) 
             raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
 
 
-def _described(path: Path, sets: list[str] | None, axis: Axis, torques: list[float] | None) -> tuple[Any, Classification]:
+def _described(
+    path: Path, sets: list[str] | None, axis: Axis, torques: list[float] | None
+) -> tuple[Any, Classification]:
     """The gears of a file, a design or a model, and its settings of the classification."""
     from gearchaos.dynamics import Classification
     from gearchaos.gears.operating import is_design
@@ -137,10 +152,11 @@ def _with_changes(
     from gearchaos.studies.changed_designs import assess_changes, assumptions, improvements
 
     design = report.found.gears.at(torque=report.found.at[-1].torque)
-    changes = [list(of(design)) if given else None for given, of in zip(asked, (assumptions, improvements), strict=True)]
+    changes = [list(of(design)) if given else None
+               for given, of in zip(asked, (assumptions, improvements), strict=True)]
     count = sum(len(each) for each in changes if each)
     say(f"{count} more assessments, about {count * seconds:.0f} s")
-    found = [None if each is None else list(assess_changes(each, axis, torques, **options)) for each in changes]
+    found = [None if each is None else list(assess_changes(design, each, axis, torques, **options)) for each in changes]
     return replace(report, sensitivity=found[0], improvements=found[1])
 
 
@@ -160,7 +176,9 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
         matplotlib.use("Agg")
         from gearchaos.plot import assessment
 
-        write_figure(assessment(reports[0].found).get_figure(root=True), plot, dpi=DPI, bbox_inches="tight")
+        figure = assessment(reports[0].found).get_figure(root=True)
+        assert figure is not None
+        write_figure(figure, plot, dpi=DPI, bbox_inches="tight")
     say_written(*(path for path in (out, pdf) if path is not None))
 
 
@@ -172,7 +190,8 @@ def _print(report: Report) -> None:
     found = report.found
     _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
-        print(f"\nAt {at.torque:.6g} N m, where the dynamic factor at speed 0 is {at.quasi_static_ratio:.3g}, avoid{' nothing' * (not at.windows)}")
+        nothing = " nothing" * (not at.windows)
+        print(f"\nAt {at.torque:.6g} N m, dynamic factor {at.quasi_static_ratio:.3g} at speed 0, avoid{nothing}")
         table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
         for row in rows(at):
             table.add_row(*row)

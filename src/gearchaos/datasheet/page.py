@@ -38,7 +38,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
                  lambda ax: plot.transmission_error(design, ax))]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]
-    return environment().gettemplate("sheet.html.j2").render(
+    return environment().get_template("sheet.html.j2").render(
         css=Markup(template("sheet.css")), title=first.title, answers=[_answer(first, first.notes), *(
             _answer(each, [note for note in each.notes if note not in first.notes]) for each in others)],
         problem=str(first.problem), inputs=list(inputs_in_words(design).items()), pictures=drawn,

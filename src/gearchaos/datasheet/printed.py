@@ -6,6 +6,7 @@ import io
 import textwrap
 from collections.abc import Iterator
 from importlib import metadata
+from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_pdf import PdfPages
@@ -24,8 +25,8 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
     """The report as a PDF of A4 pages; with another one, both on the first page."""
     reports = [report] if against is None else [report, against]
     content = io.BytesIO()
-    with matplotlib.rc_context({"pdf.fonttype": 42, "font.size": 9}), PdfPages(content, metadata={"CreationDate": None}) \
-            as pages:
+    style: Any = {"pdf.fonttype": 42, "font.size": 9}
+    with matplotlib.rc_context(style), PdfPages(content, metadata={"CreationDate": None}) as pages:
         pages.savefig(_first_page(reports))
         lines = [line for each in reports for line in _lines(each)]
         if against is not None:
@@ -82,8 +83,8 @@ def _lines(report: Report) -> Iterator[str]:
         for row in [HEADINGS, *rows(at)] if at.windows else []:
             yield "".join(f"{value.replace(chr(10), ' '):<{width}.{width - 1}}" for value, width in zip(
                 row, _COLUMNS, strict=True))
-        yield from ("Usable: " + ", ".join(f"{p.start:.1f} to {p.stop:.1f} (±{100 * p.margin:.2f} %)" for p in at.usable)
-                    + " rpm" if at.usable else "Nothing is usable.",)
+        usable = ", ".join(f"{p.start:.1f} to {p.stop:.1f} rpm (±{100 * p.margin:.2f} %)" for p in at.usable)
+        yield from _wrapped(f"Usable: {usable or 'nothing'}")
         yield from _wrapped(f"Tried: {at.tried}")
     sections = {
         "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -27,6 +28,8 @@ from gearchaos.datasheet.verdict import (
 )
 from gearchaos.gears.operating import is_design, is_train
 from gearchaos.gears.pair import GearPair
+from gearchaos.plot._assessment import height
+from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import draw_legend
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.changed_designs import Changed
@@ -65,7 +68,8 @@ class Report:
         """The changes of the inputs to which the usable share is most sensitive, one of each, most first."""
         ordered = sorted((each for each in self.sensitivity or () if each.assessment),
                          key=lambda each: -abs(each.widening(self.found)))
-        return list({each.name: each for each in reversed(ordered)}.values())[::-1][:_MOST_NAMED]
+        first = [each for number, each in enumerate(ordered) if each.name not in {o.name for o in ordered[:number]}]
+        return first[:_MOST_NAMED]
 
     @property
     def helps_most(self) -> list[Changed]:
@@ -77,7 +81,8 @@ class Report:
 def usable_share(found: Assessment) -> str:
     """The share of the speeds that is usable at all torques, and the range with the largest margin."""
     widest = next(iter(usable_in_words(found.usable_at_all[:1])), "")
-    return f"usable {100 * found.usable_share:.1f} % of the speeds" + (f", with the largest margin {widest}" * bool(widest))
+    margin = f", with the largest margin {widest}" * bool(widest)
+    return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}"
 
 
 def changed_in_words(each: Changed) -> str:
@@ -121,29 +126,33 @@ def report_html(report: Report, against: Report | None = None) -> str:
 
 
 def _side(report: Report, prefix: str) -> dict[str, Any]:
-    """What the template shows of an assessment."""
-    found = report.found
-    height = min(1.9 + 0.36 * len(found.at), 4.2) if len(found.at) <= plot._assessment.MOST_ROWS else 4.2
+    """What the template shows of an assessment on its first page, and below."""
+    found, changes = report.found, {"sensitivity": report.sensitivity, "improvements": report.improvements}
+    first = {"matters": None if report.sensitivity is None else report.matters_most,
+             "helps": None if report.improvements is None else report.helps_most}
     return {
         "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
-        "verdict": [verdict(found), worst(found)],
-        "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens there, "
-                           "and the events at their edges. Blank is usable: ± is how far the speed may differ from the "
-                           "middle.", height, lambda ax: plot.assessment(found, ax), _WIDTH),
-        "usable_share": usable_share(found),
-        "matters": None if report.sensitivity is None else [changed_in_words(e) for e in report.matters_most],
-        "sensitivity": [changed_in_words(each) for each in report.sensitivity or ()],
-        "helps": None if report.improvements is None else [changed_in_words(e) for e in report.helps_most],
-        "improvements": [changed_in_words(each) for each in report.improvements or ()],
+        "verdict": [verdict(found), worst(found)], "usable_share": usable_share(found),
+        "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
+                           "there, and the events at their edges. Blank is usable: ± is how far the speed may differ "
+                           "from the middle.", height(found), lambda ax: plot.assessment(found, ax), _WIDTH),
+        **{name: None if each is None else [changed_in_words(one) for one in each]
+           for name, each in {**first, **changes}.items()},
+        **_evidence(found, prefix)}
+
+
+def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
+    """What the template shows below the first page of an assessment."""
+    return {
         "avoid": [{"torque": f"{each.torque:.6g}", "ratio": f"{each.quasi_static_ratio:.3g}", "rows": rows(each)}
                   for each in found.at],
-        "usable": [(f"{torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")
-                   for torque, part in sorted(found.usable, key=lambda pair: (pair[0], pair[1].start))],
+        "usable": [(f"{each.torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")
+                   for each in found.at for part in each.usable],
         "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
-        "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh force "
-                            "over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
-                            lambda ax, at=each: _factors(ax, at))
-                    for number, each in enumerate(found.at)] if len(found.at) <= _MOST_PICTURES else [],
+        "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
+                            "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
+                            partial(_factors, at=each))
+                    for number, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
         "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
         "kind": "train" if is_train(found.gears) else "pair"}
 
@@ -158,8 +167,9 @@ def _factors(ax: Axes, at: SpeedsToAvoid) -> Axes:
         if (values == values).any():
             style: Mapping[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 3} if name == "other" else {}
             handles += ax.plot(ds["speed"].values, values, label=words, linewidth=1.1, **style)
-    ax.set(xlim=(ds["speed"].values[0], ds["speed"].values[-1]), xlabel="speed of wheel 1 [rpm]", ylabel="dynamic factor")
-    if ax.get_ylim()[1] > plot._dynamic_factor.LARGE:
+    ax.set(xlim=(ds["speed"].values[0], ds["speed"].values[-1]), xlabel="speed of wheel 1 [rpm]",
+           ylabel="dynamic factor")
+    if ax.get_ylim()[1] > LARGE:
         ax.set_yscale("log", subs=(2, 5))
     draw_legend(ax, handles)
     return ax

@@ -49,7 +49,7 @@ def scanned(found: Assessment) -> str:
 
 
 def usable_in_words(parts: Sequence[UsableRange]) -> list[str]:
-    """Usable ranges with their margins, rounded inwards to three digits; those of which nothing is left are left out."""
+    """Usable ranges with their margins, rounded inwards to three digits, without those of which nothing is left."""
     rounded = ((part, *_inwards(part)) for part in parts)
     return [f"{low:.0f} to {high:.0f} rpm (±{100 * part.margin:.1f} %)" for part, low, high in rounded if low < high]
 
@@ -59,13 +59,13 @@ def verdict(found: Assessment) -> str:
     where, torques, usable = scanned(found), torques_in_words(found), usable_in_words(found.usable_at_all)
     criterion = found.at[0].criterion
     if not found.avoid:
-        return (f"usable at {torques}: all of {where}; nothing to avoid was found, and looked for were speeds at which "
-                f"{criterion}")
+        return (f"usable at {torques}: all of {where}; looked for were speeds at which {criterion}, and none found "
+                f"{tried(found)}")
     if not usable:
-        some = "; some are at single torques" * bool(len(found.at) > 1 and usable_in_words([p for _, p in found.usable]))
-        return f"no speed from {where} is usable at {torques}: {criterion}{some}"
+        some = usable_in_words([part for _, part in found.usable])  # of a single torque these are none either
+        return f"no speed from {where} is usable at {torques}: {criterion}{'; some are at single torques' * bool(some)}"
     more = len(usable) - _MOST_NAMED
-    narrower = f" and {more} narrower" if more > 0 else ""
+    narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
     return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where "
             f"{criterion}")
 
@@ -78,7 +78,8 @@ def worst(found: Assessment) -> str:
         return f"motions grow without bound at {_listed(unbounded[:_MOST_NAMED])} N m"
     part, torque = max(largest, key=lambda pair: pair[0].dynamic_factor)
     history = sum(window.depends_on_history for _, window in found.avoid)
-    decides = f"; in {history} of {len(found.avoid)} ranges to avoid the history decides which motion is met" * bool(history)
+    of_all = f"{history} of {len(found.avoid)}"
+    decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
             f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
 
@@ -114,8 +115,8 @@ def _event(kind: str, resolution: float, scan_end: bool) -> str:
 def jumps(found: Assessment) -> list[str]:
     """The jumps of slow run-ups and run-downs, each in words."""
     ways = {"up": "run-up", "down": "run-down"}
-    return [f"{ways[jump.direction]} at {each.torque:.6g} N m: {jump.speed:.0f} rpm, {jump.event or 'no event'}, dynamic "
-            f"factor {measured(jump.factor_before, 3)} to {measured(jump.factor_after, 3)}"
+    return [f"{ways[jump.direction]} at {each.torque:.6g} N m: {jump.speed:.0f} rpm, {jump.event or 'no event'}, "
+            f"dynamic factor {measured(jump.factor_before, 3)} to {measured(jump.factor_after, 3)}"
             for each in found.at for jump in each.jumps]
 
 

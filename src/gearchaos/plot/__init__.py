@@ -23,11 +23,10 @@ from gearchaos.plot.states import attractor_legend, attractor_names, attractors,
 from gearchaos.plot.theme import style
 
 __all__ = [
-    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "assessment", "attractor_legend", "attractor_names",
-    "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "fit",
-    "flanks",
-    "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
-    "motion_class", "motion_strip", "orders", "phase", "portrait", "response", "response_curve", "result", "runup",
-    "save_with_data", "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train",
-    "transmission_error", "zones",
+    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "assessment", "attractor_legend",
+    "attractor_names", "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend",
+    "dynamic_factor", "fit", "flanks", "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds",
+    "mesh_stiffness", "modes", "motion", "motion_class", "motion_strip", "orders", "phase", "portrait", "response",
+    "response_curve", "result", "runup", "save_with_data", "schematic", "separation_line", "skeleton", "spectrum",
+    "stiffness", "style", "train", "transmission_error", "zones",
 ]

@@ -28,6 +28,7 @@ _PALE = 0.45  # opacity of a range in which motions that are not to be avoided e
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
 _STRIP = 0.09  # height of the strip of the speeds that are usable at all torques, over that of all areas
+_HIGHEST = 4.6  # picture, in inches
 _MARGIN_WIDTH = 0.55  # least width of a usable range, in inches, in which its margin is written
 
 
@@ -36,8 +37,8 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
 
     A colour says what happens in a range to avoid; where it is pale and hatched there are also motions that are not to
     be avoided, and the history decides. Lines mark the edges by the event at which they lie. What is left blank is
-    usable, with its margin where there is room for it: by which share the speed may differ either way from the middle of
-    the range. Above several torques a row shows what is usable at all of them. Up to 12 torques are rows of bars, in
+    usable, with its margin where there is room for it: by which share the speed may differ either way from the middle
+    of the range. Above several torques a row shows what is usable at all of them. Up to 12 torques are rows of bars, in
     even distances, more are areas to scale.
 
     Parameters
@@ -76,8 +77,7 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
     if ax is None:
         import matplotlib.pyplot as plt
 
-        height = min(2.1 + 0.42 * len(torques), 4.8) if rows else 4.8
-        ax = plt.figure(figsize=(6.4, height), layout="constrained").subplots()
+        ax = plt.figure(figsize=(6.4, height(found)), layout="constrained").subplots()
     edges = np.arange(len(torques) + 1) - 0.5 if rows else _between(torques)
     top = edges[-1] + (len(torques) > 1) * (1.0 if rows else _STRIP * (edges[-1] - edges[0]))
     ax.set(xlim=found.speeds, ylim=(edges[0], top), xlabel="speed of wheel 1 [rpm]", ylabel="torque at wheel 1 [N m]")
@@ -103,6 +103,11 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
     return ax
 
 
+def height(found: Assessment) -> float:
+    """The height of a picture in which there is room for all torques, in inches."""
+    return min(1.9 + 0.4 * len(found.at), _HIGHEST) if len(found.at) <= MOST_ROWS else _HIGHEST
+
+
 def _between(torques: np.ndarray) -> np.ndarray:
     """The edges of the areas of torques, half way between them."""
     middle = (torques[1:] + torques[:-1]) / 2
@@ -125,13 +130,13 @@ def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dic
 
 def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:
     """Mark the edges of a range by their events, and return the legend handles by label."""
-    margin, found = (1 - share) / 2 * (high - low), {}
+    margin, found = (1 - share) / 2 * (high - low), dict[str, Line2D]()
     for speed, kind, end in ((window.start, window.begins_with, window.from_scan_start),
                              (window.stop, window.ends_with, window.to_scan_end)):
         if end:
             continue
         label = event_words(kind) if kind else "no event"
-        style = {"color": adapt(EVENT_COLOURS.get(kind, INK) if kind else _NO_EVENT), "linewidth": 1.8}
+        style: dict[str, Any] = {"color": adapt(EVENT_COLOURS.get(kind, INK) if kind else _NO_EVENT), "linewidth": 1.8}
         ax.plot([speed, speed], [low + margin, high - margin], zorder=3, solid_capstyle="butt", **style)
         found[label] = Line2D([], [], label=label, **style)
     return found

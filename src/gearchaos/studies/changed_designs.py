@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
@@ -14,6 +14,7 @@ from gearchaos.studies.assess import Assessment, assess
 _DAMPING = (0.6, 1.6)  # factors of the damping ratio: its usual range about its middle
 _BACKLASH = (0.7, 1.3)
 _RELIEF = (0.0, 0.7, 1.3)  # factors of the tip relief
+_NEW_RELIEF = (1.0, 2.0)  # amounts of a relief where there is none, over the deflection of the mesh under the load
 _SHIFTS = (-0.1, 0.1)  # of the profile shift of wheel 1, in modules; that of wheel 2 changes by as much the other way
 _ADDENDA = (-0.1, 0.1)  # of the addendum of the basic rack, in modules
 
@@ -48,27 +49,32 @@ def _widest(found: Assessment) -> list[float]:
     return [edge for part in found.usable_at_all[:1] for edge in (part.start, part.stop)]
 
 
-Change = tuple[str, str, str, Callable[[], GearDesign]]
-"""The name of an input, its value and the other one in words, and what makes the other design."""
+class Change(NamedTuple):
+    """A change of an input: its name, its value and the other one in words, and the fields of the other design."""
+
+    name: str
+    given: str
+    value: str
+    fields: dict[str, Any]
 
 
 def assumptions(design: GearDesign) -> Iterator[Change]:
     """The changes of what is assumed: damping ratio, grade, method of the stiffness, load sharing and backlash."""
-    zeta = design.damping_ratio
+    zeta = design.damping_ratio or 0.0
     for factor in _DAMPING if zeta else ():
-        yield "damping ratio", f"{zeta:g}", f"{zeta * factor:g}", lambda f=factor: replace(design, damping_ratio=zeta * f)
+        yield Change("damping ratio", f"{zeta:g}", f"{zeta * factor:g}", {"damping_ratio": zeta * factor})
     quality = design.quality
     if quality is not None and design.transmission_error == "from quality":
         for step in (-1, 1):
             grades = tuple(grade + step for grade in quality.grades)
-            yield ("accuracy grade", _both(quality.grades), _both(grades),
-                   lambda g=grades: replace(design, quality=replace(quality, grade=g)))
+            yield Change("accuracy grade", _both(quality.grades), _both(grades), {
+                "quality": {"standard": quality.standard, "grade": grades}})
+    given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
     for method in methods():
-        if method != design.stiffness:
-            given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
-            yield "mesh stiffness", given, method, lambda m=method: replace(design, stiffness=m)
+        if method != given:
+            yield Change("mesh stiffness", given, method, {"stiffness": method})
     if not design.shares_load and not design.one_spring:
-        yield "load sharing", "prescribed", "tooth pairs", lambda: replace(design, load_sharing="tooth pairs")
+        yield Change("load sharing", "prescribed", "tooth pairs", {"load_sharing": "tooth pairs"})
     yield from _backlash(design)
 
 
@@ -78,45 +84,48 @@ def improvements(design: GearDesign) -> Iterator[Change]:
     if relief is not None and any(relief.amount):
         for factor in _RELIEF:
             amount = tuple(factor * each for each in relief.amount)
-            yield ("tip relief", _both([1e6 * a for a in relief.amount], " µm"), _both([1e6 * a for a in amount], " µm"),
-                   lambda a=amount: replace(design, tip_relief=replace(relief, amount=a) if any(a) else None))
+            yield Change("tip relief", _in_um(relief.amount), _in_um(amount), {
+                "tip_relief": replace(relief, amount=amount) if any(amount) else None})
     elif not design.helix_angle:
-        for amount in _reliefs(design):
-            yield ("tip relief", "none", f"{1e6 * amount:.3g} µm from single contact on, by which tooth pairs share the load", lambda a=amount: replace(
-                design, tip_relief={"amount": a, "start_diameter": list(design.geometry.single_contact_diameter)}))
+        deflection = design.torque / (design.geometry.base_diameter[0] / 2) / design.mesh_stiffness.reference
+        for factor in _NEW_RELIEF:
+            yield Change("tip relief", "none", f"{_in_um([factor * deflection])} from the beginning of single contact, "
+                         "tooth pairs sharing the load", {"tip_relief": {
+                             "amount": factor * deflection,
+                             "start_diameter": list(design.geometry.single_contact_diameter)}})
     yield from _backlash(design)
     x1, x2 = design.geometry.profile_shift
     for step in _SHIFTS:
-        yield ("profile shift", f"{x1:.4g}/{x2:.4g}", f"{x1 + step:.4g}/{x2 - step:.4g}",
-               lambda s=step: replace(design, profile_shift=(x1 + s, x2 - s)))
+        yield Change("profile shift", f"{x1:.4g}/{x2:.4g}", f"{x1 + step:.4g}/{x2 - step:.4g}", {
+            "profile_shift": (x1 + step, x2 - step)})
     for step in _ADDENDA:
         addendum = design.rack.addendum + step
-        yield ("addendum in modules", f"{design.rack.addendum:g}", f"{addendum:.4g}",
-               lambda a=addendum: replace(design, rack=replace(design.rack, addendum=a)))
-
-
-def _reliefs(design: GearDesign) -> tuple[float, ...]:
-    """Amounts of a relief, m: the deflection under the load of the design, and twice it."""
-    force = design.torque / (design.geometry.base_diameter[0] / 2)
-    deflection = force / design.mesh_stiffness.reference
-    return deflection, 2 * deflection
+        yield Change("addendum in modules", f"{design.rack.addendum:g}", f"{addendum:.4g}", {
+            "rack": replace(design.rack, addendum=addendum)})
 
 
 def _backlash(design: GearDesign) -> Iterator[Change]:
     own = design.backlash_line_of_action
     for factor in _BACKLASH:
-        yield ("backlash", f"{1e3 * own:.4g} mm", f"{1e3 * own * factor:.4g} mm", lambda f=factor: replace(
-            design, backlash={"value": f * own, "of": "line of action, total"}))
+        yield Change("backlash", f"{1e3 * own:.4g} mm", f"{1e3 * own * factor:.4g} mm", {
+            "backlash": {"value": factor * own, "of": "line of action, total"}})
 
 
-def assess_changes(changes: Sequence[Change], speed: Any, torque: Any, **options: Any) -> Iterator[Changed]:
-    """Assess each changed design as `assess`; a design that cannot be is a reason."""
-    for name, given, value, changed in changes:
+def assess_changes(
+    design: GearDesign, changes: Sequence[Change], speed: Any, torque: Any, **options: Any
+) -> Iterator[Changed]:
+    """Assess a design with each change, as `assess`; why one cannot be is its reason."""
+    for name, given, value, fields in changes:
         try:
-            yield Changed(name, given, value, assess(changed(), speed, torque, **options))
+            yield Changed(name, given, value, assess(replace(design, **fields), speed, torque, **options))
         except InputError as error:
             yield Changed(name, given, value, reason=str(error))
 
 
-def _both(values: Sequence[float], unit: str = "") -> str:
-    return "/".join(dict.fromkeys(f"{v:.4g}" for v in values)) + unit
+def _in_um(lengths: Sequence[float]) -> str:
+    return f"{_both([1e6 * each for each in lengths])} µm"
+
+
+def _both(values: Sequence[float]) -> str:
+    """The values of both wheels, or one if they are the same."""
+    return "/".join(dict.fromkeys(f"{v:.4g}" for v in values))
