@@ -218,13 +218,9 @@ class FollowedMotions:
         yield from self.add(avoided, starts // 4, seed)
         return np.array([len(free), len(avoided)])
 
-    def refine(
-        self, severity: Severity, limit: float, states: Sequence[tuple[float, np.ndarray]] = ()
-    ) -> Search[None]:
-        """Add the motions from states (d,) at speeds that are known, and speeds until edges and peaks are located."""
-        if states:
-            yield from self._add(np.array([speed for speed, _ in states]), np.stack([w for _, w in states], axis=1))
-            yield from self.add(())
+    def refine(self, severity: Severity, limit: float) -> Search[None]:
+        """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
+        yield from self.add(())
         while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
             yield from self.add(new[:room])
 

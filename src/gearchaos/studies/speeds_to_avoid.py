@@ -45,14 +45,14 @@ from gearchaos.studies.speed_windows import (
     largest_factors,
     speed_range,
 )
-from gearchaos.studies.window_edges import Edge, Followed, Sought, ends_of_orbits, locate_edges
+from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
-_MOST_RETURNS = 4  # times that the search goes on from motions that are found in locating edges
+_MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 
 @dataclass(frozen=True)
@@ -130,15 +130,14 @@ class _AtTorque:
                     Edge(inside, "", abs(outside - inside))))
         return out
 
-    def left_behind(self) -> list[tuple[Followed, str, Motion]]:
+    def left_behind(self) -> list[tuple[Way, str, Motion]]:
         """The orbits that slow sweeps leave for good, with the direction of the sweep and the motion reached."""
         out, motions, rows = [], self.motions, self.motions.named()
         for direction, row, step in (("up", rows["rising"], 1), ("down", rows["falling"], -1)):
             for motion, reached, here, there in zip(
                     row[::step], row[::step][1:], motions.speeds[::step], motions.speeds[::step][1:]):
                 if motion.period and reached.leads_to[here] is not motion:
-                    edge = Sought(motions.torque, here, there, (), (), lambda _: 1, Edge(here))
-                    out.append((Followed(edge, here, there, motion), direction, reached))
+                    out.append((Way(motions.torque, here, there, motion), direction, reached))
         return out
 
 
@@ -148,7 +147,7 @@ def search_torques(
 ) -> list[tuple[_AtTorque, np.ndarray]]:
     """The motions at several torques side by side, their edges, and the numbers of speeds with random states, all of them and a quarter.
 
-    A motion to avoid that goes on beyond an edge is added, and the search goes on from there.
+    Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
     at = [_AtTorque(criteria, FollowedMotions(each, t), quasi_static_ratio(each))
@@ -158,21 +157,22 @@ def search_torques(
         [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed) for each in at],
         model, criteria.settings, progress=words, threads=threads)
     for _ in range(_MOST_RETURNS):
-        sought = [each.sought() for each in at]
-        locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
-        for each, edges in zip(at, sought, strict=True):
-            each.edges = [edge.found for edge in edges]
-        persisting = [[(edge.outside, w) for edge in edges for w in edge.persists] for edges in sought]
-        if not any(persisting):
+        known = [sum(map(len, each.motions.at.values())) for each in at]
+        continue_orbits(model, [each.motions for each in at])
+        more = [each for each, count in zip(at, known, strict=True) if sum(map(len, each.motions.at.values())) > count]
+        if not more:
             break
-        side_by_side([each.motions.refine(each.severity, each.limit, states)
-                      for each, states in zip(at, persisting, strict=True) if states],
-                     model, criteria.settings, threads=threads)
+        side_by_side([each.motions.refine(each.severity, each.limit) for each in more], model, criteria.settings,
+                     threads=threads)
+    sought = [each.sought() for each in at]
+    locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
+    for each, edges in zip(at, sought, strict=True):
+        each.edges = [edge.found for edge in edges]
     swept = [each.left_behind() for each in at]
-    ends = iter(ends_of_orbits(model, [followed for each in swept for followed, *_ in each]))
+    ends = iter(ends_of_orbits(model, [way for each in swept for way, *_ in each]))
     for each, left in zip(at, swept, strict=True):
-        each.jumps = tuple(Jump(end.speed, direction, end.kind, followed.motion.dynamic_factor, reached.dynamic_factor)
-                           for (followed, direction, reached), (end, _) in zip(left, ends))
+        each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
+                           for (way, direction, reached), (end, _) in zip(left, ends))
     return list(zip(at, tried, strict=True))
 
 
