@@ -9,7 +9,8 @@ motion that does not repeat ends at no event of an orbit, unless it begins where
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -174,7 +175,7 @@ def continue_orbits(model: MeshModel, torques: Sequence[FollowedMotions]) -> Non
 
 def _neighbours(speeds: Sequence[float]) -> list[tuple[float, float]]:
     """All pairs of neighbouring speeds, in both directions."""
-    pairs = list(zip(speeds, speeds[1:], strict=False))
+    pairs = list(pairwise(speeds))
     return [*pairs, *((b, a) for a, b in pairs)]
 
 
