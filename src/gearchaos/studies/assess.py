@@ -1,4 +1,4 @@
-"""The decision over speed and torque: which speeds to avoid, which to use, and how far these are from the next event."""
+"""The decision over speed and torque: which speeds to avoid, which to use, and with what margin."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value
-from gearchaos.model import DAMPING_LAWS, MeshModel
+from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, operating_axis
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
-from gearchaos.studies.speeds_to_avoid import Criteria, search_torques, summarised
+from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_torques, summarised
 
 SPEEDS = 60  # speeds of a range without a number: others are added between them
-_STARTS = 16  # random initial states at each speed
+_EFFORTS = ((STARTS, SPACING), (32, 0.01), (16, 0.025))
+"""Random initial states, and the spacing of their speeds: the first of which there are not too many, or the last."""
+
+_MOST_STATES = 300_000  # random initial states of all torques
 _MOST_TORQUES = 1000
 
 
@@ -107,8 +110,9 @@ class Assessment:
 
 
 def assess(
-    gears: AnyModel, speed: Axis | str, torque: Any = None, *, factor: float | None = None, starts: int = _STARTS,
-    seed: int = 0, settings: Classification | None = None, progress: bool = False, threads: int | None = None,
+    gears: AnyModel, speed: Axis | str, torque: Any = None, *, factor: float | None = None, starts: int | None = None,
+    spacing: float | None = None, seed: int = 0, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
 ) -> Assessment:
     """Assess gears over speed and torque: which speeds to avoid, which to use, and with what margin.
 
@@ -122,8 +126,8 @@ def assess(
     torque : torques, optional
         At wheel 1, one or several: numbers in N m, texts such as "60 N*m", or a text "20:400:12" for twelve of them; by
         default that of the gears.
-    factor, starts, seed, settings, progress, threads
-        As in `speeds_to_avoid`.
+    factor, starts, spacing, seed, settings, progress, threads
+        As in `speeds_to_avoid`; by default there are fewer and wider spaced random states at many torques.
 
     Returns
     -------
@@ -142,14 +146,17 @@ def assess(
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> found = gc.assess(design, "500:700:10", [100, 300], starts=4)
-    >>> [(torque, window.words, window.begins_with) for torque, window in found.avoid]
-    [(100.0, '531 to 559 rpm', 'graze'), (100.0, '594 to 627 rpm', 'graze'), (300.0, '559 to 586 rpm', 'graze'), (300.0, '627 to 657 rpm', 'graze')]
+    >>> [(torque, window.words, window.begins_with) for torque, window in found.avoid[1:3]]
+    [(100.0, '594 to 627 rpm', 'graze'), (300.0, '559 to 586 rpm', 'graze')]
     >>> [round(part.margin, 3) for part in found.usable_at_all]
     [0.031, 0.03, 0.006]
     """
     axis = speed_range(speed)
-    criteria = Criteria.checked(factor, True, starts, seed, settings)
     torques = _torques(torque)
+    width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
+    usual = next((each for each in _EFFORTS if each[0] * width / each[1] <= _MOST_STATES), _EFFORTS[-1])
+    criteria = Criteria.checked(factor, True, usual[0] if starts is None else starts,
+                                usual[1] if spacing is None else spacing, seed, settings)
     if is_design(gears):
         gears = loaded(gears, torques[0])
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
@@ -173,7 +180,7 @@ def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
     return axis
 
 
-def _torques(given: Any) -> list[float | None]:
+def _torques(given: Any) -> Sequence[float | None]:
     """The torques in N m in rising order; raises `InputError` for one that is given twice."""
     if given is None:
         return [None]

@@ -182,23 +182,25 @@ class FollowedMotions:
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
     def search(
-        self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int
+        self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int, spacing: float
     ) -> Search[np.ndarray]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
-        motions to be avoided that do not repeat. Resonances have the same relative width at 1/n of the natural
-        frequency for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
+        motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
+        ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
+        for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
         Returns the numbers of speeds with all random initial states, and with a quarter of them; ``limit`` is that of
         the dynamic factor.
         """
         tried = yield from self._add_random(speeds, severity, starts, seed)
         zeta = damping_ratio(self.model)
-        least = 0.0 if self.model.kind == "train" else zeta * self.model.value("speed") / self.model.value("omega")
+        least = 0.0 if self.model.kind == "train" else zeta * (self.model.value("speed") or 0.0) / self.model.omega
         step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
-                parts = math.ceil((high - low) / (step * max(low, least)))
+                free = not any(severity(m) for end in (low, high) for m in self.at[end])
+                parts = math.ceil((high - low) / ((min(step, spacing) if free else step) * max(low, least)))
                 more += np.linspace(low, high, parts + 1)[1:-1].tolist()
         tried += yield from self._add_random(more, severity, starts, seed + 1)
         yield from self.refine(severity, limit)
@@ -218,13 +220,9 @@ class FollowedMotions:
         yield from self.add(avoided, starts // 4, seed)
         return np.array([len(free), len(avoided)])
 
-    def refine(
-        self, severity: Severity, limit: float, states: Sequence[tuple[float, np.ndarray]] = ()
-    ) -> Search[None]:
-        """Add the motions from states (d,) at speeds that are known, and speeds until edges and peaks are located."""
-        if states:
-            yield from self._add(np.array([speed for speed, _ in states]), np.stack([w for _, w in states], axis=1))
-            yield from self.add(())
+    def refine(self, severity: Severity, limit: float) -> Search[None]:
+        """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
+        yield from self.add(())
         while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
             yield from self.add(new[:room])
 

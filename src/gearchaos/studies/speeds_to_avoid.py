@@ -17,7 +17,7 @@ from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model, gears_of, is_design
 from gearchaos.model import MeshModel
-from gearchaos.quantities import POSITIVE
+from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.followed_motions import (
@@ -26,6 +26,7 @@ from gearchaos.studies.followed_motions import (
     STEPS_PER_BANDWIDTH,
     FollowedMotions,
     Motion,
+    Severity,
     damping_ratio,
     runs,
     side_by_side,
@@ -45,14 +46,17 @@ from gearchaos.studies.speed_windows import (
     largest_factors,
     speed_range,
 )
-from gearchaos.studies.window_edges import Edge, Followed, Sought, ends_of_orbits, locate_edges
+from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
-_MOST_RETURNS = 4  # times that the search goes on from motions that are found in locating edges
+STARTS = 64  # random initial states at each speed
+SPACING = 0.005  # largest distance of these speeds, as a share of the speed
+_SPACINGS = Rule(lambda v: (v >= RESOLUTION) & (v <= 1), f"must lie in [{RESOLUTION:g}, 1]")
+_MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 
 @dataclass(frozen=True)
@@ -61,12 +65,15 @@ class Criteria:
 
     factor: float | None = None
     separation: bool = True
-    starts: int = 32
+    starts: int = STARTS
+    spacing: float = SPACING
     seed: int = 0
     settings: Classification = field(default_factory=Classification)
 
     @classmethod
-    def checked(cls, factor: Any, separation: bool, starts: Any, seed: Any, settings: Any) -> Criteria:
+    def checked(
+        cls, factor: Any, separation: bool, starts: Any, spacing: Any, seed: Any, settings: Any
+    ) -> Criteria:
         """The criteria; raises `InputError` for what is out of bounds."""
         if factor is not None:
             factor = to_float("factor", factor)
@@ -74,7 +81,9 @@ class Criteria:
         elif not separation:
             raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
         starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
-        return cls(factor, separation, starts, seed, as_settings(settings) or Classification())
+        spacing = to_float("spacing", spacing)
+        check_rule("spacing", spacing, _SPACINGS)
+        return cls(factor, separation, starts, spacing, seed, as_settings(settings) or Classification())
 
     @property
     def words(self) -> str:
@@ -126,19 +135,22 @@ class _AtTorque:
                 inside, outside = speeds[i + (b > a)], speeds[i + (a > b)]
                 out.append(Sought(
                     self.motions.torque, inside, outside, self.motions.at[inside], self.motions.at[outside],
-                    lambda m, least=max(a, b): self.severity(m) >= least,
+                    self._at_least(max(a, b)),
                     Edge(inside, "", abs(outside - inside))))
         return out
 
-    def left_behind(self) -> list[tuple[Followed, str, Motion]]:
+    def _at_least(self, severity: int) -> Severity:
+        """Whether a motion is at least as severe."""
+        return lambda motion: int(self.severity(motion) >= severity)
+
+    def left_behind(self) -> list[tuple[Way, str, Motion]]:
         """The orbits that slow sweeps leave for good, with the direction of the sweep and the motion reached."""
         out, motions, rows = [], self.motions, self.motions.named()
         for direction, row, step in (("up", rows["rising"], 1), ("down", rows["falling"], -1)):
-            for motion, reached, here, there in zip(
-                    row[::step], row[::step][1:], motions.speeds[::step], motions.speeds[::step][1:]):
-                if motion.period and reached.leads_to[here] is not motion:
-                    edge = Sought(motions.torque, here, there, (), (), lambda _: 1, Edge(here))
-                    out.append((Followed(edge, here, there, motion), direction, reached))
+            for (motion, reached), (here, there) in zip(
+                    pairwise(row[::step]), pairwise(motions.speeds[::step]), strict=True):
+                if motion and reached and motion.period and reached.leads_to[here] is not motion:
+                    out.append((Way(motions.torque, here, there, motion), direction, reached))
         return out
 
 
@@ -146,40 +158,43 @@ def search_torques(
     model: MeshModel, speeds: Sequence[float], torques: Sequence[float | None], criteria: Criteria, *,
     progress: bool = False, threads: int | None = None,
 ) -> list[tuple[_AtTorque, np.ndarray]]:
-    """The motions at several torques side by side, their edges, and the numbers of speeds with random states, all of them and a quarter.
+    """The motions at several torques side by side with their edges, and the numbers of speeds with random states: with
+    all of them, and with a quarter.
 
-    A motion to avoid that goes on beyond an edge is added, and the search goes on from there.
+    Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
     at = [_AtTorque(criteria, FollowedMotions(each, t), quasi_static_ratio(each))
           for each, t in zip(models, torques, strict=True)]
     words = "motions from random states" if progress else None
     tried = side_by_side(
-        [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed) for each in at],
+        [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
+         for each in at],
         model, criteria.settings, progress=words, threads=threads)
     for _ in range(_MOST_RETURNS):
-        sought = [each.sought() for each in at]
-        locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
-        for each, edges in zip(at, sought, strict=True):
-            each.edges = [edge.found for edge in edges]
-        persisting = [[(edge.outside, w) for edge in edges for w in edge.persists] for edges in sought]
-        if not any(persisting):
+        known = [sum(map(len, each.motions.at.values())) for each in at]
+        continue_orbits(model, [each.motions for each in at])
+        more = [each for each, count in zip(at, known, strict=True) if sum(map(len, each.motions.at.values())) > count]
+        if not more:
             break
-        side_by_side([each.motions.refine(each.severity, each.limit, states)
-                      for each, states in zip(at, persisting, strict=True) if states],
-                     model, criteria.settings, threads=threads)
+        side_by_side([each.motions.refine(each.severity, each.limit) for each in more], model, criteria.settings,
+                     threads=threads)
+    sought = [each.sought() for each in at]
+    locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
+    for each, edges in zip(at, sought, strict=True):
+        each.edges = [edge.found for edge in edges]
     swept = [each.left_behind() for each in at]
-    ends = iter(ends_of_orbits(model, [followed for each in swept for followed, *_ in each]))
+    ends = iter(ends_of_orbits(model, [way for each in swept for way, *_ in each]))
     for each, left in zip(at, swept, strict=True):
-        each.jumps = tuple(Jump(end.speed, direction, end.kind, followed.motion.dynamic_factor, reached.dynamic_factor)
-                           for (followed, direction, reached), (end, _) in zip(left, ends))
+        each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
+                           for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
     return list(zip(at, tried, strict=True))
 
 
 def speeds_to_avoid(
     design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None, separation: bool = True,
-    starts: int = 32, seed: int = 0, settings: Classification | None = None, progress: bool = False,
-    threads: int | None = None,
+    starts: int = STARTS, spacing: float = SPACING, seed: int = 0, settings: Classification | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> SpeedsToAvoid:
     """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion found.
 
@@ -199,7 +214,10 @@ def speeds_to_avoid(
         False for the ranges in which that ratio exceeds ``factor`` alone, whether the teeth separate or not; a motion
         that diverges exceeds every factor.
     starts : int, optional
-        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default.
+        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; a quarter of
+        them where a motion to avoid is known without them.
+    spacing : float, optional
+        Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
     seed : int, optional
         Of the random initial states.
     settings, progress, threads
@@ -230,10 +248,10 @@ def speeds_to_avoid(
     """
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start)
-    criteria = Criteria.checked(factor, separation, starts, seed, settings)
+    criteria = Criteria.checked(factor, separation, starts, spacing, seed, settings)
     check_memory("speeds times starts", axis.count * max(1, criteria.starts))
     model = as_model(at_start)
-    Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # also that a period has not too many steps
+    Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # and the steps of a period
     ((found, tried_at),) = search_torques(
         model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
     result = summarised(found, tried_at)
@@ -247,7 +265,7 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
         f", {criteria.starts} random states at {tried_at[0]}" + (
             f", {criteria.starts // 4} at {tried_at[1]} known to be avoided" if tried_at[1] else "")
         if criteria.starts else "")
-    gears, torque = gears_of(model), model.value("torque") if motions.torque is None else motions.torque
+    gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
     dataset = _dataset(motions).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
@@ -292,13 +310,15 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
         # of the share each speed counts half way to the next
         weights = np.gradient(within["speed"].values) if within.sizes["speed"] > 1 else np.ones(1)
-        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values, strict=True)
+        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
+                   strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for words, avoided, factors in rows if avoided.any()]
         own_range = speed_range(within)
         windows.append(Window(
             start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
-            start.resolution * (own > before), stop.resolution * (own > after), reached=tuple(reached), criterion=_CRITERIA[own],
+            start.resolution * (own > before), stop.resolution * (own > after),
+            reached=tuple(reached), criterion=_CRITERIA[own],
             contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
             to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
             meshes=found.meshes(first, last, own), depends_on_history=any(
