@@ -190,8 +190,9 @@ def test_the_inputs_that_matter_most_are_those_with_the_largest_effect(found):
         return made_up(found, *[(500, 500 + 200 * value)] * (value > 0))
 
     base = share(0.5)
-    changes = [Changed("a", "1", "2", share(0.6)), Changed("b", "1", "2", share(0.2)), Changed("a", "1", "0", share(0.05)),
-               Changed("c", "1", "2", reason="no"), Changed("d", "1", "2", share(0.5)), Changed("e", "1", "2", share(0.9))]
+    changes = [Changed(name, "1", value, share(usable)) for name, value, usable in (
+        ("a", "2", 0.6), ("b", "2", 0.2), ("a", "0", 0.05), ("d", "2", 0.5), ("e", "2", 0.9))]
+    changes.insert(3, Changed("c", "1", "2", reason="no"))
     report = Report(base, sensitivity=changes, improvements=changes)
     assert [(each.name, each.value) for each in report.matters_most] == [("a", "0"), ("e", "2"), ("b", "2")]
     assert [each.name for each in report.helps_most] == ["e", "a"], "that alone which widens what is usable"

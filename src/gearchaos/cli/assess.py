@@ -56,6 +56,9 @@ Other = Annotated[
 def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
     starts: Annotated[int | None, typer.Option(metavar="N", help="Random initial states at each speed.")] = None,
+    spacing: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed.")
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Assess again with each assumed input varied.")
@@ -82,9 +85,7 @@ def assess(
     for option, given in (("--sensitivity", sensitivity), ("--improve", improve)):
         if given and not is_design(described[0][0]):
             raise InputError(option, "needs a [design]", str(gears), "Its inputs are varied by their names.")
-    options: dict[str, Any] = {"factor": factor, "seed": seed, "progress": True}
-    if starts is not None:
-        options["starts"] = starts
+    options: dict[str, Any] = {"factor": factor, "starts": starts, "spacing": spacing, "seed": seed, "progress": True}
     names = [""] if against is None else [gears.name, against.name]
     begun = time.monotonic()
     reports = [Report(assessed(each, axis, torques, settings=settings, **options), name)
