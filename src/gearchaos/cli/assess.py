@@ -214,4 +214,6 @@ def _print(report: Report) -> None:
 def _say_lines(*texts: str) -> None:
     """Print texts in lines of 80 columns."""
     for text in texts:
-        print(textwrap.fill(text, _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+        whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+        print(textwrap.fill(whole, _WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
+            "\N{NO-BREAK SPACE}", " "))
