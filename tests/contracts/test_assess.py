@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from typer.testing import CliRunner
 
 import gearchaos as gc
@@ -122,7 +123,9 @@ def test_of_many_torques_the_merged_answer_is_printed_alone():
 def test_the_report_has_the_numbers_of_json_and_loads_nothing(command, found):
     page = (command[1] / "out.html").read_text()
     for each in found.document()["usable"]:
-        assert f"{each['from']:.1f}" in page and f"{each['to']:.1f}" in page
+        cells = [f"{each[key]:{form}}" for key, form in (("torque", "g"), ("from", ".1f"), ("to", ".1f"))]
+        cells.append(f"±{100 * each['margin']:.2f} %")
+        assert re.search("".join(f"<td[^>]*>{cell}</td>" for cell in cells), page)
     for at in found.at:
         for row in rows(at):
             assert re.search(r"\s*".join(f"<td [^>]*>{re.escape(value)}</td>" for value in row), page)
@@ -148,8 +151,7 @@ def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_ev
     assert sorted(line.get_xdata()[0] for line in marks) == sorted(e for _, w in found.avoid for e in (w.start, w.stop))
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels == ["loss of contact", "usable at all torques", "graze"]
-    faces = {tuple(round(255 * v) for v in bars.get_facecolor()[0][:3]) for bars in ax.collections}
-    assert tuple(bytes.fromhex(CONTACT_CLASSES[1].colour[1:])) in faces
+    assert CONTACT_CLASSES[1].colour in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
     assert "±5.6 %" in [text.get_text() for text in ax.texts]
 
 
@@ -158,6 +160,7 @@ def test_where_the_history_decides_bars_are_pale_and_hatched(found):
     ax = gc.plot.assessment(replace(found, at=(replace(at, windows=tuple(
         replace(w, depends_on_history=True, contact="both flanks", begins_with="") for w in at.windows)),)))
     assert {(bars.get_hatch(), bars.get_alpha()) for bars in ax.collections} == {("////", 0.45)}
+    assert {to_hex(bars.get_facecolor()[0]) for bars in ax.collections} == {CONTACT_CLASSES[2].colour}
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "both flanks", "the history decides", "no event", "graze"]
 
