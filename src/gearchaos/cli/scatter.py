@@ -9,6 +9,7 @@ import numpy as np
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.gears.units import measured
+from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_results import AIMS, OUTCOMES, OUTPUTS
 from gearchaos.studies.scattered_models import STARTS
 
@@ -23,9 +24,11 @@ _SHOWN_ROWS = 12  # most rows of probabilities along the speed
 def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON document of a scatter: an answer for each torque, with probabilities, percentiles and inputs."""
     settings, along = json.loads(dataset.attrs["settings"]), str(dataset["probability"].dims[2])
-    names = dataset["varied"].values.tolist()
-    inputs = {name: {"distribution": words, "cut": cut} for name, words, cut in zip(
-        names, dataset["distribution"].values.tolist(), dataset["cut_share"].values.tolist(), strict=True)}
+    inputs = {}
+    for name, words, unit, cut in zip(*(
+            dataset[n].values.tolist() for n in ("varied", "distribution", "varied_unit", "cut_share")), strict=True):
+        items = [str(each) for each in Scattered.parse(f"{name}={words}").items]
+        inputs[name] = {"distribution": words, "unit": unit, "cut": cut, "items": items}
     torques = dataset["torque"].values.tolist() if "torque" in dataset.coords else [None]
     return {
         "designs": int(dataset.sizes["sample"]), "impossible": float(dataset["impossible"]),
@@ -110,11 +113,11 @@ def _print_answer(content: dict[str, Any], one: dict[str, Any]) -> None:
         share = one["share_lost"]
         print_wrapped(f"  lowest speed with loss {middle:.5g}{unit} (median; 5 to 95 %: {low:.5g} to {high:.5g}); share "
                       f"of the speeds {_percent(share[1])} ({_percent(share[0])} to {_percent(share[2])})")
-    words = {OUTCOMES[1]: "both flanks are hit", OUTCOMES[2]: "the motion does not repeat",
-             OUTCOMES[3]: f"the force is over {content['factor']:g} times the quasi-static peak"}
-    print_wrapped("  somewhere " + ", ".join(f"{text} with {_chance(one['anywhere'][n])}" for n, text in words.items()
-                                             if np.isfinite(one["anywhere"][n]["value"])))
-    tightened = _best_tightening(one)
+    words = {OUTCOMES[1]: "both flanks hit", OUTCOMES[2]: "no repetition",
+             OUTCOMES[3]: f"force over {content['factor']:g} times the quasi-static peak"}
+    print_wrapped("  somewhere: " + ", ".join(f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()
+                                              if np.isfinite(one["anywhere"][n]["value"])))
+    tightened = _best_tightening(content, one)
     if tightened:
         print_wrapped(f"  {tightened}")
 
@@ -134,32 +137,39 @@ def _aim(one: dict[str, Any]) -> tuple[str, float, str]:
     return AIMS[1], one["mean_share_lost"], "the share of the speeds"
 
 
-def _best_tightening(one: dict[str, Any]) -> str:
-    """What half the spread of the input that then matters most brings; empty where that is not known."""
+def _best_tightening(content: dict[str, Any], one: dict[str, Any]) -> str:
+    """Which input is to be tightened, and what that surely brings; empty where it is not known."""
     aim, value, words = _aim(one)
-    halved = {name: each["if_halved"] for name, each in one["tightened"][aim].items()}
-    known = {name: each for name, each in halved.items() if np.isfinite(each["value"])}
-    if not known:
-        return ""
-    name = min(known, key=lambda n: known[n]["value"])
-    if known[name]["high"] < value:
-        return f"with half the spread of {name}, {words} falls from {value:.2f} to {_chance(known[name])}"
-    return f"half the spread of any single input does not surely lower {words}"
+    ways = [(each[way], f"with half the spread of {name}" if way == "if_halved" else
+             f"with {name} at {_where(each['best'], content['inputs'][name])}")
+            for name, each in one["tightened"][aim].items() for way in ("if_halved", "if_best")]
+    sure = [(found, text) for found, text in ways if found["high"] < value]
+    if sure:
+        found, text = min(sure, key=lambda each: each[0]["value"])
+        return f"{text}, {words} falls from {value:.2f} to {_chance(found)}"
+    known = any(np.isfinite(found["value"]) for found, _ in ways)
+    return f"tightening any single input does not surely lower {words}" if known and value else ""
 
 
 def _print_inputs(content: dict[str, Any], one: dict[str, Any]) -> None:
-    """A table of the inputs: indices of both outputs, and what is expected with each held at its best, or halved."""
+    """Tables of the inputs: indices of both outputs, and what is expected with each held at its best, or halved."""
+    if refused := content["indices_refused"]:
+        print_wrapped(f"No indices of Sobol: {refused}.")
+    else:
+        print(f"{_head(one)}which input matters: first-order and total indices (95 %)")
+        table = plain_table("input", "S, share of speeds\nwith contact loss", "S_T, the same", "S_T, largest\nforce",
+                            left=("input",), gap=1)
+        for name, share in one["indices"][OUTPUTS[0]].items():
+            force = one["indices"][OUTPUTS[1]][name]
+            table.add_row(name, *map(_short, (share["first"], share["total"], force["total"])))
+        print_table(table)
     aim, value, words = _aim(one)
-    indices, refused = one["indices"], content["indices_refused"]
-    print_wrapped(f"{_head(one)}what each input does; {words} of contact loss is {value:.2f}"
-                  + (f"; no indices: {refused}" if refused else ""))
-    titles = ["input", "S share", "S_T share", "S_T force", "if best (95 %)", "at", "if halved (95 %)"]
-    table = plain_table(*titles, left=("input", "at"), gap=1)
+    if not any(np.isfinite(entry["if_best"]["value"]) for entry in one["tightened"][aim].values()):
+        return
+    print(f"{_head(one)}what tightening brings: {words} of contact loss is {value:.2f}")
+    table = plain_table("input", "held at its best", "gives (95 %)", "half its spread gives", left=("input",), gap=1)
     for name, entry in one["tightened"][aim].items():
-        share, force = (indices[output][name] for output in OUTPUTS)
-        numbers = [share["first"]["value"], share["total"]["value"], force["total"]["value"]]
-        table.add_row(name, *("none" if not np.isfinite(v) else f"{v:.2f}" for v in numbers),
-                      _short(entry["if_best"]), _where(entry["best"], content["inputs"][name]["distribution"]),
+        table.add_row(name, _where(entry["best"], content["inputs"][name]), _short(entry["if_best"]),
                       _short(entry["if_halved"]))
     print_table(table)
 
@@ -170,14 +180,13 @@ def _short(found: dict[str, Any]) -> str:
     return "{value:.2f} ({low:.2f}–{high:.2f})".format(**{n: max(v, 0.0) for n, v in found.items()})
 
 
-def _where(best: list[float], distribution: str) -> str:
+def _where(best: list[float], given: dict[str, Any]) -> str:
     """The best part of an input: its ends, or the item of a list."""
     if not np.isfinite(best[0]):
         return "none"
-    items = distribution.split(",")
-    if best[0] == best[1] and len(items) > 1 and "(" not in distribution:
-        return items[int(best[0])]
-    return f"{measured(best[0], 3)}–{measured(best[1], 3)}"
+    if given["items"]:
+        return given["items"][int(best[0])]
+    return f"{measured(best[0], 3)} to {measured(best[1], 3)} {given['unit']}".rstrip()
 
 
 def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:

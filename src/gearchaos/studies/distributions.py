@@ -42,6 +42,7 @@ class Scattered:
     mean: float | None = None
     sd: float = 0.0
     items: tuple[Any, ...] = ()
+    path: str = ""  # of the value of gears that it sets, if that is not the name
 
     @classmethod
     def parse(cls, text: Any) -> Scattered:

@@ -107,7 +107,8 @@ class Scatter(ClassifyingStudy):
     group: ClassVar[str] = "Gears"
     summary: ClassVar[str] = "scatter"
     model_words: ClassVar[str] = "A single pair of given gears, or a dimensionless one."
-    default_settings: ClassVar[Classification] = Classification(doublings=1, longest_transient=0)
+    default_settings: ClassVar[Classification] = Classification(
+        transient_lengths=(80, 160, 320), longest_period=16, doublings=1, longest_transient=0)
 
     vary: tuple[str, ...] = option(
         MISSING, "Inputs and their distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.",

@@ -41,14 +41,17 @@ def probability(events: np.ndarray, among: np.ndarray) -> np.ndarray:
     """The probability (3, ...) of events (R, n, ...) among the samples (R, n), or (R, n, ...), that count.
 
     Where events are few, or nearly all, the interval is that of Clopper and Pearson: the scramblings then differ too
-    little to show what is not known.
+    little to show what is not known. No interval is narrower than theirs without an event.
     """
     from scipy.stats import beta
 
     among = np.broadcast_to(among.reshape(*among.shape, *[1] * (events.ndim - among.ndim)), events.shape)
     number, total = (each.sum(axis=(0, 1)) for each in (events & among, among))
-    found = np.clip(jackknife(_ratio, (events & among).mean(axis=1), among.mean(axis=1)), 0.0, 1.0)
+    found = jackknife(_ratio, (events & among).mean(axis=1), among.mean(axis=1))
     tail = (1 - _CONFIDENCE) / 2
+    least = 1 - tail ** (1 / np.maximum(total, 1))
+    found[1], found[2] = np.minimum(found[1], found[0] - least), np.maximum(found[2], found[0] + least)
+    found = np.clip(found, 0.0, 1.0)
     low = np.where(number > 0, beta.ppf(tail, number, total - number + 1), 0.0)
     high = np.where(number < total, beta.ppf(1 - tail, number + 1, total - number), 1.0)
     few = np.minimum(number, total - number) < _FEW
@@ -95,7 +98,7 @@ def at_best(
     chosen = inside[scrambling, :, best]
     whole = _ratio(above.sum(axis=0), below.sum(axis=0))
     at = int(np.argmin(np.where(np.isnan(whole), np.inf, whole)))
-    low, high = scattered.at(np.array([at + 1e-9, at + 1 - 1e-9]) / bins)
+    low, high = scattered.at(np.array([at + 1e-4, at + 1 - 1e-4]) / bins)
     if values.dtype == bool:
         return probability(values, chosen), (float(low), float(high))
     return jackknife(_ratio, above[scrambling, best], below[scrambling, best]), (float(low), float(high))

@@ -34,7 +34,7 @@ Values = tuple[float, ...]  # of the inputs of a sample, in their units, as `Sca
 
 
 def resolved(gears: Any, scattered: Scattered) -> Scattered:
-    """An input of gears under the name of the field that it sets, in whole numbers where that has them.
+    """An input of gears with the path of the value that it sets, in whole numbers where that has them.
 
     Raises `InputError` for a name that is none of a field, and for values that the field does not take, of which a
     normal distribution may have some.
@@ -58,7 +58,7 @@ def resolved(gears: Any, scattered: Scattered) -> Scattered:
         if "value" not in names:
             raise InputError("vary", f"must name one value of {scattered.name}", scattered.name,
                              f"E.g. {', '.join(f'{scattered.name}.{key}' for key in names)}.")
-        scattered = replace(scattered, name=f"{scattered.name}.value")
+        scattered = replace(scattered, path=f"{scattered.name}.value")
     counted = present if isinstance(present, tuple) and present else (present,)
     if all(isinstance(each, int) and not isinstance(each, bool) for each in counted):
         scattered = scattered.whole
@@ -73,7 +73,7 @@ def check_values(gears: Any, scattered: Scattered, values: np.ndarray) -> None:
     different = np.unique(values)
 
     def refused(value: float) -> InputError | None:
-        table = with_values(gears, {scattered.name: scattered.given(value)})
+        table = with_values(gears, {scattered.path or scattered.name: scattered.given(value)})
         (top, new), = table.items()
         convert = next(f for f in fields(gears) if f.name == top).metadata.get("convert", lambda _, v: v)
         try:
@@ -141,7 +141,7 @@ class ScatteredModels:
 
     def models(self, values: Values) -> list[MeshModel]:
         """The models of a sample at all torques; raises `InputError` for one that is not possible."""
-        given = {each.name: each.given(value) for each, value in zip(self.inputs, values, strict=True)}
+        given = {each.path or each.name: each.given(value) for each, value in zip(self.inputs, values, strict=True)}
         gears: Any = gears_of(self.model)
         if gears is None:
             return [self.model.with_values(given)]
@@ -250,4 +250,4 @@ def check_parameters(model: MeshModel, inputs: Sequence[Scattered], points: Sequ
 
 def _ratio(model: MeshModel) -> float:
     """`quasi_static_ratio`; NaN without a static load."""
-    return quasi_static_ratio(model) if switched_system(vary(model, {})).static_force[0, 0] else np.nan
+    return quasi_static_ratio(model) if model.q1 or model.q2 else np.nan
