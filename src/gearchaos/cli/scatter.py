@@ -27,7 +27,8 @@ def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
     inputs = {}
     for name, words, unit, cut in zip(*(
             dataset[n].values.tolist() for n in ("varied", "distribution", "varied_unit", "cut_share")), strict=True):
-        items = [str(each) for each in Scattered.parse(f"{name}={words}").items]
+        items = [f"{each:g} {unit}".rstrip() if isinstance(each, float) else str(each)
+                 for each in Scattered.parse(f"{name}={words}").items]
         inputs[name] = {"distribution": words, "unit": unit, "cut": cut, "items": items}
     torques = dataset["torque"].values.tolist() if "torque" in dataset.coords else [None]
     return {

@@ -47,16 +47,20 @@ def probability(events: np.ndarray, among: np.ndarray) -> np.ndarray:
 
     among = np.broadcast_to(among.reshape(*among.shape, *[1] * (events.ndim - among.ndim)), events.shape)
     number, total = (each.sum(axis=(0, 1)) for each in (events & among, among))
-    found = jackknife(_ratio, (events & among).mean(axis=1), among.mean(axis=1))
     tail = (1 - _CONFIDENCE) / 2
-    least = 1 - tail ** (1 / np.maximum(total, 1))
-    found[1], found[2] = np.minimum(found[1], found[0] - least), np.maximum(found[2], found[0] + least)
-    found = np.clip(found, 0.0, 1.0)
+    found = _widened(jackknife(_ratio, (events & among).mean(axis=1), among.mean(axis=1)), total)
     low = np.where(number > 0, beta.ppf(tail, number, total - number + 1), 0.0)
     high = np.where(number < total, beta.ppf(1 - tail, number + 1, total - number), 1.0)
     few = np.minimum(number, total - number) < _FEW
     exact = np.stack([_ratio(number, total), low, high])
     return np.where(few, np.where(total > 0, exact, np.nan), found)
+
+
+def _widened(found: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """A probability (3, ...) with an interval no narrower than that of no event among these numbers of samples."""
+    least = 1 - ((1 - _CONFIDENCE) / 2) ** (1 / np.maximum(total, 1))
+    ends = np.minimum(found[1], found[0] - least), np.maximum(found[2], found[0] + least)
+    return np.clip(np.stack([found[0], *ends]), 0.0, 1.0)
 
 
 def sobol_indices(a: np.ndarray, b: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,22 +90,23 @@ def at_best(
     """The mean (3,) of values (R, n) where one input is held where it is best, and between which values that is.
 
     The input, at probabilities u (R, n), is held in one of eight parts of equal probability, or at an item of a list.
-    In each scrambling the part is taken that is best in all others: the best one of all looks better than it is.
+    Half of the scramblings choose the part, and the others tell the mean there: where it was chosen, the best one looks
+    better than it is.
     """
     bins = len(scattered.items) or _BINS
     part = np.minimum((u * bins).astype(int), bins - 1)
     inside = (part[..., None] == np.arange(bins)) & among[..., None]
-    above, below = (values[..., None] * inside).mean(axis=1), inside.mean(axis=1)  # (R, bins)
-    others = _ratio(above.sum(axis=0) - above, below.sum(axis=0) - below)
-    best = np.argmin(np.where(np.isnan(others), np.inf, others), axis=1)
-    scrambling = np.arange(len(best))
-    chosen = inside[scrambling, :, best]
-    whole = _ratio(above.sum(axis=0), below.sum(axis=0))
-    at = int(np.argmin(np.where(np.isnan(whole), np.inf, whole)))
-    low, high = scattered.at(np.array([at + 1e-4, at + 1 - 1e-4]) / bins)
+    above, below = ((each.sum(axis=(0, 1))) for each in (values[::2, :, None] * inside[::2], inside[::2]))
+    best = int(np.argmin(np.where(below > 0, _ratio(above, below), np.inf)))
+    low, high = scattered.at(np.array([best + 1e-4, best + 1 - 1e-4]) / bins)
+    return _mean(values[1::2], inside[1::2, :, best]), (float(low), float(high))
+
+
+def _mean(values: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """The mean (3,) of values (R, n) among samples; of events their probability."""
     if values.dtype == bool:
-        return probability(values, chosen), (float(low), float(high))
-    return jackknife(_ratio, above[scrambling, best], below[scrambling, best]), (float(low), float(high))
+        return probability(values, among)
+    return jackknife(_ratio, (values * among).mean(axis=1), among.mean(axis=1))
 
 
 def at_half(values: np.ndarray, among: np.ndarray, u: np.ndarray, scattered: Scattered) -> np.ndarray:
@@ -109,7 +114,8 @@ def at_half(values: np.ndarray, among: np.ndarray, u: np.ndarray, scattered: Sca
     weights = scattered.narrowed(u)
     if weights is None:
         return np.full(3, np.nan)
+    if scattered.mean is None:
+        return _mean(values, among & (weights > 0))
     weights = weights * among
-    if values.dtype == bool and len(np.unique(weights)) == 2:  # a part of the samples
-        return probability(values, weights > 0)
-    return jackknife(_ratio, (values * weights).mean(axis=1), weights.mean(axis=1))
+    found = jackknife(_ratio, (values * weights).mean(axis=1), weights.mean(axis=1))
+    return _widened(found, weights.sum() ** 2 / (weights**2).sum()) if values.dtype == bool else found
