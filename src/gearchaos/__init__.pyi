@@ -844,20 +844,20 @@ def scatter(
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, or a dimensionless one.
     vary : (str, ...)
-        Inputs and their distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
     speed : Axis or str
-        Speeds of wheel 1, as a text "speed=500:6000:60" in rpm; of a dimensionless model omega.
+        Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
     torque : (float, ...), optional
         Torques at wheel 1, numbers in N m or texts; by default that of the gears.
     samples : int
         Designs from which probabilities follow, 16 times a power of two.
     factor : float
-        Limit of the largest mesh force over the static one, beyond the quasi-static ratio.
+        Limit of the dynamic factor over the quasi-static ratio.
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
     start : {'rest', 'static deflection', 'steady contact'}
-        From where motions start: rest is the initial values of the model, of gears flanks that touch; steady
-        contact is the motion of flanks that never part, at the mean stiffness.
+        Initial states of the motions. From rest they are those of the model, of gears with flanks that touch; in
+        steady contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     seed : int
@@ -908,7 +908,7 @@ def scatter(
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> found = gc.scatter(design, ["damping_ratio=0.03:0.1", "quality.grade=5:7"], "speed=1000:4000:4", [100], samples=64)
+    >>> found = gc.scatter(design, ["damping_ratio=0.03:0.1"], "speed=1000:4000:4", [100], samples=64)
     >>> found.probability.dims
     ('outcome', 'torque', 'speed')
     """
@@ -924,20 +924,20 @@ class Scatter(_Scatter):
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, or a dimensionless one.
     vary : (str, ...)
-        Inputs and their distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
     speed : Axis or str
-        Speeds of wheel 1, as a text "speed=500:6000:60" in rpm; of a dimensionless model omega.
+        Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
     torque : (float, ...), optional
         Torques at wheel 1, numbers in N m or texts; by default that of the gears.
     samples : int
         Designs from which probabilities follow, 16 times a power of two.
     factor : float
-        Limit of the largest mesh force over the static one, beyond the quasi-static ratio.
+        Limit of the dynamic factor over the quasi-static ratio.
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
     start : {'rest', 'static deflection', 'steady contact'}
-        From where motions start: rest is the initial values of the model, of gears flanks that touch; steady
-        contact is the motion of flanks that never part, at the mean stiffness.
+        Initial states of the motions. From rest they are those of the model, of gears with flanks that touch; in
+        steady contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     seed : int

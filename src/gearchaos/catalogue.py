@@ -165,7 +165,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {
             'vary': {
                 'type': 'tuple[str, ...]',
-                'help': 'Inputs and their distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.',
+                'help': 'Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.',
                 'required': True,
             },
             'torque': {
@@ -178,16 +178,14 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'least': 32,
             },
             'factor': {
-                'type': 'float',
-                'help': 'Limit of the largest mesh force over the static one, beyond the quasi-static ratio; 1.5 by default.',
+                'type': 'float', 'help': 'Limit of the dynamic factor over the quasi-static ratio; 1.5 by default.',
             },
             'indices': {
                 'type': 'bool',
                 'help': 'Also compute the indices of Sobol, from half as many designs again for each input.',
             },
             'start': {
-                'type': 'str',
-                'help': 'From where motions start: rest is the initial values of the model, of gears flanks that touch; steady contact is the motion of flanks that never part, at the mean stiffness; rest by default.',
+                'type': 'str', 'help': 'Initial states of the motions; rest by default.',
                 'metavar': 'rest|static deflection|steady contact',
                 'choices': ('rest', 'static deflection', 'steady contact'),
             },

@@ -112,8 +112,8 @@ def _print_answer(content: dict[str, Any], one: dict[str, Any]) -> None:
     low, middle, high = one["lowest_speed_lost"]
     if np.isfinite(middle):
         share = one["share_lost"]
-        print_wrapped(f"  lowest speed with loss {middle:.5g}{unit} (median; 5 to 95 %: {low:.5g} to {high:.5g}); share "
-                      f"of the speeds {_percent(share[1])} ({_percent(share[0])} to {_percent(share[2])})")
+        print_wrapped(f"  lowest speed with loss {middle:.5g}{unit} (median; 5 to 95 %: {low:.5g} to {high:.5g}); "
+                      f"share of the speeds {_percent(share[1])} ({_percent(share[0])} to {_percent(share[2])})")
     words = {OUTCOMES[1]: "both flanks hit", OUTCOMES[2]: "no repetition",
              OUTCOMES[3]: f"force over {content['factor']:g} times the quasi-static peak"}
     print_wrapped("  somewhere: " + ", ".join(f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()

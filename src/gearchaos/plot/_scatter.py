@@ -18,14 +18,14 @@ from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import INK, STROBE, adapt
 from gearchaos.studies.scatter_results import OUTCOMES, OUTPUTS
 
-_STYLES = ("-", "--", "-.", ":")  # of the torques, beside their colours
+_STYLES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of the torques, beside their colours
 _BARS = 0.8  # width of all bars of an input
 _INDICES = (("first_index", "first-order index S", 0.45), ("total_index", "total index $S_T$", 1.0))
 
 
 @keeps_data
 def scatter(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
-    """Draw a scatter: the probability of contact loss along the speed for each torque, with its 95 % interval as a band.
+    """Draw a scatter: the probability of contact loss along the speed for each torque, its 95 % interval as a band.
 
     Below, if they are known, bars of the first-order and the total index of each input for the share of the speeds with
     contact loss, with intervals; a group for each input, in it a pair of bars for each torque.

@@ -288,7 +288,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("cut_share", long_name="share of the distribution beyond its limits"),
     Quantity("impossible", long_name="share of designs that are not possible"),
     Quantity("undecided_share", long_name="share of motions that are undecided"),
-    Quantity("sample_value", long_name="value of the input, or the index of an item of its list", unit="as varied_unit says"),
+    Quantity("sample_value", long_name="value of the input, of a list the index", unit="as varied_unit says"),
     Quantity("sample_possible", long_name="whether the design is possible"),
     Quantity("sample_share_lost", long_name="share of the speeds with contact loss of a design"),
     Quantity("sample_factor", long_name="largest dynamic factor of a design over its quasi-static ratio"),

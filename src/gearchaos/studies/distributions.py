@@ -21,8 +21,8 @@ _RANGE = re.compile(rf"{_N}\s*{_UNIT}:\s*{_N}\s*{_UNIT}")
 _SPREAD = re.compile(rf"{_N}\s*{_UNIT}(?:±|\+-|\+/-)\s*{_N}\s*{_UNIT}")
 _NORMAL = re.compile(rf"normal\(\s*{_N}\s*,\s*{_N}\s*(?:,\s*{_N}\s*,\s*{_N}\s*)?\)\s*{_UNIT}")
 _ITEM = re.compile(rf"{_N}\s*{_UNIT}")
-_FORMS = ("E.g. backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, 'damping_ratio=normal(0.05, 0.01, 0.02, 0.1)', the last "
-          "two numbers being limits, or quality.grade=6,7,8, with decimal points.")
+_FORMS = ("E.g. backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, 'damping_ratio=normal(0.05, 0.01, 0.02, 0.1)' with "
+          "limits at the end, or quality.grade=6,7,8, with decimal points.")
 _KEYS = ("name", "distribution", "mean", "sd", "low", "high", "values", "unit")
 _TAKES = {"uniform": ("low", "high"), "normal": ("mean", "sd"), "list": ("values",)}  # keys that must be given
 _EDGE = 1e-12  # how near to 0 and 1 probabilities are taken, where a normal distribution is infinite
@@ -69,8 +69,8 @@ class Scattered:
     def _of_words(cls, name: str, words: str) -> Scattered | None:
         if match := _NORMAL.fullmatch(words):
             mean, sd, low, high = (None if each is None else float(each) for each in match.groups()[:4])
-            limits = {} if low is None or high is None else {"low": low, "high": high}
-            return cls(name, (match[5] or "").strip(), mean=mean, sd=sd or 0.0, **limits)
+            ends = (-np.inf, np.inf) if low is None or high is None else (low, high)
+            return cls(name, (match[5] or "").strip(), *ends, mean=mean, sd=sd or 0.0)
         if (match := _RANGE.fullmatch(words) or _SPREAD.fullmatch(words)) is not None:
             first, own, second, unit = ((each or "").strip() for each in match.groups())
             if own and own != unit:
@@ -122,7 +122,7 @@ class Scattered:
         """The distribution function of a normal input, without limits, at these."""
         from scipy.special import ndtr  # here and below, since it takes a tenth of a second to load
 
-        low, high = (float(ndtr((end - self.mean) / self.sd)) for end in (self.low, self.high))
+        low, high = (float(ndtr((end - (self.mean or 0.0)) / self.sd)) for end in (self.low, self.high))
         return low, high
 
     @property

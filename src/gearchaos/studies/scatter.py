@@ -16,10 +16,10 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.operating import gears_of, is_design, operating_value
-from gearchaos.model import check_is_pair, vary
+from gearchaos.model import MeshModel, check_is_pair, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
-from gearchaos.studies.axis import Axis
+from gearchaos.studies.axis import Axis, as_axis, axis_example
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
@@ -89,7 +89,7 @@ class Scatter(ClassifyingStudy):
     ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
-    >>> found = gc.scatter(design, ["damping_ratio=0.03:0.1", "quality.grade=5:7"], "speed=1000:4000:4", [100], samples=64)
+    >>> found = gc.scatter(design, ["damping_ratio=0.03:0.1"], "speed=1000:4000:4", [100], samples=64)
     >>> found.probability.dims
     ('outcome', 'torque', 'speed')
 
@@ -111,19 +111,19 @@ class Scatter(ClassifyingStudy):
         transient_lengths=(80, 160, 320), longest_period=16, doublings=1, longest_transient=0)
 
     vary: tuple[str, ...] = option(
-        MISSING, "Inputs and their distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.",
+        MISSING, "Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.",
         keyword=False)
-    speed: Axis = axis_option('Speeds of wheel 1, as a text "speed=500:6000:60" in rpm; of a dimensionless model omega.')
+    speed: Axis = axis_option('Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.')
     torque: tuple[float, ...] | None = option(
         None, "Torques at wheel 1, numbers in N m or texts; by default that of the gears.", keyword=False)
     samples: int = option(1024, "Designs from which probabilities follow, 16 times a power of two.", least=_LEAST)
     factor: float = option(
-        1.5, "Limit of the largest mesh force over the static one, beyond the quasi-static ratio.", rule=POSITIVE)
+        1.5, "Limit of the dynamic factor over the quasi-static ratio.", rule=POSITIVE)
     indices: bool = option(
         True, "Also compute the indices of Sobol, from half as many designs again for each input.")
     start: Literal["rest", "static deflection", "steady contact"] = option(
-        "rest", "From where motions start: rest is the initial values of the model, of gears flanks that touch; steady "
-        "contact is the motion of flanks that never part, at the mean stiffness.")
+        "rest", "Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in "
+        "steady contact those of the motion of flanks that never part, at the mean stiffness.")
     correlations: tuple[tuple[str, str, float], ...] = option(
         (), "Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.")
     seed: int = option(0, "Of the samples.", least=0)
@@ -132,15 +132,15 @@ class Scatter(ClassifyingStudy):
     def __post_init__(self) -> None:
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
         self._set(vary=tuple(as_text(each) for each in given), correlations=_correlations(self.correlations))
-        self._set(torque=torques_of(self.torque))
+        self._set(torque=torques_of(self.torque), speed=as_axis(self.speed, "speed"))
+        along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"
+        if self.speed.name != along:
+            raise InputError("speed", f"must be an axis of {along}", self.speed.name, f"E.g. {axis_example(along)}.")
         if is_design(self.model) and self.torque:
             self._set(model=self.model.at(torque=self.torque[0]))
         super().__post_init__()
         check_is_pair(self.model, "a scatter")
-        gears, along = gears_of(self.model), self.speed.name
-        if along != ("omega" if gears is None else "speed"):
-            raise InputError("speed", f"must be an axis of {'omega' if gears is None else 'speed'}", along,
-                             "E.g. omega=0.5:1.5:60." if gears is None else "E.g. speed=500:6000:60.")
+        gears = gears_of(self.model)
         if gears is None and self.torque is not None:
             raise InputError("torque", "must be left out for a dimensionless model", list(self.torque),
                              "Its torques are q1 and q2.")
@@ -250,14 +250,14 @@ class Scatter(ClassifyingStudy):
         machines, _ = self.models.machines(samples, "designs" if progress else None)
         place = {int(design): position for position, design in enumerate(designs)}
         shape = len(designs), len(self.torques), len(speeds)
-        out = {"label": np.zeros(shape, np.int8), "contact": np.full(shape, _PERMANENT, np.int8),
+        out: Results = {"label": np.zeros(shape, np.int8), "contact": np.full(shape, _PERMANENT, np.int8),
                "excess": np.full(shape, np.nan, np.float32), "possible": np.zeros(shape, np.int8)}
         for number, keys in enumerate(groups := self.models.alike(machines), 1):
             name = f"scatter {number} of {len(groups)}" if progress else None
             found = self._classified([machines[key] for key in keys], name, threads)
-            for (design, torque), *values in zip(keys, *(found[n] for n in out), strict=True):
-                for name_of, value in zip(out, values, strict=True):
-                    out[name_of][place[design], torque] = value
+            at = tuple(np.transpose([(place[design], torque) for design, torque in keys]))
+            for each, values in out.items():
+                values[at] = found[each]
         return {n: v.reshape(-1) for n, v in out.items()}
 
     def _classified(self, machines: list[Machine], progress: str | None, threads: int | None) -> Results:
@@ -299,7 +299,8 @@ class Scatter(ClassifyingStudy):
         if self.torque is not None:
             coords |= variables(("torque",), {"torque": np.array(self.torque)})
         attributes = {"indices_refused": self._why_no_indices(results), "impossible_because": self._why(results)}
-        return new_dataset(data, {**coords, **results.coordinates()}, {**self.provenance(**self.recorded), **attributes})
+        coords |= results.coordinates()
+        return new_dataset(data, coords, {**self.provenance(**self.recorded), **attributes})
 
     def _why_no_indices(self, results: ScatterResults) -> str:
         if self.correlations:

@@ -1,4 +1,4 @@
-"""The variables of a scatter: probabilities, percentiles, indices and what tightening brings, from what was computed."""
+"""The variables of a scatter: probabilities, percentiles, indices, and what tightening brings."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ class ScatterResults:
 
     def _probabilities(self, among: np.ndarray) -> dict[str, xr.Variable]:
         outcomes = np.moveaxis(self.outcomes, 0, 1)  # (D, outcomes, T, S)
-        loaded = np.isin(OUTCOMES, "force over limit")[:, None, None]
+        loaded = np.array([name == "force over limit" for name in OUTCOMES])[:, None, None]
         counted = np.where(loaded, self.by_scrambling(self.loaded)[..., None, None, None],
                            among[..., None, None, None])
         counted = np.broadcast_to(counted, (*among.shape, len(OUTCOMES), *outcomes.shape[2:]))
         found = probability(self.by_scrambling(outcomes), counted)
-        anywhere = probability(self.by_scrambling(outcomes.any(axis=3)), counted[..., 0])
+        anywhere = probability(self.by_scrambling(np.any(outcomes, axis=3)), counted[..., 0])
         return {**variables(("outcome", "torque", self.speeds.name), _with_ends("probability", found)),
                 **variables(("outcome", "torque"), _with_ends("anywhere", anywhere))}
 
@@ -115,7 +115,8 @@ class ScatterResults:
         best, half = np.full((2, 3, len(AIMS), torques, count), np.nan)
         ends = np.full((2, len(AIMS), torques, count), np.nan)
         for a, t, i in self._aimed():
-            aimed = self.by_scrambling(self.outcomes[0][:, t].any(axis=1) if a == 0 else self.share_lost[:, t])
+            lost: np.ndarray = self.outcomes[0][:, t].any(axis=1)
+            aimed = self.by_scrambling(lost if a == 0 else self.share_lost[:, t])
             u = self.by_scrambling(self.points.reshape(-1, count)[:, i])
             best[:, a, t, i], ends[:, a, t, i] = at_best(aimed, among, u, self.inputs[i])
             half[:, a, t, i] = at_half(aimed, among, u, self.inputs[i])
