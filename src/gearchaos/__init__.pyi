@@ -856,8 +856,8 @@ def scatter(
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
     start : {'rest', 'static deflection', 'steady contact'}
-        Initial states of the motions. From rest they are those of the model, of gears with flanks that touch; in
-        steady contact those of the motion of flanks that never part, at the mean stiffness.
+        Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
+        contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     seed : int
@@ -936,8 +936,8 @@ class Scatter(_Scatter):
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
     start : {'rest', 'static deflection', 'steady contact'}
-        Initial states of the motions. From rest they are those of the model, of gears with flanks that touch; in
-        steady contact those of the motion of flanks that never part, at the mean stiffness.
+        Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
+        contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     seed : int
