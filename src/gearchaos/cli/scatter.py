@@ -142,7 +142,7 @@ def _best_tightening(content: dict[str, Any], one: dict[str, Any]) -> str:
     """Which input is to be tightened, and what that surely brings; empty where it is not known."""
     aim, value, words = _aim(one)
     ways = [(each[way], f"with half the spread of {name}" if way == "if_halved" else
-             f"with {name} at {_where(each['best'], content['inputs'][name])}")
+             f"with {name} {_where(each['best'], content['inputs'][name])}")
             for name, each in one["tightened"][aim].items() for way in ("if_halved", "if_best")]
     sure = [(found, text) for found, text in ways if found["high"] < value]
     if sure:
