@@ -48,7 +48,8 @@ def test_error_from_the_accuracy_grade_by_hand():
 def test_a_typical_error_is_the_root_mean_square_of_normal_deviations_within_the_grade():
     """Pairs are drawn: each wheel has a deviation that is normal, the permissible one being three times its sd."""
     bound, quality = quality_error(), Quality(ISO_1995, 5)
-    typical = from_quality(ISO_TR_EXAMPLE_1, quality, tolerances(quality, ISO_TR_EXAMPLE_1), 3, "from quality (typical)")
+    permitted = tolerances(quality, ISO_TR_EXAMPLE_1)
+    typical = from_quality(ISO_TR_EXAMPLE_1, quality, permitted, 3, "from quality (typical)")
     sd = np.array(bound.tooth_to_tooth) / 3
     drawn = np.random.default_rng(0).normal(scale=sd, size=(10**5, 2)).sum(axis=1)
     amplitudes = 4 / np.pi**2 * drawn[:, None] / np.array([1, 4, 9])
