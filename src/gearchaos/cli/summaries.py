@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.cli import branches, fit, orders
+from gearchaos.cli import branches, fit, orders, scatter
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
     draw,
@@ -485,6 +485,8 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                lambda _, content: orders.print_orders(content)),
     "fit": (lambda found: {**found.head, **fit.fit_document(found.dataset)},
             lambda found, content: fit.print_fit(found.dataset, content)),
+    "scatter": (lambda found: {**found.head, **scatter.scatter_document(found.dataset)},
+                lambda _, content: scatter.print_scatter(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

@@ -13,6 +13,7 @@ from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
 from gearchaos.plot._runup import runup
+from gearchaos.plot._scatter import scatter
 from gearchaos.plot._train import flanks, train
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot.diagrams import bifurcation, branch, lyapunov, response, response_curve
@@ -27,6 +28,6 @@ __all__ = [
     "attractor_names", "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend",
     "dynamic_factor", "fit", "flanks", "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds",
     "mesh_stiffness", "modes", "motion", "motion_class", "motion_strip", "orders", "phase", "portrait", "response",
-    "response_curve", "result", "runup", "save_with_data", "schematic", "separation_line", "skeleton", "spectrum",
-    "stiffness", "style", "train", "transmission_error", "zones",
+    "response_curve", "result", "runup", "save_with_data", "scatter", "schematic", "separation_line", "skeleton",
+    "spectrum", "stiffness", "style", "train", "transmission_error", "zones",
 ]

@@ -43,7 +43,7 @@ _DRAWN_BY = {
     "attractors": "attractors", "branch": "response_curve or branch", "curve": "skeleton",
     "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "speeds_to_avoid": "dynamic_factor", "natural_frequencies": "campbell or modes", "runup": "runup",
-    "orders": "orders", "fit": "fit",
+    "orders": "orders", "fit": "fit", "scatter": "scatter",
     "simulate": "portrait, or with samples by phase, history, spectrum or motion",
 }
 

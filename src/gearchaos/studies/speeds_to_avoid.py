@@ -261,9 +261,9 @@ def speeds_to_avoid(
 def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     """What was found at a torque."""
     motions, criteria, model = found.motions, found.criteria, found.motions.model
-    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
+    tried = f"from rest, sweeps at {len(motions.speeds)} speeds" + (
         f", {criteria.starts} random states at {tried_at[0]}" + (
-            f", {criteria.starts // 4} at {tried_at[1]} known to be avoided" if tried_at[1] else "")
+            f", {criteria.starts // 4} at {tried_at[1]}" if tried_at[1] else "")
         if criteria.starts else "")
     gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
     dataset = _dataset(motions).assign(
