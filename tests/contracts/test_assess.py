@@ -287,6 +287,18 @@ def test_bad_input_is_one_message_and_exit_code_2(options, message):
     assert message in result.stderr and result.stdout == "" and "Traceback" not in result.stderr
 
 
+def test_a_file_without_gears_is_refused():
+    message = "study file must have a table [design], [gearpair] or [train]"
+    assert message in assess(EXAMPLES / "fig02.toml", "--speed", "500:510", code=2).stderr
+
+
+def test_teeth_that_differ_are_said_to_be_left_out():
+    result = assess(SPUR, "--speed", "500:510:2", "--torque", 100, "--starts", 0, "--set", "design.eccentricity=20 um")
+    text = " ".join(result.stdout.split())
+    assert "Assumed: all teeth are taken to be alike: faults, pitch errors and eccentricity are left out" in text
+    assert "train" not in result.stderr and "eccentricity" not in result.stderr
+
+
 def test_an_unbounded_motion_is_said(found):
     at = found.at[0]
     dataset = at.dataset.assign(dynamic_factor=at.dataset["dynamic_factor"] * math.nan)

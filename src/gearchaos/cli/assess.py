@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import load_kernels, say
 from gearchaos.cli.gears import GearsPath, torques_of
-from gearchaos.cli.options import Json, Plot, Sets, app, load
+from gearchaos.cli.options import Json, Plot, Sets, app, read_study
 from gearchaos.cli.output import (
     DPI,
     PLOT_SUFFIXES,
@@ -85,6 +85,7 @@ def assess(
     for option, given in (("--sensitivity", sensitivity), ("--improve", improve)):
         if given and not is_design(described[0][0]):
             raise InputError(option, "needs a [design]", str(gears), "Its inputs are varied by their names.")
+    load_kernels()
     options: dict[str, Any] = {"factor": factor, "starts": starts, "spacing": spacing, "seed": seed, "progress": True}
     names = [""] if against is None else [gears.name, against.name]
     begun = time.monotonic()
@@ -132,14 +133,19 @@ def _described(
     from gearchaos.dynamics import Classification
     from gearchaos.gears.operating import is_design
     from gearchaos.studies.axis import Axis
-    from gearchaos.studyfile import load_design, parse_set
+    from gearchaos.studyfile import load_design, load_study, parse_set
 
     at_start = [] if torques is None else [Axis("torque", torques[0], torques[0], 1)]
-    loaded = load(path, sets, physical=True, axes=[axis, *at_start])
+    loaded = load_study(path, parse_set(sets or []), axes=[axis, *at_start])
+    if loaded.gears is None:
+        raise InputError("study file", "must have a table [design], [gearpair] or [train]", str(path))
     settings = replace(Classification(), **loaded.classification)
-    if is_design(loaded.design or loaded.gears):
-        return load_design(path, parse_set(sets or [])), settings
-    return loaded.model, settings
+    if not is_design(loaded.design or loaded.gears):
+        return read_study(path, sets, [axis, *at_start]).model, settings
+    design = load_design(path, parse_set(sets or []))
+    for text in design.with_like_teeth().warnings:
+        say(f"warning: {text}")
+    return design, settings
 
 
 def _with_changes(

@@ -38,11 +38,14 @@ class Assessment:
         What was found at each torque, in rising order of torque.
     speeds : tuple of float
         The first and the last speed, rpm.
+    like_teeth : bool
+        Whether faults, pitch errors and eccentricity of a design were left out.
     """
 
     gears: Any
     at: tuple[SpeedsToAvoid, ...]
     speeds: tuple[float, float]
+    like_teeth: bool = False
 
     @property
     def avoid(self) -> list[tuple[float, Window]]:
@@ -78,6 +81,8 @@ class Assessment:
             out = [f"mesh stiffness {_method(gears.stiffness)}", f"transmission error: {first.transmission_error}",
                    f"damping ratio {gears.damping_ratio:g} {DAMPING_LAWS[gears.damping_law]}", *gears.assumptions]
             out += [] if gears.shares_load else ["the load is not shared between the tooth pairs by their deflection"]
+        if self.like_teeth:
+            out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")
         out.append("friction is left out, and all that is not among the inputs")
         out += [f"at {each.torque:g} N m {each.coarse}" for each in self.at if each.coarse]
         out.append(f"motions were looked for {first.tried}: one that few initial states reach, in a narrow range, can "
@@ -157,6 +162,7 @@ def assess(
     usual = next((each for each in _EFFORTS if each[0] * width / each[1] <= _MOST_STATES), _EFFORTS[-1])
     criteria = Criteria.checked(factor, True, usual[0] if starts is None else starts,
                                 usual[1] if spacing is None else spacing, seed, settings)
+    like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
@@ -168,7 +174,7 @@ def assess(
     found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
                            progress=progress, threads=threads)
     at = tuple(summarised(each, tried) for each, tried in found)
-    return Assessment(gears_of(base), at, (axis.start, axis.stop))
+    return Assessment(gears_of(base), at, (axis.start, axis.stop), like_teeth)
 
 
 def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
