@@ -1,8 +1,8 @@
-"""Edges, jumps and usable speeds of an assessment against branches, motions lost between speeds, ranges counted by hand.
-"""
+"""Edges, jumps and usable speeds of an assessment against branches, and motions that are lost between speeds."""
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -136,7 +136,7 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
     quiet = {speed: Motion(1, 1, 0, 1.7, 0.5, (9.0, 9.0), np.zeros(2)) for speed in speeds}
     found.at = {speed: [quiet[speed]] for speed in speeds}
     found.at[ISOLA].append(motion)
-    for here, there in [*zip(speeds, speeds[1:], strict=False), *zip(speeds[1:], speeds, strict=False)]:
+    for here, there in [*pairwise(speeds), *pairwise(speeds[::-1])]:
         for each in found.at[here]:
             each.leads_to[there] = quiet[there]  # so that the motion is lost on both sides
     continue_orbits(model, [found])
@@ -148,7 +148,8 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
 @pytest.mark.parametrize(("options", "message"), [
     ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
     ({"torque": 0}, "torque must be finite and not 0"), ({"speed": "900"}, "speed must read"),
-    ({"speed": "900:800"}, "axis speed must run"), ({"spacing": 0.001}, "spacing must lie in"), ({"starts": -1}, "starts must be"),
+    ({"speed": "900:800"}, "axis speed must run"), ({"spacing": 0.001}, "spacing must lie in"),
+    ({"starts": -1}, "starts must be"),
     ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be"), ({"torque": [100, float("nan")]}, "torque"),
 ])
 def test_bad_input_is_refused(options, message):

@@ -128,8 +128,8 @@ def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) 
 
 def _described(
     path: Path, sets: list[str] | None, axis: Axis, torques: list[float] | None
-) -> tuple[Any, Classification]:
-    """The gears of a file, a design or a model, and its settings of the classification."""
+) -> tuple[Any, Classification | None]:
+    """The gears of a file, a design or a model, and its settings of the classification, if it has some."""
     from gearchaos.dynamics import Classification
     from gearchaos.gears.operating import is_design
     from gearchaos.studies.axis import Axis
@@ -139,7 +139,7 @@ def _described(
     loaded = load_study(path, parse_set(sets or []), axes=[axis, *at_start])
     if loaded.gears is None:
         raise InputError("study file", "must have a table [design], [gearpair] or [train]", str(path))
-    settings = replace(Classification(), **loaded.classification)
+    settings = replace(Classification(), **loaded.classification) if loaded.classification else None
     if not is_design(loaded.design or loaded.gears):
         return read_study(path, sets, [axis, *at_start]).model, settings
     design = load_design(path, parse_set(sets or []))

@@ -19,8 +19,9 @@ from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_torques, summarised
 
 SPEEDS = 60  # speeds of a range without a number: others are added between them
-_EFFORTS = ((STARTS, SPACING), (32, 0.01), (16, 0.025))
-"""Random initial states, and the spacing of their speeds: the first of which there are not too many, or the last."""
+_EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
+"""Random initial states, the spacing of their speeds, and the periods after which a motion that still looks chaotic
+counts as such: the first of which there are not too many states, or the last."""
 
 _MOST_STATES = 300_000  # random initial states of all torques
 _MOST_TORQUES = 1000
@@ -161,7 +162,8 @@ def assess(
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
     usual = next((each for each in _EFFORTS if each[0] * width / each[1] <= _MOST_STATES), _EFFORTS[-1])
     criteria = Criteria.checked(factor, True, usual[0] if starts is None else starts,
-                                usual[1] if spacing is None else spacing, seed, settings)
+                                usual[1] if spacing is None else spacing, seed,
+                                settings or Classification(longest_transient=usual[2]))
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])

@@ -27,6 +27,7 @@ its speed; where none is known it is followed as long as the settings say."""
 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
+FEWER = 8  # as many times fewer random states where a motion to be avoided is known without them
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
@@ -190,7 +191,7 @@ class FollowedMotions:
         motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
         ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
         for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
-        Returns the numbers of speeds with all random initial states, and with a quarter of them; ``limit`` is that of
+        Returns the numbers of speeds with all random initial states, and with an eighth of them; ``limit`` is that of
         the dynamic factor.
         """
         tried = yield from self._add_random(speeds, severity, starts, seed)
@@ -209,7 +210,7 @@ class FollowedMotions:
     def _add_random(
         self, speeds: Sequence[float], severity: Severity, starts: int, seed: int
     ) -> Search[np.ndarray]:
-        """Add speeds with random states; where a motion to be avoided is known without them, with a quarter of them.
+        """Add speeds with random states; where a motion to be avoided is known without them, with an eighth of them.
 
         Returns the numbers of the others and of these.
         """
@@ -217,7 +218,7 @@ class FollowedMotions:
         avoided = [s for s in speeds if any(map(severity, self.at[s]))]
         free = [s for s in speeds if s not in avoided]
         yield from self.add(free, starts, seed)
-        yield from self.add(avoided, starts // 4, seed)
+        yield from self.add(avoided, starts // FEWER, seed)
         return np.array([len(free), len(avoided)])
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:

@@ -21,6 +21,7 @@ from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.followed_motions import (
+    FEWER,
     MOST_SPEEDS,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
@@ -159,7 +160,7 @@ def search_torques(
     progress: bool = False, threads: int | None = None,
 ) -> list[tuple[_AtTorque, np.ndarray]]:
     """The motions at several torques side by side with their edges, and the numbers of speeds with random states: with
-    all of them, and with a quarter.
+    all of them, and with an eighth.
 
     Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
@@ -214,7 +215,7 @@ def speeds_to_avoid(
         False for the ranges in which that ratio exceeds ``factor`` alone, whether the teeth separate or not; a motion
         that diverges exceeds every factor.
     starts : int, optional
-        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; a quarter of
+        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
         them where a motion to avoid is known without them.
     spacing : float, optional
         Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
@@ -263,7 +264,7 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     motions, criteria, model = found.motions, found.criteria, found.motions.model
     tried = f"from rest, sweeps at {len(motions.speeds)} speeds" + (
         f", {criteria.starts} random states at {tried_at[0]}" + (
-            f", {criteria.starts // 4} at {tried_at[1]}" if tried_at[1] else "")
+            f", {criteria.starts // FEWER} at {tried_at[1]}" if tried_at[1] else "")
         if criteria.starts else "")
     gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
     dataset = _dataset(motions).assign(
