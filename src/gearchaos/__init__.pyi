@@ -3,7 +3,7 @@
 ``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Literal
 
@@ -725,14 +725,16 @@ class Orders(_Orders):
 
 def runup(
     model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64, down:
-    bool = False, signal: bool = False,
+    bool = False, torque: str | Mapping[str, Sequence[float]] | None = None, events: bool = False, signal: bool = False,
+    journal: str | PathLike[str] | None = None,
 ) -> xr.Dataset:
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
-    such that these begin when they do at the speed that changes continuously. From one to the next the deflections
-    stay, and the velocities of the wheels. Within a period the flow is exact. The run begins with the motion that is
-    reached from rest at the first speed; a run-down goes on with the motion of the run-up.
+    such that these begin when they do at the speed that changes continuously. So is a torque that changes: it is that
+    at the middle of the period. From one to the next the positions and the velocities of the wheels stay. Within a
+    period the flow is exact. The run begins with the motion that is reached from rest at the first speed and torque; a
+    run-down goes on with the motion of the run-up.
 
     Parameters
     ----------
@@ -748,8 +750,16 @@ def runup(
         Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
+    torque : str | mapping of str to Sequence[float], optional
+        A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns
+        in s, rpm and N m. Between rows it is linear. It replaces that of the gears; of a train all mean torques
+        change in the same ratio. The gears are made for 4000 steps from the least to the largest torque.
+    events : bool
+        Find the event that ends the branch of the motion before each jump.
     signal : bool
         Also give the mesh force over the time.
+    journal : str | PathLike[str], optional
+        A file that keeps what is computed. If it exists, the same call goes on from there, to the same result.
 
     Returns
     -------
@@ -759,8 +769,12 @@ def runup(
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
-        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
+        also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
+        over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
+        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``. With ``torque`` also this over
+        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
+        the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
@@ -768,7 +782,8 @@ def runup(
     Raises
     ------
     InputError
-        If the gears are not known, or the speed changes by more than 5 % within a period.
+        If the gears are not known, the speed changes by more than 5 % within a period, the torque is not given for the
+        whole run, or the journal is one of another run-up.
 
     Examples
     --------
@@ -802,6 +817,12 @@ class RunUp(_RunUp):
         Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
+    torque : str | mapping of str to Sequence[float], optional
+        A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns
+        in s, rpm and N m. Between rows it is linear. It replaces that of the gears; of a train all mean torques
+        change in the same ratio. The gears are made for 4000 steps from the least to the largest torque.
+    events : bool
+        Find the event that ends the branch of the motion before each jump.
     signal : bool
         Also give the mesh force over the time.
 
@@ -824,7 +845,8 @@ class RunUp(_RunUp):
 
     def __init__(
         self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64,
-        down: bool = False, signal: bool = False,
+        down: bool = False, torque: str | Mapping[str, Sequence[float]] | None = None, events: bool = False, signal:
+        bool = False,
     ) -> None: ...
 
 def zones(

@@ -149,8 +149,15 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'least': 16,
             },
             'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
+            'torque': {
+                'type': 'table',
+                'help': 'A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns in s, rpm and N m.',
+            },
+            'events': {
+                'type': 'bool', 'help': 'Find the event that ends the branch of the motion before each jump.',
+            },
         },
-        'run_options': {},
+        'run_options': {'journal': {'type': 'part', 'help': 'A file that keeps what is computed.'}},
     },
     'zones': {
         'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -143,6 +144,7 @@ def regime(
 
 
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
+_OF_RUNUP = catalogue.STUDIES["runup"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
 
@@ -158,11 +160,13 @@ def runup(
     ] = None,
     down: Annotated[bool, typer.Option("--down", help="Run down again as well, in the same time.")] = False,
     torque: Annotated[
-        str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that given.")
+        str | None, typer.Option(metavar="TORQUE|TABLE", help="At wheel 1, in N m or with a unit, or a table over time "
+                                 "or speed, .csv; by default that given.")
     ] = None,
     mesh: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a train: the mesh whose force it is; by default the first.")
     ] = None,
+    events: Annotated[bool, typer.Option("--events", help=_OF_RUNUP["events"]["help"])] = False,
     out: OutIfWanted = None,
     plot: Plot = None,
     wav: Annotated[
@@ -179,20 +183,31 @@ def runup(
     from gearchaos.gears.units import DURATION, to_si
     from gearchaos.studies.axis import as_range
     from gearchaos.studies.runup import RunUp
+    from gearchaos.studies.torque_profile import largest_torque, read_profile
     from gearchaos.studyfile import parse_value
 
     if speed is not None and speed.count(":") != 1:
         raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
     axes = [] if speed is None else [as_range(f"speed={speed}", "--speed", options.RANGE)]
     seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
+    profile = None
+    if torque is not None and not re.match(r"\s*[-+]?\.?\d", torque):
+        profile, notes = read_profile(torque)
+        for note in notes:
+            say(note)
+        torque = repr(largest_torque(profile))
     chosen = [*(sets or []), *([] if torque is None else [f"torque={torque}"])]
     loaded = options.load(gears, chosen, physical=True, axes=axes)
     if not axes and "speed" not in loaded.options_for("runup"):
         raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000, in rpm.")
-    given = options.given(duration=seconds, mesh=mesh, down=down or None, **({"speed": axes[0]} if axes else {}))
+    given = options.given(duration=seconds, mesh=mesh, down=down or None, torque=profile, events=events or None,
+                          **({"speed": axes[0]} if axes else {}))
     study = loaded.study(RunUp, **given, signal=wav is not None)
-    found = Found("runup", study.run(progress=True), loaded, True, study.axes, out, plot)
+    journal = None if out is None or study.signal else Path(f"{out}.part")  # the signal is not kept
+    found = Found("runup", study.run(progress=True, journal=journal), loaded, True, study.axes, out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
+    if journal is not None:
+        journal.unlink(missing_ok=True)
     if wav is not None:
         from gearchaos.sound import write_wav
 

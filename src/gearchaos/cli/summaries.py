@@ -32,7 +32,7 @@ from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.beside_factors import beside_factors, which_mesh, words_beside
 from gearchaos.studies.proved_cells import proof_counts
-from gearchaos.studies.runup import response_peaks
+from gearchaos.studies.runup_jumps import GOES_ON, response_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -416,10 +416,14 @@ def runup_document(found: Found) -> dict[str, Any]:
     jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
         *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
                                                "factor_after_jump")), strict=True)]
+    if "event_kind" in dataset:
+        for jump, kind, speed in zip(
+                jumps, *(dataset[n].values.tolist() for n in ("event_kind", "event_speed")), strict=True):
+            jump["event"] = None if math.isnan(speed) else {"kind": kind, "speed": speed}
     peaks, ways = [], {}
     for way in dataset["direction"].values.tolist():
         one = dataset.sel(direction=way)
-        for i in response_peaks(one):
+        for i in response_peaks(one["dynamic_factor"].values):
             at = one.isel(speed=i)
             line = at["order_force"][1:].fillna(0.0)
             peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
@@ -443,10 +447,10 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
             parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
         kept = [] if any(states[name] for name in words) else ["contact is kept"]
         print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
-        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
-                 if j["direction"] == way]
+        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(found.dataset, i, j)}"
+                 for i, j in enumerate(content["jumps"]) if j["direction"] == way]
         if jumps:
-            print_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
+            print_wrapped(f"  jumps of the dynamic factor at {'; '.join(jumps)}")
     if content["status"] != "ok":
         print_wrapped(content["status"])
     step = float(found.dataset["speed"][:2].diff("speed").sum())
@@ -459,6 +463,16 @@ def print_runup(found: Found, content: dict[str, Any]) -> None:
             table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
                           f"{peak['order']:g}")
         print_table(table)
+
+
+def _cause(dataset: xr.Dataset, index: int, jump: Mapping[str, Any]) -> str:
+    """The event that ends the branch of the motion before a jump, in words, if it was looked for."""
+    if "event" not in jump:
+        return ""
+    if jump["event"] is not None:
+        return f": {jump['event']['kind'].replace('_', ' ')} at {jump['event']['speed']:.5g} rpm"
+    why = dataset["event_kind"].values[index]
+    return ": the branch before goes on" if why == GOES_ON else ": not from a branch, the motion before is not periodic"
 
 
 def _steps_of_train(model: Any) -> str:

@@ -30,7 +30,7 @@ class Series(_Table):
 
 _KEY_TYPES: dict[str, Any] = {
     "int": int, "float": float, "bool": bool, "str": str, "axis": str, "values": dict[str, float],
-    "tuple[int, int]": list[int], "tuple[str, ...]": list[str],
+    "tuple[int, int]": list[int], "tuple[str, ...]": list[str], "table": str | dict[str, list[float]],
 }
 """The types of keys of ``[study]``, by the type of an option in the catalogue of studies."""
 
