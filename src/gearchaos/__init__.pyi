@@ -751,9 +751,9 @@ def runup(
     down : bool
         Run down again as well, in the same time.
     torque : str | mapping of str to Sequence[float], optional
-        A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns
-        in s, rpm and N m. Between rows it is linear. It replaces that of the gears; of a train all mean torques
-        change in the same ratio. The gears are made for 4000 steps from the least to the largest torque.
+        A table of the torque over time or speed, linear between rows. It is a file whose header has the units, or
+        the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in
+        one ratio. Gears are made for 4000 steps from the least to the largest torque.
     events : bool
         Find the event that ends the branch of the motion before each jump.
     signal : bool
@@ -818,9 +818,9 @@ class RunUp(_RunUp):
     down : bool
         Run down again as well, in the same time.
     torque : str | mapping of str to Sequence[float], optional
-        A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns
-        in s, rpm and N m. Between rows it is linear. It replaces that of the gears; of a train all mean torques
-        change in the same ratio. The gears are made for 4000 steps from the least to the largest torque.
+        A table of the torque over time or speed, linear between rows. It is a file whose header has the units, or
+        the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in
+        one ratio. Gears are made for 4000 steps from the least to the largest torque.
     events : bool
         Find the event that ends the branch of the motion before each jump.
     signal : bool

@@ -150,8 +150,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
             'torque': {
-                'type': 'table',
-                'help': 'A torque that changes: a file with columns of time or speed, and of torque, with their units, or the columns in s, rpm and N m.',
+                'type': 'table', 'help': 'A table of the torque over time or speed, linear between rows.',
             },
             'events': {
                 'type': 'bool', 'help': 'Find the event that ends the branch of the motion before each jump.',

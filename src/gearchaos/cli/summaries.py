@@ -470,7 +470,7 @@ def _cause(dataset: xr.Dataset, index: int, jump: Mapping[str, Any]) -> str:
     if "event" not in jump:
         return ""
     if jump["event"] is not None:
-        return f": {jump['event']['kind'].replace('_', ' ')} at {jump['event']['speed']:.5g} rpm"
+        return f": {jump['event']['kind']} at {jump['event']['speed']:.5g} rpm"
     why = dataset["event_kind"].values[index]
     return ": the branch before goes on" if why == GOES_ON else ": not from a branch, the motion before is not periodic"
 

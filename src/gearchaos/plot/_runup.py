@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import axis_label, draw_legend
-from gearchaos.plot.theme import INK, STROBE, adapt
+from gearchaos.plot.theme import EVENT_COLOURS, INK, STROBE, adapt, event_words
 from gearchaos.studies.beside_factors import words_beside
 
 _WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
+_GREY = "#9a9a9a"  # of a torque
 _ROWS = 150  # most rows of a waterfall
 _RANGE = 80.0  # dB that a waterfall shows below its largest line
 
@@ -24,7 +26,8 @@ _RANGE = 80.0  # dB that a waterfall shows below its largest line
 def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     """Draw a run-up: the dynamic factor over the speed, and below it the waterfall of the mesh force of each direction.
 
-    Dots mark the motions after a jump. A waterfall has the amplitude at each order of the turn of the first wheel, in
+    Dots mark the motions after a jump, vertical lines the events by which their branches ended, and a grey line
+    is a torque that changes. A waterfall has the amplitude at each order of the turn of the first wheel, in
     dB below the largest one of all.
 
     Parameters
@@ -72,6 +75,9 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     handles = [Line2D([], [], color=adapt(_WAYS[w][0]), linestyle=_WAYS[w][1], label=_WAYS[w][2]) for w in known]
     if ds.sizes["jump"]:
         handles.append(Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump"))
+    handles += _draw_events(above, ds)
+    if "torque" in ds:
+        handles.append(_draw_torque(above, ds))
     handles += [Line2D([], [], linestyle="none", label=words) for words in words_beside(ds, shown)]
     draw_legend(above, handles, ncols=2)
     force = ds["order_force"][:, :, 1:]
@@ -88,3 +94,24 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     figure.colorbar(image, ax=waterfalls, label=f"mesh force [dB re {largest:.4g} {force.attrs['units']}]")
     waterfalls[-1].set(xlabel=axis_label(ds["speed"], "speed"))
     return figure
+
+
+def _draw_events(ax: Axes, ds: xr.Dataset) -> list[Line2D]:
+    """Draw the events that end branches before jumps as vertical lines, and return what stands for each kind."""
+    if "event_speed" not in ds:
+        return []
+    located = ds.isel(jump=np.isfinite(ds["event_speed"].values))
+    lines = {}
+    for kind, speed in zip(located["event_kind"].values.tolist(), located["event_speed"].values.tolist(), strict=True):
+        lines[kind] = ax.axvline(speed, color=adapt(EVENT_COLOURS.get(kind, INK)), linestyle=":", linewidth=1.2,
+                                 label=event_words(kind))
+    return [*lines.values()]
+
+
+def _draw_torque(ax: Axes, ds: xr.Dataset) -> Line2D:
+    """Draw the torque of each direction over the speed on an axis of its own, and return what stands for it."""
+    beside = ax.twinx()
+    for way, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
+        beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=_WAYS[way][1], linewidth=0.8)
+    beside.set_ylabel(axis_label(ds["torque"], "torque"))
+    return Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -28,7 +28,7 @@ from gearchaos.studies.mesh_study import TURNS, MeshStudy
 from gearchaos.studies.options import RANGE, Option, axis_option, option
 from gearchaos.studies.runup_jumps import Jump, find_event, find_jumps
 from gearchaos.studies.runup_results import WORST, Journal, Run, RunResults
-from gearchaos.studies.torque_profile import as_profile, check_covers, extremes, largest_torque, torque_at
+from gearchaos.studies.torque_profile import Profile, as_profile, check_covers, extremes, largest_torque, torque_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,9 +120,9 @@ class RunUp(MeshStudy):
     duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
     down: bool = option(False, "Run down again as well, in the same time.")
     torque: str | Mapping[str, Sequence[float]] | None = option(
-        None, "A torque that changes: a file with columns of time or speed, and of torque, with their units, or the "
-        "columns in s, rpm and N m. Between rows it is linear. It replaces that of the gears; of a train all mean "
-        "torques change in the same ratio. The gears are made for 4000 steps from the least to the largest torque.",
+        None, "A table of the torque over time or speed, linear between rows. It is a file whose header has the units, "
+        "or the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in "
+        "one ratio. Gears are made for 4000 steps from the least to the largest torque.",
         is_path=True)
     events: bool = option(False, "Find the event that ends the branch of the motion before each jump.")
     signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
@@ -145,10 +145,10 @@ class RunUp(MeshStudy):
             shortest = 2 * (self._window + 1) / (self._cycles_per_rpm * (first + last))
             raise InputError("duration", f"must be at least that of {self._window} periods", self.duration,
                              f"Give {shortest:.3g} s or more.")
-        if self.torque is not None:
-            check_covers(self.torque, (1 + self.down) * self.duration, (first, last))
-            vary(self.model, {"torque": extremes(self.torque)})  # raises if the gears cannot have them
-            largest = largest_torque(self.torque)
+        if self._profile is not None:
+            check_covers(self._profile, (1 + self.down) * self.duration, (first, last))
+            vary(self.model, {"torque": extremes(self._profile)})  # raises if the gears cannot have them
+            largest = largest_torque(self._profile)
             if (model := self.model).value("torque") != largest:
                 self._set(model=model.with_values({"torque": abs(largest) if model.kind == "train" else largest}))
         check_memory("periods in the duration", self._periods * self.signal, 24 * self._samples)
@@ -158,6 +158,10 @@ class RunUp(MeshStudy):
     def _periods(self) -> int:
         """Whole periods in a run."""
         return int((self.speed.start + self.speed.stop) / 2 * self._cycles_per_rpm * self.duration)
+
+    @property
+    def _profile(self) -> Profile | None:
+        return self.torque  # type: ignore[return-value]  # as `__post_init__` has made it
 
     @cached_property
     def cost(self) -> Cost:
@@ -174,10 +178,10 @@ class RunUp(MeshStudy):
 
     def _point(self, way: str, time: np.ndarray, speed: np.ndarray) -> dict[str, np.ndarray]:
         """The values of speed and of a torque that changes (N,) at times of a run, by name."""
-        if self.torque is None:
+        if self._profile is None:
             return {"speed": speed}
         return {"speed": speed, "torque": torque_at(
-            self.torque, time + self.duration * (way == "down"), speed)}
+            self._profile, time + self.duration * (way == "down"), speed)}
 
     def _bins(self) -> int:
         """The number of speeds of the result: each has some periods, or a window of the spectrum, the lowest too."""
@@ -201,7 +205,7 @@ class RunUp(MeshStudy):
         data |= variables(over, {"contact": np.stack([each.contact for each in found.values()])})
         data["order_force"] = variable("order_force", over, np.stack([each.amplitudes for each in found.values()]))
         centres = (edges[1:] + edges[:-1]) / 2
-        if self.torque is not None:
+        if self._profile is not None:
             torque = [self._point(way, (centres - run.first) / run.rate, centres)["torque"]
                       for way, run in self._runs.items()]
             data["torque"] = variable("torque", over[:2], np.stack(torque))
@@ -232,7 +236,7 @@ class RunUp(MeshStudy):
             events = []
             with bar("runup, events" if progress else None, len(jumps)) as advance:
                 for way, jump, last in jumps:
-                    events.append(find_event(jump, last, lambda k, way=way: self._at_period(found[way], way, k)))
+                    events.append(find_event(jump, last, self._at, partial(self._at_period, found[way], way)))
                     advance(1)
             columns |= {"event_kind": [kind for kind, _ in events], "event_speed": [speed for _, speed in events]}
         texts = ("direction_of_jump", "event_kind")
@@ -286,7 +290,7 @@ class RunUp(MeshStudy):
     @cached_property
     def _names(self) -> tuple[str, ...]:
         """The coordinates, at all speeds and torques."""
-        torque = {} if self.torque is None else {"torque": extremes(self.torque)}
+        torque = {} if self._profile is None else {"torque": extremes(self._profile)}
         return coordinates(vary(self.model, {"speed": [self.speed.start, self.speed.stop], **torque}))
 
     def _settled(self) -> np.ndarray:
@@ -328,7 +332,7 @@ class RunUp(MeshStudy):
         of a pair may depend on the torque."""
         model: Any = self.model
         torques, at = np.unique(point.get("torque", np.zeros(len(point["speed"]))), return_inverse=True)
-        if self.torque is None or model.kind == "train":
+        if self._profile is None or model.kind == "train":
             return np.ones((len(at), len(self._names))), np.ones(len(at))
         own, scales = pair_of(model.gears).scales, [pair_of(model.gears, torque).scales for torque in torques.tolist()]
         length, velocity, force = (np.array([getattr(each, name) / getattr(own, name) for each in scales])[at]

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.arclength import Settings, Stopped
+from gearchaos.continuation.branch import follow_branch, follow_doubled
+from gearchaos.continuation.events import FLIP, Event
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.errors import InputError
+from gearchaos.flow import Measure, of_meshes
 from gearchaos.studies.runup_results import RunResults
 
 # of a run; fewest mesh cycles, and fewest and most periods, on either side of a jump
@@ -23,6 +25,8 @@ _SLOW = 0.05  # largest relative change of speed and torque beside a jump: that 
 _BEYOND = 0.05  # share of the periods on either side that may lie beyond those on the other side
 _EARLIER = (4, 8, 16, 32, 64)  # widths before a jump where the motion is taken for one on the branch that ends
 _SAME = 0.05  # largest distance of that motion from the branch, relative to the larger of 1 and its largest coordinate
+_DOUBLINGS = 4  # of a period, that are followed in turn
+_LATER = 1000  # periods for which that motion is followed where it is not periodic
 _REACH = 0.02  # how far beyond the jump a branch is followed, relative to the speed
 
 NOT_PERIODIC, GOES_ON = "not periodic", "goes on"
@@ -76,14 +80,15 @@ def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray])
 
 
 def find_event(
-    jump: Jump, earliest: int, before: Callable[[int], tuple[Any, np.ndarray, tuple[str, ...]]]
+    jump: Jump, earliest: int, mesh: int, before: Callable[[int], tuple[Any, np.ndarray, tuple[str, ...]]]
 ) -> tuple[str, float]:
     """The kind and the speed of the event that ends the branch of the motion before a jump; in place of the kind why
     there is none, with NaN.
 
     ``before`` gives for a period the model at its speed and torque, the state (d,) at its start, and the names of that.
     A run passes the end of a branch before it jumps. So the motion is taken ever earlier, but not before the period
-    ``earliest``, until it is on a branch.
+    ``earliest``, until it is on a branch; unless it is not periodic but stays as large as it was, by the force of the
+    ``mesh`` with this number.
     """
     why = NOT_PERIODIC
     for period in (jump.period - jump.width * widths for widths in _EARLIER):
@@ -97,17 +102,46 @@ def find_event(
                 model.with_values({name: float(x[0, 0]) for name, x in start.items()}), ("speed",), None, None,
                 names=names)
         except InputError:  # no periodic motion
+            if _stays(family, w, mesh, jump.before):
+                break
             continue
         if np.abs(cycle.points - w).max(axis=1).min() > _SAME * max(1.0, float(np.abs(w).max())):
             continue  # another one, reached beyond the end of the branch
         own, rising = float(family.start[0]), jump.speed > float(family.start[0])
         beyond = jump.speed * (1 + _REACH if rising else 1 - _REACH)
-        branch = follow_branch(family, cycle, (min(own, beyond), max(own, beyond)), Settings())
-        event = branch.ends_of_stability()[0 if rising else 1]
+        bounds = min(own, beyond), max(own, beyond)
+        event = follow_branch(family, cycle, bounds, Settings()).ends_of_stability()[0 if rising else 1]
         if event is not None:
+            event = _after_doublings(family, event, bounds)
             return event.kind, float(event.point.u[-1])
         why = GOES_ON
     return why, math.nan
+
+
+def _after_doublings(family: ParameterFamily, event: Event, bounds: tuple[float, float]) -> Event:
+    """The event that ends the stable branch of doubled period which begins at a flip, and of those in turn; the event
+    itself where none begins there."""
+    for _ in range(_DOUBLINGS):
+        if event.kind != FLIP:
+            break
+        try:
+            doubled = follow_doubled(family, event, bounds, Settings())
+        except Stopped:
+            break
+        following = doubled.ends_of_stability()[0]
+        if following is None or doubled.unstable[doubled.start]:
+            break
+        event = following
+    return event
+
+
+def _stays(family: ParameterFamily, w: np.ndarray, mesh: int, factor: float) -> bool:
+    """Whether the motion from a state (d,) at constant speed goes on with about this dynamic factor."""
+    flow = family.exact_flow(family.start[None])
+    later = flow.advance(flow.advance(w[:, None].copy(), _LATER).w, _LATER, measured=True)
+    own = of_meshes(later.measures)[mesh, :, 0]
+    largest = np.abs(own[[Measure.FORCE_MAX, Measure.FORCE_MIN]]).max() / abs(flow.system.static_force[0, mesh])
+    return bool(1 / _JUMP < largest / factor < _JUMP)
 
 
 def response_peaks(factor: np.ndarray) -> list[int]:

@@ -168,6 +168,6 @@ class Journal:
         if time.monotonic() - self._written < _BETWEEN:
             return
         content = BytesIO()
-        np.savez(content, settings=np.array(self._settings), **arrays)
+        np.savez(content, allow_pickle=False, **{"settings": np.array(self._settings), **arrays})
         write_bytes(self._path, content.getbuffer())
         self._written = time.monotonic()
