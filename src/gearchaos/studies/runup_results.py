@@ -152,10 +152,10 @@ class Journal:
         if not self._path.exists():
             return {}
         try:
-            with np.load(self._path, allow_pickle=False) as file:
+            with np.load(BytesIO(self._path.read_bytes()), allow_pickle=False) as file:
                 found = dict(file)
             settings = str(found.pop("settings"))
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        except (AttributeError, EOFError, KeyError, OSError, TypeError, ValueError, zipfile.BadZipFile) as error:
             raise InputError("journal", "must be a journal of a run-up, whole and readable", str(self._path),
                              "Delete it, or choose another file.") from error
         if settings != self._settings:
