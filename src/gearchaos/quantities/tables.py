@@ -243,7 +243,6 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("direction_of_jump", long_name="direction of the run with the jump"),
     Quantity("factor_before_jump", long_name="dynamic factor before the jump"),
     Quantity("factor_after_jump", long_name="dynamic factor after the jump"),
-    Quantity("event_speed", long_name="speed of the event that ends the branch before the jump", unit="rpm"),
     Quantity("signal_time", "t", "t", long_name="time", unit="s"),
     Quantity("signal_force", long_name="mesh force", unit="c0*delta", physical=_FORCE),
     Quantity("varied", long_name="parameter that was varied"),

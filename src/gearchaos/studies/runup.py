@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
@@ -37,6 +37,7 @@ _SAMPLES = 1 << 16  # instants of the periods whose step matrices are in memory 
 _BINS = 400  # most speeds at which results are given
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
 _SETTLED = 500  # periods at the first speed before the run begins
+_OWN_MATRICES = 20.0  # cost of a step whose matrices are made for it alone, relative to one of many with the same
 _FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
 
 
@@ -167,7 +168,8 @@ class RunUp(MeshStudy):
     def cost(self) -> Cost:
         """That of the runs, one after the other, at the speed where a period has the most steps."""
         ends = switched_system(vary(self.model, {"speed": [self.speed.start, self.speed.stop]}))
-        return estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+        found = estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+        return replace(found, step_cost=_OWN_MATRICES * found.step_cost)
 
     @cached_property
     def _runs(self) -> dict[str, Run]:
