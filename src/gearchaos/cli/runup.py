@@ -1,0 +1,70 @@
+"""What ``gearchaos runup`` prints: where contact is lost and where the motion jumps, and the peaks of the response."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges
+from gearchaos.dynamics.response import CONTACTS
+from gearchaos.gears.units import measured
+from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.runup import response_peaks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def runup_document(dataset: xr.Dataset) -> dict[str, Any]:
+    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each direction."""
+    jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
+        *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
+                                               "factor_after_jump")), strict=True)]
+    peaks, ways = [], {}
+    for way in dataset["direction"].values.tolist():
+        one = dataset.sel(direction=way)
+        for i in response_peaks(one):
+            at = one.isel(speed=i)
+            line = at["order_force"][1:].fillna(0.0)
+            peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
+                          "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
+        states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
+            ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
+        most = one.isel(speed=int(one["dynamic_factor"].fillna(0.0).argmax("speed")))
+        largest = {"speed": most["speed"].item(), "dynamic_factor": most["dynamic_factor"].item()}
+        ways[way] = {"largest": largest} | {word: ranges(where, one["speed"].values) for word, where in states.items()}
+    return {"jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"]}
+
+
+def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> None:
+    """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
+    words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
+    for way, states in content["directions"].items():
+        most = states["largest"]
+        parts = [f"{text} at {', '.join(edges_in_words(*r) for r in states[name])} rpm" for name, text in words.items()
+                 if states[name]]
+        if most["dynamic_factor"]:
+            parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
+        kept = [] if any(states[name] for name in words) else ["contact is kept"]
+        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
+        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
+                 if j["direction"] == way]
+        if jumps:
+            print_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
+    if content["status"] != "ok":
+        print_wrapped(content["status"])
+    step = float(dataset["speed"][:2].diff("speed").sum())
+    print_wrapped(f"dynamic factor: {', '.join(words_beside(dataset, 'dynamic_factor'))}; the largest in each "
+                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
+                 f"motion.{_steps_of_train(model)}")
+    if content["peaks"]:
+        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
+        for peak in content["peaks"]:
+            table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
+                          f"{peak['order']:g}")
+        print_table(table)
+
+
+def _steps_of_train(model: Any) -> str:
+    """How often the speed of a run changes, where that is not with each mesh cycle."""
+    cycles = max(model.train.cycles.values(), default=1) if model.kind == "train" else 1
+    return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)
