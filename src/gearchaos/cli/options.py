@@ -16,6 +16,7 @@ from gearchaos import catalogue
 from gearchaos.cli import completion
 from gearchaos.cli.errors import Commands, load_kernels, say
 from gearchaos.errors import InputError
+from gearchaos.quantities import OPERATION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,6 +113,17 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
     if loaded.model.kind == "train":
         say(textwrap.fill(loaded.model.in_words, 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
+
+
+def operating_point(sets: list[str] | None) -> list[str]:
+    """Those values of ``--set`` that are speed or torque of gears, by names that all kinds of gears have."""
+    found = []
+    for text in sets or []:
+        owner, _, name = text.partition("=")[0].strip().rpartition(".")
+        common = "torque" if (owner, name) == ("gearpair", "M10") else name
+        if common in {q.name for q in OPERATION} and owner in ("", "operation", "gearpair"):
+            found.append(f"{common}={text.partition('=')[2]}")
+    return found
 
 
 def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> list[Axis]:

@@ -207,12 +207,10 @@ def orders(
     mesh: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is looked at; by default the first.")
     ] = None,
-    of: Annotated[
-        str | None, typer.Option("--of", metavar="force|deflection|acceleration", help=_OF_ORDERS["quantity"]["help"])
-    ] = None,
+    of: options.study_option("of", _OF_ORDERS["quantity"]) = None,  # type: ignore[valid-type]
     against: Annotated[
-        Path | None, typer.Option(metavar="OTHER.toml", help="Compare with gears of the same teeth and speed.",
-                                  readable=False)
+        Path | None, typer.Option(metavar="OTHER.toml", readable=False, help="Compare with gears of the same teeth and "
+                                  "speed; --set of speed or torque holds for both, any other for the first.")
     ] = None,
     rms: Annotated[bool, typer.Option("--rms", help=_OF_ORDERS["rms"]["help"])] = False,
     out: OutIfWanted = None,
@@ -223,7 +221,7 @@ def orders(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = options.load(gears, sets, physical=True)
-    other = None if against is None else options.load(against, None, physical=True).model
+    other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.orders import Orders
 

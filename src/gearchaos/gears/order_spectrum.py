@@ -10,17 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from gearchaos.gears import units
+from gearchaos.gears.measured_quantities import MEASURED, MeasuredQuantity
 from gearchaos.gears.tables import Column, read_table
 from gearchaos.quantities import quantity
 from gearchaos.validation import MAX_HARMONICS
-
-KINDS: dict[str, tuple[units.Dimension, str]] = {
-    "mesh force": (units.FORCE, "force|kraft"),
-    "deflection": (units.LENGTH, "deflection|verformung"),
-    "transmission error": (units.LENGTH, r"\bd?te\b|error|fehler|abweich"),
-    "acceleration": (units.ACCELERATION, "accel|beschleunig"),
-}
-"""What may be measured: its dimension, and words that are found in headers."""
 
 _RMS, _RANGE = r"\brms\b|\beff", "peak to peak"
 # the peak value over what a column has, words in its header beside those of the kind, and words of other columns
@@ -46,15 +39,15 @@ class OrderSpectrum:
     notes: tuple[str, ...]
 
 
-def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[str, str] | None = None
+def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: int, columns: Mapping[str, str] | None = None
                         ) -> OrderSpectrum:
     """Read a table with the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak``.
 
     Parameters
     ----------
     path : str or Path
-    of : str
-        What was measured, one of `KINDS`.
+    of : MeasuredQuantity
+        What was measured.
     teeth : int
         Of wheel 1, whose turn has order 1: the mesh has the order ``teeth``. Orders that are no multiples are ignored.
     columns : mapping of str to str, optional
@@ -76,7 +69,7 @@ def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[
     >>> found.harmonic.tolist(), found.amplitude.round(3).tolist(), found.ignored
     ([1, 2], [2.121, 3.536], 1)
     """
-    dimension, words = KINDS[of]
+    dimension, words = MEASURED[of].dimension, MEASURED[of].words
     advice = "A column 'amplitude' has peak values, 'rms' root mean squares. Units stand in the header or in columns."
     kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice)
              for name, (_, own, other) in _COLUMNS.items()]
