@@ -753,7 +753,7 @@ def runup(
     down : bool
         Run down again as well, in the same time.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
 
     Returns
     -------
@@ -764,7 +764,7 @@ def runup(
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
@@ -807,7 +807,7 @@ class RunUp(_RunUp):
     down : bool
         Run down again as well, in the same time.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
 
     Raises
     ------

@@ -71,6 +71,9 @@ Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZO
 _OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
 Out = Annotated[Path, _OUT]
 OutIfWanted = Annotated[Path | None, _OUT]
+SpectrumOut = Annotated[Path | None, typer.Option(
+    "--out", metavar="FILE", help="File to write: NetCDF, .csv for tables, or .uff for programs of test benches.",
+    readable=False)]
 Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
 Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import check_target, write_bytes
+from gearchaos.files import UFF_SUFFIXES, check_target, write_bytes
 from gearchaos.quantities import OPERATION, quantity
 
 if TYPE_CHECKING:
@@ -46,6 +46,10 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
     check_target(option, path)
+    if path.suffix.lower() in UFF_SUFFIXES:
+        from gearchaos.uff_files import check_installed
+
+        check_installed(option)
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             writable = not path.exists() or os.access(path, os.W_OK)

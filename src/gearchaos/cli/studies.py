@@ -16,7 +16,7 @@ from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.files import DATA_SUFFIXES
+from gearchaos.files import DATA_SUFFIXES, UFF_SUFFIXES
 
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
@@ -142,6 +142,7 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
+_SPECTRUM_SUFFIXES = (*DATA_SUFFIXES, *UFF_SUFFIXES)
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
@@ -163,17 +164,21 @@ def runup(
     mesh: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a train: the mesh whose force it is; by default the first.")
     ] = None,
-    out: OutIfWanted = None,
+    out: options.SpectrumOut = None,
     plot: Plot = None,
     wav: Annotated[
         Path | None, typer.Option(metavar="FILE.wav", help="The mesh force as sound, full scale its largest deviation.",
                                   readable=False)
     ] = None,
+    uff: Annotated[
+        Path | None, typer.Option(metavar="FILE.uff", readable=False,
+                                  help="The mesh force and the speed over the time, for programs of test benches.")
+    ] = None,
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
-    for option, path, suffixes in (("--out", out, DATA_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
-            "--wav", wav, (".wav",))):
+    for option, path, suffixes in (("--out", out, _SPECTRUM_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
+            "--wav", wav, (".wav",)), ("--uff", uff, UFF_SUFFIXES)):
         check_output(option, path, suffixes)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.gears.units import DURATION, to_si
@@ -190,7 +195,7 @@ def runup(
     if not axes and "speed" not in loaded.options_for("runup"):
         raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000, in rpm.")
     given = options.given(duration=seconds, mesh=mesh, down=down or None, **({"speed": axes[0]} if axes else {}))
-    study = loaded.study(RunUp, **given, signal=wav is not None)
+    study = loaded.study(RunUp, **given, signal=wav is not None or uff is not None)
     found = Found("runup", study.run(progress=True), loaded, True, study.axes, out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
     if wav is not None:
@@ -198,6 +203,8 @@ def runup(
 
         largest = write_wav(found.dataset, wav)
         say(f"wrote {wav}: the mesh force less its mean, full scale {largest:.4g} N")
+    if uff is not None:
+        save(found.dataset.drop_vars("order_force"), uff)
     report(found, "runup", json_out)
 
 
@@ -213,12 +220,12 @@ def orders(
                                   "speed; --set of speed or torque holds for both, any other for the first.")
     ] = None,
     rms: Annotated[bool, typer.Option("--rms", help=_OF_ORDERS["rms"]["help"])] = False,
-    out: OutIfWanted = None,
+    out: options.SpectrumOut = None,
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
     """Show the order spectrum of a steady motion: mesh harmonics, their sidebands, and whose they are."""
-    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--out", out, _SPECTRUM_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = options.load(gears, sets, physical=True)
     other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model

@@ -247,6 +247,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("factor_after_jump", long_name="dynamic factor after the jump"),
     Quantity("signal_time", "t", "t", long_name="time", unit="s"),
     Quantity("signal_force", long_name="mesh force", unit="c0*delta", physical=_FORCE),
+    Quantity("signal_speed", long_name="speed of wheel 1", unit="rpm"),
     Quantity("varied", long_name="parameter that was varied"),
     Quantity("estimate", long_name="estimate of the parameter", unit="as estimate_unit says"),
     Quantity("estimate_lo", long_name="lower end of its 95 % interval", unit="as estimate_unit says"),

@@ -72,7 +72,7 @@ class RunUp(MeshStudy):
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged.
@@ -114,7 +114,7 @@ class RunUp(MeshStudy):
     speed: Axis = axis_option('The first and the last speed, as a text "speed=500:6000" in rpm.', RANGE)
     duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
     down: bool = option(False, "Run down again as well, in the same time.")
-    signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
+    signal: bool = option(False, "Also give the mesh force and the speed over the time.", in_files=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -185,6 +185,8 @@ class RunUp(MeshStudy):
             data["signal_time"] = variable("signal_time", ("direction", "instant"), np.stack(instants))
             data["signal_force"] = variable("signal_force", ("direction", "instant"), np.stack(
                 [force.ravel() for force in forces]))
+            data["signal_speed"] = variable("signal_speed", ("direction", "instant"), np.stack(
+                [np.repeat(run.speed, self._samples) for run in runs]))
         coords = {name: variable(name, (name,), values) for name, values in (
             ("direction", np.array(names)), ("speed", (edges[1:] + edges[:-1]) / 2),
             ("order", orders / (TURNS * self._cycles_per_turn.denominator)))}
