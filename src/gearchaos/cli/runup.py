@@ -8,14 +8,16 @@ from gearchaos.cli.output import edges_in_words, plain_table, print_table, print
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.units import measured
 from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.measured_runup import compared_orders, comparison_words
 from gearchaos.studies.runup import response_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def runup_document(dataset: xr.Dataset) -> dict[str, Any]:
-    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each direction."""
+def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, Any]:
+    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each
+    direction; beside what was measured ``over`` it the largest amplitudes of both at mesh orders."""
     jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
         *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
                                                "factor_after_jump")), strict=True)]
@@ -32,7 +34,8 @@ def runup_document(dataset: xr.Dataset) -> dict[str, Any]:
         most = one.isel(speed=int(one["dynamic_factor"].fillna(0.0).argmax("speed")))
         largest = {"speed": most["speed"].item(), "dynamic_factor": most["dynamic_factor"].item()}
         ways[way] = {"largest": largest} | {word: ranges(where, one["speed"].values) for word, where in states.items()}
-    return {"jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"]}
+    return {"jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"],
+            **({} if over is None else {"measured": compared_orders(dataset, over)})}
 
 
 def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> None:
@@ -61,6 +64,15 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         for peak in content["peaks"]:
             table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
                           f"{peak['order']:g}")
+        print_table(table)
+    if "measured" in content:
+        print("Largest amplitudes of the mesh orders over the speeds that both have, peak:")
+        table = plain_table("order", "measured (N)", "at (rpm)", "computed (N)", "at (rpm)",
+                            "measured over\ncomputed (dB)")
+        for row in content["measured"]:
+            sizes = (measured(row["measured"]), f"{row['measured_speed']:.5g}", measured(row["computed"]),
+                     f"{row['computed_speed']:.5g}")
+            table.add_row(f"{row['order']:g}", *sizes, comparison_words(row))
         print_table(table)
 
 

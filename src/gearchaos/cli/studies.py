@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -143,6 +144,10 @@ def regime(
 
 
 _SPECTRUM_SUFFIXES = (*DATA_SUFFIXES, *UFF_SUFFIXES)
+Column = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
+                                   "amplitude=\"Force [N]\"; may be repeated.")
+]
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
@@ -174,6 +179,11 @@ def runup(
         Path | None, typer.Option(metavar="FILE.uff", readable=False,
                                   help="The mesh force and the speed over the time, for programs of test benches.")
     ] = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="MEASURED", readable=False, help="A measured run-up: speed, order and "
+                                  "amplitude, or time, speed and force, .csv.")
+    ] = None,
+    column: Column = None,
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
@@ -196,6 +206,16 @@ def runup(
         raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000, in rpm.")
     given = options.given(duration=seconds, mesh=mesh, down=down or None, **({"speed": axes[0]} if axes else {}))
     study = loaded.study(RunUp, **given, signal=wav is not None or uff is not None)
+    if against is None and column:
+        raise InputError("--column", "needs --against", column[0])
+    bench = None
+    if against is not None:
+        from gearchaos.studies.measured_runup import read_measured_runup
+
+        headers = dict(text.partition("=")[::2] for text in column or [])
+        bench = read_measured_runup(against, study.mesh_order, (study.speed.start, study.speed.stop), headers or None)
+        for note in bench.notes:
+            say(note)
     found = Found("runup", study.run(progress=True), loaded, True, study.axes, out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
     if wav is not None:
@@ -205,6 +225,8 @@ def runup(
         say(f"wrote {wav}: the mesh force less its mean, full scale {largest:.4g} N")
     if uff is not None:
         save(found.dataset.drop_vars("order_force"), uff)
+    if bench is not None:
+        found = replace(found, over=bench.beside(found.dataset))
     report(found, "runup", json_out)
 
 
@@ -251,10 +273,7 @@ def fit(
     uncertainty: Annotated[
         str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N.")
     ] = None,
-    column: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
-                                       "amplitude=\"Force [N]\"; may be repeated.")
-    ] = None,
+    column: Column = None,
     starts: options.study_option("starts", _OF_FIT["starts"]) = None,  # type: ignore[valid-type]
     seed: options.study_option("seed", _OF_FIT["seed"]) = None,  # type: ignore[valid-type]
     sets: Sets = None,

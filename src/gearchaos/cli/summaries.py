@@ -52,6 +52,7 @@ class Found:
     axes: tuple[Axis, ...]
     out: Path | None
     plot: Path | None
+    over: xr.Dataset | None = None  # what was measured
 
     @cached_property
     def dataset(self) -> xr.Dataset:
@@ -358,7 +359,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: branches.print_skeleton(content)),
     "rattle": (lambda found: {**found.head, **rattle.rattle_document(found.plain, found.axes[0])},
                lambda found, content: rattle.print_rattle(found.in_units, content, found.axes[0])),
-    "runup": (lambda found: {**found.head, **runup.runup_document(found.dataset)},
+    "runup": (lambda found: {**found.head, **runup.runup_document(found.dataset, found.over)},
               lambda found, content: runup.print_runup(found.dataset, content, found.loaded.model)),
     "orders": (lambda found: {**found.head, **orders.orders_document(found.dataset)},
                lambda _, content: orders.print_orders(content)),
@@ -372,7 +373,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
 
 def report(found: Found, summary: str, json_out: bool) -> None:
     """Draw a result, and print it by the entry ``summary`` of `SUMMARIES`."""
-    draw(found.dataset, found.plot)
+    draw(found.dataset, found.plot, over=found.over)
     document, show = SUMMARIES[summary]
     content = document(found)
     print_json(content) if json_out else show(found, content)

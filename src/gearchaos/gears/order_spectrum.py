@@ -39,8 +39,8 @@ class OrderSpectrum:
     notes: tuple[str, ...]
 
 
-def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: int, columns: Mapping[str, str] | None = None
-                        ) -> OrderSpectrum:
+def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: float, columns: Mapping[str, str] | None = None,
+                        field: str = "measured") -> OrderSpectrum:
     """Read a table with the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak``.
 
     Parameters
@@ -52,6 +52,8 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: int, colu
         Of wheel 1, whose turn has order 1: the mesh has the order ``teeth``. Orders that are no multiples are ignored.
     columns : mapping of str to str, optional
         Headers in the file by the names of columns, with the unit of a column that has none: "Force [N]".
+    field : str
+        The name of the file in messages.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: int, colu
              for name, (_, own, other) in _COLUMNS.items()]
     speed = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
     order = Column("order", aliases=("ordnung", "orders"))
-    table = read_table(path, ((speed,), (order,), kinds), field="measured", chosen=columns)
+    table = read_table(path, ((speed,), (order,), kinds), field=field, chosen=columns)
     kind = next(name for name in _COLUMNS if name in table.columns)
     values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
     *_, least, most = quantity("speed").range or (0.0, math.inf)
@@ -92,8 +94,8 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: int, colu
             row = int(np.argmax(broken))
             raise table.error(row, rule, table.shown(column, table.columns[column][row]), why)
     if not own.any():
-        raise table.error(0, f"must have orders that are multiples of z1 = {teeth}", orders[0],
-                          f"Orders are those of the turn of wheel 1. Multiply orders of the mesh by {teeth}.")
+        raise table.error(0, f"must have orders that are multiples of z1 = {teeth:g}", orders[0],
+                          f"Orders are those of the turn of wheel 1. Multiply orders of the mesh by {teeth:g}.")
     seen: dict[tuple[float, int], int] = {}
     for row in np.flatnonzero(own).tolist():
         first = seen.setdefault((table.columns["speed"][row], harmonic[row]), row)

@@ -75,7 +75,7 @@ class RunUp(MeshStudy):
         also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
-        says at what speed the motion diverged.
+        says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
 
     Raises
     ------
@@ -194,7 +194,8 @@ class RunUp(MeshStudy):
         settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples")}
         status = "; ".join(f"diverged at {speed:.4g} rpm, {name}" for name, speed in zip(names, stopped, strict=True)
                            if speed is not None)
-        return new_dataset(data, coords, {**self.provenance(**settings), "status": status or "ok"})
+        attrs = {"status": status or "ok", "mesh_order": self.mesh_order}
+        return new_dataset(data, coords, {**self.provenance(**settings), **attrs})
 
     def _static(self, speeds: np.ndarray) -> np.ndarray:
         """The static mesh force at speeds (V,); NaN without load."""
