@@ -70,9 +70,8 @@ def test_the_signal_of_a_run_up_has_its_own_orders(computed):
     assert found.direction.values.tolist() == ["up"]
     for order in (50, 100):
         own, other = (order_cut(each.sel(direction="up"), order) for each in (computed, found))
-        both = np.isfinite(other)
-        assert both.sum() > 15
-        np.testing.assert_allclose(other[both], own[both], rtol=0.1, atol=0.01 * float(own.max()))
+        assert len(other) > 15 and np.isfinite(other).all()  # there is a window at each speed
+        np.testing.assert_allclose(other, own.interp(speed=other.speed), rtol=0.1, atol=0.01 * float(own.max()))
     rows = compared_orders(computed, found)
     assert len(rows) == 3 and [row["order"] for row in rows] == sorted(row["order"] for row in rows)
     assert all(row["measured"] == pytest.approx(row["computed"], rel=0.1) for row in rows if row["order"] <= 100)
@@ -116,8 +115,9 @@ def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, monkeyp
     row = next(line for line in lines[first:] if line.split()[0] == "50").split()
     assert float(row[1]) == pytest.approx(250, rel=0.01) and max(map(len, lines)) <= 80
     own = order_cut(computed.sel(direction="up"), 50)
-    own = own[(own.speed > 520) & (own.speed < 680)]
-    assert float(row[3]) == pytest.approx(float(own.max()), rel=0.05)
+    within = own[(own.speed > 545) & (own.speed < 655)]
+    assert float(row[3]) == pytest.approx(float(own.sel(speed=float(row[4]), method="nearest")), rel=1e-3)
+    assert float(within.max()) <= float(row[3]) * 1.001 <= float(own.max()) * 1.002
     assert float(row[5]) == pytest.approx(20 * np.log10(float(row[1]) / float(row[3])), abs=0.1)
     (tmp_path / "table.csv").write_text("n [rpm];order;rms [kN]\n550;50;0,2\n600;50;0,1\n600;7;9,0\n")
     document = json.loads(CliRunner().invoke(app, [*arguments[:-1], "table.csv", "--json"]).stdout)

@@ -65,20 +65,22 @@ class MeasuredSignal:
     notes: tuple[str, ...]
 
     def beside(self, computed: xr.Dataset) -> xr.Dataset:
-        """``order_force`` over the directions of the run, and the speeds and orders of the computed one."""
-        centres, order = computed["speed"].values, computed["order"].values
-        half = (centres[1] - centres[0]) / 2 if len(centres) > 1 else centres[0] / 100
-        edges = np.append(centres - half, centres[-1] + half)
+        """``order_force`` over the directions of the run, speeds as close as its windows allow, and the orders of the
+        computed one."""
+        order = computed["order"].values
         spectra, mean = order_spectra(self.force, self.speed, self.rate, round(1 / order[1]), len(order))
-        at, ways = np.digitize(mean, edges) - 1, _directions(mean)
+        ways = _directions(mean)
+        gaps = [np.diff(np.sort(mean[part])).max(initial=0.0) for part in ways.values()]
+        step = max(*gaps, float(np.ptp(computed["speed"].values)) / computed.sizes["speed"]) or 1.0
+        centres = mean.min() + step * np.arange(round(np.ptp(mean) / step) + 1)
+        at = np.digitize(mean, centres[:-1] + step / 2)
         if not set(ways) & set(own := computed["direction"].values.tolist()):
             raise InputError("against", "must have a direction of the run-up", ", ".join(ways),
                              f"Computed is {', '.join(own)}: run down as well.")
         out = np.full((len(ways), len(centres), len(order)), np.nan)
         for i, part in enumerate(ways.values()):
             for b in np.unique(at[part]):
-                if 0 <= b < len(centres):
-                    out[i, b] = np.sqrt(np.mean(spectra[part][at[part] == b] ** 2, axis=0))
+                out[i, b] = np.sqrt(np.mean(spectra[part][at[part] == b] ** 2, axis=0))
         out[:, centres[:, None] * order / 60 > _KEPT * self.rate] = np.nan
         kept = [i for i, way in enumerate(ways) if way in own]
         return _dataset([*ways][kept[0] : kept[-1] + 1], centres, order, out[kept])
