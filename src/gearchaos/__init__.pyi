@@ -320,7 +320,7 @@ class Attractors(_Attractors):
     ) -> None: ...
 
 def bifurcation(
-    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed', settings:
+    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = 'fixed', settings:
     Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Scan one parameter: stroboscopic points, verdicts and exponents.
@@ -333,7 +333,7 @@ def bifurcation(
         The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column, 0 for the verdicts alone.
-    mode : {'fixed', 'up', 'down'}
+    mode : {"fixed", "up", "down"}
         Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
         that the previous one ended in, as in a slow sweep of the parameter; both directions together show
         hysteresis.
@@ -378,7 +378,7 @@ class Bifurcation(_Bifurcation):
         The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column, 0 for the verdicts alone.
-    mode : {'fixed', 'up', 'down'}
+    mode : {"fixed", "up", "down"}
         Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
         that the previous one ended in, as in a slow sweep of the parameter; both directions together show
         hysteresis.
@@ -399,7 +399,7 @@ class Bifurcation(_Bifurcation):
     """
 
     def __init__(
-        self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed',
+        self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = 'fixed',
         settings: Classification | None = None,
     ) -> None: ...
 
@@ -495,8 +495,8 @@ class Rattle(_Rattle):
     ) -> None: ...
 
 def fit(
-    model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
-    'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
+    model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal["mesh force", "deflection",
+    "transmission error", "acceleration"] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
     0, columns: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
@@ -513,7 +513,7 @@ def fit(
         A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
-    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.
     uncertainty : str, optional
@@ -578,7 +578,7 @@ class Fit(_Fit):
         A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
-    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.
     uncertainty : str, optional
@@ -612,15 +612,15 @@ class Fit(_Fit):
     """
 
     def __init__(
-        self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
-        'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int
+        self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal["mesh force", "deflection",
+        "transmission error", "acceleration"] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int
         = 0, columns: Mapping[str, str] | None = None,
     ) -> None: ...
 
 def orders(
-    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None =
-    None,
+    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal["mesh force", "deflection",
+    "transmission error", "acceleration"] = 'mesh force', rms: bool = False, against: MeshModel | None = None, settings:
+    Classification | None = None,
 ) -> xr.Dataset:
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
@@ -636,8 +636,9 @@ def orders(
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    quantity : {'force', 'deflection', 'acceleration'}
-        What the spectrum is of.
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
+        What the spectrum is of. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both
+        along the line of action; the acceleration is that of the latter.
     rms : bool
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
@@ -649,11 +650,12 @@ def orders(
     -------
     xarray.Dataset
         Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
-        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
-        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
-        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
-        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
-        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+        ``order_deflection``, ``order_transmission_error`` or ``order_acceleration``, the amplitude at each order;
+        ``line``, the names of the 12 strongest mesh harmonics and of as many other lines, empty for the rest;
+        ``sideband_ratio``, the amplitude of a named sideband over that of its mesh harmonic. With ``against`` also
+        ``against_order_force``, that of the other gears. Over ``modulation_order`` ``modulation``, the spectrum of the
+        envelope about the strongest mesh harmonic, within half a mesh order: its amplitude over its mean. Over
+        ``quefrency`` ``cepstrum``, the real cepstrum.
 
         The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
         the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
@@ -665,8 +667,9 @@ def orders(
 
     Notes
     -----
-    The deflection is that along the line of action, 0 where the front flanks touch. The acceleration is its second
-    derivative, the relative one of the flanks: the amplitude of the deflection times (2πf)².
+    The deflection is 0 where the front flanks touch. The transmission error is the deflection and the error e(t) of the
+    teeth; bearings that give way are no part of it. The acceleration is its second derivative, the relative one of the
+    wheels: the amplitude of the transmission error times (2πf)².
 
     Examples
     --------
@@ -693,8 +696,9 @@ class Orders(_Orders):
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    quantity : {'force', 'deflection', 'acceleration'}
-        What the spectrum is of.
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
+        What the spectrum is of. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both
+        along the line of action; the acceleration is that of the latter.
     rms : bool
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
@@ -718,9 +722,9 @@ class Orders(_Orders):
     """
 
     def __init__(
-        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-        'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None
-        = None,
+        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal["mesh force",
+        "deflection", "transmission error", "acceleration"] = 'mesh force', rms: bool = False, against: MeshModel | None
+        = None, settings: Classification | None = None,
     ) -> None: ...
 
 def runup(
@@ -757,7 +761,7 @@ def runup(
     events : bool
         Find the event that ends the branch of the motion before each jump.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
     journal : str | PathLike[str], optional
         A file that keeps what is computed. If it exists, the same call goes on from there, to the same result.
 
@@ -772,12 +776,12 @@ def runup(
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
         also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
         over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``. With ``torque`` also this over
-        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
-        the dynamic factor is NaN.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
+        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
+        each period; without torque the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
-        says at what speed the motion diverged.
+        says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
 
     Raises
     ------
@@ -824,7 +828,7 @@ class RunUp(_RunUp):
     events : bool
         Find the event that ends the branch of the motion before each jump.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
 
     Raises
     ------
@@ -1159,7 +1163,7 @@ class Branch(_Branch):
     ) -> None: ...
 
 def curve(
-    model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str, *, start:
+    model: AnyModel, event: Literal["fold", "flip", "neimark-sacker", "graze"], x: Axis | str, y: Axis | str, *, start:
     Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points: int = 10000,
 ) -> xr.Dataset:
     """Follow the curve of an event of periodic orbits over two parameters.
@@ -1171,7 +1175,7 @@ def curve(
     model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
-    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+    event : {"fold", "flip", "neimark-sacker", "graze"}
         The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
@@ -1230,7 +1234,7 @@ class Curve(_Curve):
     model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
-    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+    event : {"fold", "flip", "neimark-sacker", "graze"}
         The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
@@ -1261,7 +1265,7 @@ class Curve(_Curve):
     """
 
     def __init__(
-        self, model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str,
+        self, model: AnyModel, event: Literal["fold", "flip", "neimark-sacker", "graze"], x: Axis | str, y: Axis | str,
         *, start: Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points:
         int = 10000,
     ) -> None: ...

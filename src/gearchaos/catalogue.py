@@ -126,8 +126,9 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'least': 16,
             },
             'quantity': {
-                'type': 'str', 'help': 'What the spectrum is of; force by default.',
-                'metavar': 'force|deflection|acceleration', 'choices': ('force', 'deflection', 'acceleration'),
+                'type': 'str', 'help': 'What the spectrum is of; mesh force by default.',
+                'metavar': 'mesh force|deflection|transmission error|acceleration',
+                'choices': ('mesh force', 'deflection', 'transmission error', 'acceleration'),
             },
             'rms': {'type': 'bool', 'help': 'Root mean squares of the lines instead of their peaks.'},
         },

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,20 +17,22 @@ from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import EVENT_COLOURS, INK, STROBE, adapt, event_words
 from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.measured_runup import compared_orders, measured_runup, order_cut
 
 _WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
 _GREY = "#9a9a9a"  # of a torque
 _ROWS = 150  # most rows of a waterfall
+_FEW = 12  # most orders of a measured run-up that has no waterfall
 _RANGE = 80.0  # dB that a waterfall shows below its largest line
 
 
 @keeps_data
-def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
+def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset | str | Path | None = None) -> Figure:
     """Draw a run-up: the dynamic factor over the speed, and below it the waterfall of the mesh force of each direction.
 
     Dots mark the motions after a jump, vertical lines the events by which their branches ended, and a grey line
     is a torque that changes. A waterfall has the amplitude at each order of the turn of the first wheel, in
-    dB below the largest one of all.
+    dB below the largest one of all. A measured run-up has its orders over those computed, and a waterfall of its own.
 
     Parameters
     ----------
@@ -36,6 +40,9 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
         From `gearchaos.runup`.
     figure : Figure, optional
         An empty one in which to draw; a new one if left out.
+    against : str, Path or Dataset, optional
+        A measured run-up: a table of speed, order and amplitude, or of time, speed and force, or what
+        `gearchaos.studies.measured_runup.measured_runup` makes of it. Then ``ds`` must be in physical units.
 
     Returns
     -------
@@ -44,7 +51,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     Raises
     ------
     InputError
-        If the Dataset is not a result of `gearchaos.runup`.
+        If the Dataset is not a result of `gearchaos.runup`, or what was measured cannot be read.
 
     Examples
     --------
@@ -59,8 +66,15 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     known = ds["direction"].values.tolist()
     import matplotlib.pyplot as plt
 
-    figure = figure or plt.figure(figsize=(6.4, 3.2 + 3.2 * len(known)), layout="constrained")
-    above, *waterfalls = figure.subplots(1 + len(known), 1, sharex=True, height_ratios=(1, *[1.2] * len(known)))
+    measured = measured_runup(against, ds) if isinstance(against, (str, Path)) else against
+    spectra = [(f"order, {_WAYS[way][2]}", ds.sel(direction=way)) for way in known]
+    if measured is not None and measured.sizes["order"] > _FEW:
+        spectra += [(f"order, measured,\n{_WAYS[way][2]}", measured.sel(direction=way))
+                    for way in measured["direction"].values.tolist()]
+    cuts = measured is not None
+    figure = figure or plt.figure(figsize=(6.4, 3.2 + 3.2 * (len(spectra) + cuts)), layout="constrained")
+    heights = (1, *[1.2] * (len(spectra) + cuts))
+    above, *below = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     shown = "dynamic_factor" if np.isfinite(ds["dynamic_factor"]).any() else "mesh_force_peak"
     speed = ds["speed"].values
     for way in known:
@@ -80,19 +94,10 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
         handles.append(_draw_torque(above, ds))
     handles += [Line2D([], [], linestyle="none", label=words) for words in words_beside(ds, shown)]
     draw_legend(above, handles, ncols=2)
-    force = ds["order_force"][:, :, 1:]
-    order, step = ds["order"].values[1:], speed[1] - speed[0] if len(speed) > 1 else 1.0
-    group = -(-len(order) // _ROWS)  # orders that share a row, which has the largest of them
-    rows = np.fmax.reduceat(force.values, np.arange(0, len(order), group), axis=2)
-    largest = np.nanmax(rows, initial=0.0) or 1.0
-    level = 20 * np.log10(np.maximum(rows / largest, 10 ** (-_RANGE / 20)))
-    edges = np.append(order[::group], 2 * order[-1] - order[-2]) - order[0] / 2
-    across = np.append(speed - step / 2, speed[-1] + step / 2)
-    for below, way, values in zip(waterfalls, known, level, strict=True):
-        image = below.pcolormesh(across, edges, values.T, vmin=-_RANGE, vmax=0, cmap="magma", rasterized=True)
-        below.set(ylabel=f"order, {_WAYS[way][2]}")
-    figure.colorbar(image, ax=waterfalls, label=f"mesh force [dB re {largest:.4g} {force.attrs['units']}]")
-    waterfalls[-1].set(xlabel=axis_label(ds["speed"], "speed"))
+    if measured is not None:
+        _order_cuts(below.pop(0), ds, measured)
+    _waterfalls(figure, below, spectra)
+    below[-1].set(xlabel=axis_label(ds["speed"], "speed"))
     return figure
 
 
@@ -115,3 +120,40 @@ def _draw_torque(ax: Axes, ds: xr.Dataset) -> Line2D:
         beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=_WAYS[way][1], linewidth=0.8)
     beside.set_ylabel(axis_label(ds["torque"], "torque"))
     return Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")
+
+
+def _order_cuts(ax: Axes, ds: xr.Dataset, measured: xr.Dataset) -> None:
+    """Draw the strongest mesh harmonics over the speed, computed as lines and measured as dots, a colour for each."""
+    handles = []
+    for number, row in enumerate(compared_orders(ds, measured)):
+        colour = f"C{number}"
+        for way in measured["direction"].values.tolist():
+            computed, found = (order_cut(each.sel(direction=way), row["order"]) for each in (ds, measured))
+            ax.plot(computed["speed"], computed, color=colour, linestyle=_WAYS[way][1], linewidth=1.0)
+            ax.plot(found["speed"], found, "o", color=colour, markersize=3, fillstyle="full" if way == "up" else "none")
+        handles.append(Line2D([], [], color=colour, label=f"order {row['order']:g}"))
+    handles += [Line2D([], [], color=adapt(INK), marker="o", markersize=3, linestyle="none", label="measured"),
+                Line2D([], [], color=adapt(INK), label="computed")]
+    draw_legend(ax, handles, ncols=2)
+    ax.set_ylabel(axis_label(ds["order_force"], "order_force"))
+    ax.set_ylim(bottom=0)
+
+
+def _waterfalls(figure: Figure, panels: Sequence[Axes], spectra: Sequence[tuple[str, xr.Dataset]]) -> None:
+    """Draw the amplitudes over speed and order, with titles, in dB below the largest one of all."""
+    rows, edges = [], []
+    for _, each in spectra:
+        order = each["order"].values[1:]
+        group = -(-len(order) // _ROWS)  # orders that share a row, which has the largest of them
+        rows.append(np.fmax.reduceat(each["order_force"].values[:, 1:], np.arange(0, len(order), group), axis=1))
+        edges.append(np.append(order[::group], 2 * order[-1] - order[-2]) - order[0] / 2)
+    largest = max(np.nanmax(each, initial=0.0) for each in rows) or 1.0
+    for ax, (title, each), values, across in zip(panels, spectra, rows, edges, strict=True):
+        speed = each["speed"].values
+        step = speed[1] - speed[0] if len(speed) > 1 else 1.0
+        level = 20 * np.log10(np.maximum(values / largest, 10 ** (-_RANGE / 20)))
+        image = ax.pcolormesh(np.append(speed - step / 2, speed[-1] + step / 2), across, level.T, vmin=-_RANGE, vmax=0,
+                              cmap="magma", rasterized=True)
+        ax.set(ylabel=title)
+    unit = spectra[0][1]["order_force"].attrs["units"]
+    figure.colorbar(image, ax=panels, label=f"mesh force [dB re {largest:.4g} {unit}]")

@@ -58,6 +58,14 @@ class MeshStudy(WholeStudy):
         return self._meshes.index(self.mesh) if self.mesh else 0
 
     @property
+    def mesh_order(self) -> float:
+        """Mesh cycles in a turn of the first wheel."""
+        model: Any = self.model
+        if model.kind == "train":
+            return float(model.train.mesh_order(model.train.meshes[self._at]))
+        return float(model.gears.to_pair().n1)
+
+    @property
     def _mesh_coordinate(self) -> dict[str, xr.Variable]:
         """The name of the mesh, as a coordinate of results of a train."""
         return {MESH: variable(MESH, (), np.array(self._meshes[self._at]))} if self._meshes else {}

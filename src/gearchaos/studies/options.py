@@ -87,7 +87,10 @@ def options_of(study: type) -> dict[str, Option]:
     for f in sorted(own, key=lambda f: (bool(f.kw_only), f.name == "settings")):
         given = [t for t in get_args(types[f.name]) if t is not NoneType]
         without_none = given[0] if NoneType in get_args(types[f.name]) else types[f.name]
-        out[f.name] = Option(f.name, str(f.type), f.default, type=without_none, keyword=bool(f.kw_only), **f.metadata)
+        literal = ", ".join(f'"{choice}"' for choice in get_args(without_none))  # also of a type with a name
+        text = str(f.type) if get_origin(without_none) is not Literal else (
+            f"Literal[{literal}]{' | None' * (NoneType in get_args(types[f.name]))}")
+        out[f.name] = Option(f.name, text, f.default, type=without_none, keyword=bool(f.kw_only), **f.metadata)
     return out
 
 

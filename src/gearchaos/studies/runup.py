@@ -72,12 +72,12 @@ class RunUp(MeshStudy):
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
         also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
         over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``. With ``torque`` also this over
-        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
-        the dynamic factor is NaN.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
+        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
+        each period; without torque the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
-        says at what speed the motion diverged.
+        says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
 
     Raises
     ------
@@ -126,7 +126,7 @@ class RunUp(MeshStudy):
         "one ratio. Gears are made for 4000 steps from the least to the largest torque.",
         is_path=True)
     events: bool = option(False, "Find the event that ends the branch of the motion before each jump.")
-    signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
+    signal: bool = option(False, "Also give the mesh force and the speed over the time.", in_files=False)
 
     def __post_init__(self) -> None:
         if self.torque is not None:
@@ -219,7 +219,8 @@ class RunUp(MeshStudy):
             ("order", orders / (TURNS * self._cycles_per_turn.denominator)))}
         status = "; ".join(
             f"diverged at {each.lost:.4g} rpm, {way}" for way, each in found.items() if each.lost is not None)
-        return new_dataset(data, coords | self._mesh_coordinate, {**attributes, "status": status or "ok"})
+        return new_dataset(data, coords | self._mesh_coordinate, {
+            **attributes, "status": status or "ok", "mesh_order": self.mesh_order})
 
     def _jump_variables(self, found: Mapping[str, RunResults], progress: bool) -> dict[str, xr.Variable]:
         """The variables over ``jump`` by name."""
@@ -250,7 +251,9 @@ class RunUp(MeshStudy):
             time = run.time(np.arange(run.periods + 1))
             instants.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel())
         return variables(("direction", "instant"), {
-            "signal_time": np.stack(instants), "signal_force": np.stack([force.ravel() for force in forces.values()])})
+            "signal_time": np.stack(instants), "signal_force": np.stack([force.ravel() for force in forces.values()]),
+            "signal_speed": np.stack([np.repeat(run.speed(np.arange(run.periods + 1)), self._samples)
+                                      for run in self._runs.values()])})
 
     def _follow(
         self, found: Mapping[str, RunResults], journal: Journal | None, progress: bool
