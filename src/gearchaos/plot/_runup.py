@@ -15,9 +15,10 @@ from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import INK, STROBE, adapt
 from gearchaos.studies.beside_factors import words_beside
 
-_WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
+WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
 _ROWS = 150  # most rows of a waterfall
-_RANGE = 80.0  # dB that a waterfall shows below its largest line
+WATERFALL_RANGE = 80.0  # dB that a waterfall shows below its largest line
+WATERFALL_COLOURS = "magma"
 
 
 @keeps_data
@@ -61,7 +62,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     shown = "dynamic_factor" if np.isfinite(ds["dynamic_factor"]).any() else "mesh_force_peak"
     speed = ds["speed"].values
     for way in known:
-        colour, style, _ = _WAYS[way]
+        colour, style, _ = WAYS[way]
         above.plot(speed, ds[shown].sel(direction=way), color=adapt(colour), linestyle=style, linewidth=1.0)
         if shown == "dynamic_factor":
             own = ds.isel(jump=ds["direction_of_jump"].values == way)
@@ -69,22 +70,29 @@ def runup(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     above.set_ylabel(axis_label(ds[shown], shown))
     if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
         above.set_yscale("log", subs=(2, 5))
-    handles = [Line2D([], [], color=adapt(_WAYS[w][0]), linestyle=_WAYS[w][1], label=_WAYS[w][2]) for w in known]
+    handles = [Line2D([], [], color=adapt(WAYS[w][0]), linestyle=WAYS[w][1], label=WAYS[w][2]) for w in known]
     if ds.sizes["jump"]:
         handles.append(Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump"))
     handles += [Line2D([], [], linestyle="none", label=words) for words in words_beside(ds, shown)]
     draw_legend(above, handles, ncols=2)
-    force = ds["order_force"][:, :, 1:]
-    order, step = ds["order"].values[1:], speed[1] - speed[0] if len(speed) > 1 else 1.0
+    edges, level, words = waterfall(ds)
+    step = speed[1] - speed[0] if len(speed) > 1 else 1.0
+    across = np.append(speed - step / 2, speed[-1] + step / 2)
+    for below, way, values in zip(waterfalls, known, level, strict=True):
+        image = below.pcolormesh(across, edges, values.T, vmin=-WATERFALL_RANGE, vmax=0, cmap=WATERFALL_COLOURS,
+                                 rasterized=True)
+        below.set(ylabel=f"order, {WAYS[way][2]}")
+    figure.colorbar(image, ax=waterfalls, label=words)
+    waterfalls[-1].set(xlabel=axis_label(ds["speed"], "speed"))
+    return figure
+
+
+def waterfall(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, str]:
+    """The edges (R + 1,) of rows of orders, their levels (direction, speed, R) in dB, and these in words."""
+    force, order = ds["order_force"][:, :, 1:], ds["order"].values[1:]
     group = -(-len(order) // _ROWS)  # orders that share a row, which has the largest of them
     rows = np.fmax.reduceat(force.values, np.arange(0, len(order), group), axis=2)
     largest = np.nanmax(rows, initial=0.0) or 1.0
-    level = 20 * np.log10(np.maximum(rows / largest, 10 ** (-_RANGE / 20)))
+    level = 20 * np.log10(np.maximum(rows / largest, 10 ** (-WATERFALL_RANGE / 20)))
     edges = np.append(order[::group], 2 * order[-1] - order[-2]) - order[0] / 2
-    across = np.append(speed - step / 2, speed[-1] + step / 2)
-    for below, way, values in zip(waterfalls, known, level, strict=True):
-        image = below.pcolormesh(across, edges, values.T, vmin=-_RANGE, vmax=0, cmap="magma", rasterized=True)
-        below.set(ylabel=f"order, {_WAYS[way][2]}")
-    figure.colorbar(image, ax=waterfalls, label=f"mesh force [dB re {largest:.4g} {force.attrs['units']}]")
-    waterfalls[-1].set(xlabel=axis_label(ds["speed"], "speed"))
-    return figure
+    return edges, level, f"mesh force [dB re {largest:.4g} {force.attrs['units']}]"
