@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.io import wavfile
 
 import gearchaos as gc
 from gearchaos.datasets import from_netcdf_bytes
 from gearchaos.errors import InputError
+from gearchaos.execute.progress import bar
 from gearchaos.explorer.jobs.export import exported
 from gearchaos.explorer.jobs.runup import RunUpResult, run_up
 from gearchaos.explorer.panels.runup import played, run_up_text
@@ -110,6 +112,27 @@ def test_progress_goes_up_and_a_run_can_be_stopped():
 
     shares = contextvars.copy_context().run(stopped)
     assert shares[-1] >= 0.05 and shares == sorted(shares) and shares[-1] < 0.5  # two runs
+
+
+@pytest.mark.parametrize(("way", "share"), [("up", 1.0), ("down", 0.5)])
+def test_a_run_up_is_half_of_the_way_if_a_run_down_follows(monkeypatch, way, share):
+    released = threading.Event()
+
+    class Study:
+        def __init__(self, *values, **options):
+            pass
+
+        def run(self):
+            with bar(None, 10) as advance:
+                advance(10)
+            assert released.wait(60)
+            return xr.Dataset()
+
+    monkeypatch.setattr("gearchaos.explorer.jobs.runup.RunUp", Study)
+    steps = run_up(FIRST.operating_point, Run(1000.0, 2000.0, 1.0, way), "")
+    assert next(steps) == share
+    released.set()
+    assert list(steps)[-1].sound == b""
 
 
 def test_without_sound_there_is_none():
