@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +19,12 @@ from gearchaos.plot.theme import EVENT_COLOURS, INK, STROBE, adapt, event_words
 from gearchaos.studies.beside_factors import words_beside
 from gearchaos.studies.measured_runup import compared_orders, measured_runup, order_cut
 
-_WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
+WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
 _GREY = "#9a9a9a"  # of a torque
 _ROWS = 150  # most rows of a waterfall
 _FEW = 12  # most orders of a measured run-up that has no waterfall
-_RANGE = 80.0  # dB that a waterfall shows below its largest line
+WATERFALL_RANGE = 80.0  # dB that a waterfall shows below its largest line
+WATERFALL_COLOURS = "magma"
 
 
 @keeps_data
@@ -67,18 +68,17 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
     import matplotlib.pyplot as plt
 
     measured = measured_runup(against, ds) if isinstance(against, (str, Path)) else against
-    spectra = [(f"order, {_WAYS[way][2]}", ds.sel(direction=way)) for way in known]
+    spectra = {"order, ": ds}
     if measured is not None and measured.sizes["order"] > _FEW:
-        spectra += [(f"order, measured,\n{_WAYS[way][2]}", measured.sel(direction=way))
-                    for way in measured["direction"].values.tolist()]
-    cuts = measured is not None
-    figure = figure or plt.figure(figsize=(6.4, 3.2 + 3.2 * (len(spectra) + cuts)), layout="constrained")
-    heights = (1, *[1.2] * (len(spectra) + cuts))
+        spectra["order, measured,\n"] = measured
+    panels = (measured is not None) + sum(each.sizes["direction"] for each in spectra.values())
+    figure = figure or plt.figure(figsize=(6.4, 3.2 + 3.2 * panels), layout="constrained")
+    heights = (1, *[1.2] * panels)
     above, *below = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     shown = "dynamic_factor" if np.isfinite(ds["dynamic_factor"]).any() else "mesh_force_peak"
     speed = ds["speed"].values
     for way in known:
-        colour, style, _ = _WAYS[way]
+        colour, style, _ = WAYS[way]
         above.plot(speed, ds[shown].sel(direction=way), color=adapt(colour), linestyle=style, linewidth=1.0)
         if shown == "dynamic_factor":
             own = ds.isel(jump=ds["direction_of_jump"].values == way)
@@ -86,7 +86,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
     above.set_ylabel(axis_label(ds[shown], shown))
     if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
         above.set_yscale("log", subs=(2, 5))
-    handles = [Line2D([], [], color=adapt(_WAYS[w][0]), linestyle=_WAYS[w][1], label=_WAYS[w][2]) for w in known]
+    handles = [Line2D([], [], color=adapt(WAYS[w][0]), linestyle=WAYS[w][1], label=WAYS[w][2]) for w in known]
     if ds.sizes["jump"]:
         handles.append(Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump"))
     handles += _draw_events(above, ds)
@@ -117,7 +117,7 @@ def _draw_torque(ax: Axes, ds: xr.Dataset) -> Line2D:
     """Draw the torque of each direction over the speed on an axis of its own, and return what stands for it."""
     beside = ax.twinx()
     for way, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
-        beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=_WAYS[way][1], linewidth=0.8)
+        beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=WAYS[way][1], linewidth=0.8)
     beside.set_ylabel(axis_label(ds["torque"], "torque"))
     return Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")
 
@@ -129,7 +129,7 @@ def _order_cuts(ax: Axes, ds: xr.Dataset, measured: xr.Dataset) -> None:
         colour = f"C{number}"
         for way in measured["direction"].values.tolist():
             computed, found = (order_cut(each.sel(direction=way), row["order"]) for each in (ds, measured))
-            ax.plot(computed["speed"], computed, color=colour, linestyle=_WAYS[way][1], linewidth=1.0)
+            ax.plot(computed["speed"], computed, color=colour, linestyle=WAYS[way][1], linewidth=1.0)
             ax.plot(found["speed"], found, "o", color=colour, markersize=3, fillstyle="full" if way == "up" else "none")
         handles.append(Line2D([], [], color=colour, label=f"order {row['order']:g}"))
     handles += [Line2D([], [], color=adapt(INK), marker="o", markersize=3, linestyle="none", label="measured"),
@@ -139,21 +139,36 @@ def _order_cuts(ax: Axes, ds: xr.Dataset, measured: xr.Dataset) -> None:
     ax.set_ylim(bottom=0)
 
 
-def _waterfalls(figure: Figure, panels: Sequence[Axes], spectra: Sequence[tuple[str, xr.Dataset]]) -> None:
-    """Draw the amplitudes over speed and order, with titles, in dB below the largest one of all."""
-    rows, edges = [], []
-    for _, each in spectra:
-        order = each["order"].values[1:]
-        group = -(-len(order) // _ROWS)  # orders that share a row, which has the largest of them
-        rows.append(np.fmax.reduceat(each["order_force"].values[:, 1:], np.arange(0, len(order), group), axis=1))
-        edges.append(np.append(order[::group], 2 * order[-1] - order[-2]) - order[0] / 2)
-    largest = max(np.nanmax(each, initial=0.0) for each in rows) or 1.0
-    for ax, (title, each), values, across in zip(panels, spectra, rows, edges, strict=True):
+def _waterfalls(figure: Figure, panels: Sequence[Axes], spectra: Mapping[str, xr.Dataset]) -> None:
+    """Draw the waterfalls of each direction of run-ups, by their titles, with one scale."""
+    largest, below = max(_largest_line(each) for each in spectra.values()), iter(panels)
+    for title, each in spectra.items():
+        edges, level, words = waterfall(each, largest)
         speed = each["speed"].values
         step = speed[1] - speed[0] if len(speed) > 1 else 1.0
-        level = 20 * np.log10(np.maximum(values / largest, 10 ** (-_RANGE / 20)))
-        image = ax.pcolormesh(np.append(speed - step / 2, speed[-1] + step / 2), across, level.T, vmin=-_RANGE, vmax=0,
-                              cmap="magma", rasterized=True)
-        ax.set(ylabel=title)
-    unit = spectra[0][1]["order_force"].attrs["units"]
-    figure.colorbar(image, ax=panels, label=f"mesh force [dB re {largest:.4g} {unit}]")
+        across = np.append(speed - step / 2, speed[-1] + step / 2)
+        for way, values in zip(each["direction"].values.tolist(), level, strict=True):
+            ax = next(below)
+            image = ax.pcolormesh(across, edges, values.T, vmin=-WATERFALL_RANGE, vmax=0, cmap=WATERFALL_COLOURS,
+                                  rasterized=True)
+            ax.set(ylabel=f"{title}{WAYS[way][2]}")
+    figure.colorbar(image, ax=panels, label=words)
+
+
+def waterfall(ds: xr.Dataset, largest: float | None = None) -> tuple[np.ndarray, np.ndarray, str]:
+    """The edges (R + 1,) of rows of orders, their levels (direction, speed, R) in dB, and these in words.
+
+    They are those below the ``largest`` amplitude, by default that of ``ds``.
+    """
+    force, order = ds["order_force"][:, :, 1:], ds["order"].values[1:]
+    group = -(-len(order) // _ROWS)  # orders that share a row, which has the largest of them
+    rows = np.fmax.reduceat(force.values, np.arange(0, len(order), group), axis=2)
+    largest = _largest_line(ds) if largest is None else largest
+    level = 20 * np.log10(np.maximum(rows / largest, 10 ** (-WATERFALL_RANGE / 20)))
+    edges = np.append(order[::group], 2 * order[-1] - order[-2]) - order[0] / 2
+    return edges, level, f"mesh force [dB re {largest:.4g} {force.attrs['units']}]"
+
+
+def _largest_line(ds: xr.Dataset) -> float:
+    """The largest amplitude of a run-up but the mean; 1 if all are 0."""
+    return float(np.nanmax(ds["order_force"].values[:, :, 1:], initial=0.0)) or 1.0
