@@ -3,7 +3,7 @@
 ``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Literal
 
@@ -322,7 +322,7 @@ class Attractors(_Attractors):
     ) -> None: ...
 
 def bifurcation(
-    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed', settings:
+    model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = 'fixed', settings:
     Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Scan one parameter: stroboscopic points, verdicts and exponents.
@@ -335,7 +335,7 @@ def bifurcation(
         The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column, 0 for the verdicts alone.
-    mode : {'fixed', 'up', 'down'}
+    mode : {"fixed", "up", "down"}
         Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
         that the previous one ended in, as in a slow sweep of the parameter; both directions together show
         hysteresis.
@@ -380,7 +380,7 @@ class Bifurcation(_Bifurcation):
         The parameter and its range, as a text "eps1=0:0.3:400".
     points : int
         Stroboscopic points per column, 0 for the verdicts alone.
-    mode : {'fixed', 'up', 'down'}
+    mode : {"fixed", "up", "down"}
         Columns from the model's initial values, or a sweep up or down. In a sweep each column starts from the state
         that the previous one ended in, as in a slow sweep of the parameter; both directions together show
         hysteresis.
@@ -401,7 +401,7 @@ class Bifurcation(_Bifurcation):
     """
 
     def __init__(
-        self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal['fixed', 'up', 'down'] = 'fixed',
+        self, model: AnyModel, axis: Axis | str, *, points: int = 128, mode: Literal["fixed", "up", "down"] = 'fixed',
         settings: Classification | None = None,
     ) -> None: ...
 
@@ -497,8 +497,8 @@ class Rattle(_Rattle):
     ) -> None: ...
 
 def fit(
-    model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
-    'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
+    model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal["mesh force", "deflection",
+    "transmission error", "acceleration"] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
     0, columns: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
@@ -515,7 +515,7 @@ def fit(
         A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
-    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.
     uncertainty : str, optional
@@ -580,7 +580,7 @@ class Fit(_Fit):
         A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
-    quantity : {'mesh force', 'deflection', 'transmission error', 'acceleration'}
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
         What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both along the
         line of action; the acceleration is that of the latter.
     uncertainty : str, optional
@@ -614,15 +614,15 @@ class Fit(_Fit):
     """
 
     def __init__(
-        self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal['mesh force', 'deflection',
-        'transmission error', 'acceleration'] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int
+        self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal["mesh force", "deflection",
+        "transmission error", "acceleration"] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int
         = 0, columns: Mapping[str, str] | None = None,
     ) -> None: ...
 
 def orders(
-    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-    'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None =
-    None,
+    model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal["mesh force", "deflection",
+    "transmission error", "acceleration"] = 'mesh force', rms: bool = False, against: MeshModel | None = None, settings:
+    Classification | None = None,
 ) -> xr.Dataset:
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
@@ -638,8 +638,9 @@ def orders(
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    quantity : {'force', 'deflection', 'acceleration'}
-        What the spectrum is of.
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
+        What the spectrum is of. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both
+        along the line of action; the acceleration is that of the latter.
     rms : bool
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
@@ -651,11 +652,12 @@ def orders(
     -------
     xarray.Dataset
         Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
-        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
-        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
-        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
-        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
-        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+        ``order_deflection``, ``order_transmission_error`` or ``order_acceleration``, the amplitude at each order;
+        ``line``, the names of the 12 strongest mesh harmonics and of as many other lines, empty for the rest;
+        ``sideband_ratio``, the amplitude of a named sideband over that of its mesh harmonic. With ``against`` also
+        ``against_order_force``, that of the other gears. Over ``modulation_order`` ``modulation``, the spectrum of the
+        envelope about the strongest mesh harmonic, within half a mesh order: its amplitude over its mean. Over
+        ``quefrency`` ``cepstrum``, the real cepstrum.
 
         The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
         the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
@@ -667,8 +669,9 @@ def orders(
 
     Notes
     -----
-    The deflection is that along the line of action, 0 where the front flanks touch. The acceleration is its second
-    derivative, the relative one of the flanks: the amplitude of the deflection times (2πf)².
+    The deflection is 0 where the front flanks touch. The transmission error is the deflection and the error e(t) of the
+    teeth; bearings that give way are no part of it. The acceleration is its second derivative, the relative one of the
+    wheels: the amplitude of the transmission error times (2πf)².
 
     Examples
     --------
@@ -695,8 +698,9 @@ class Orders(_Orders):
         Of a train, the mesh that is looked at; by default the first.
     samples : int
         Instants of each mesh period at which it is taken for its spectrum.
-    quantity : {'force', 'deflection', 'acceleration'}
-        What the spectrum is of.
+    quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
+        What the spectrum is of. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, both
+        along the line of action; the acceleration is that of the latter.
     rms : bool
         Root mean squares of the lines instead of their peaks.
     against : MeshModel, optional
@@ -720,21 +724,23 @@ class Orders(_Orders):
     """
 
     def __init__(
-        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal['force', 'deflection',
-        'acceleration'] = 'force', rms: bool = False, against: MeshModel | None = None, settings: Classification | None
-        = None,
+        self, model: AnyModel, *, mesh: str | None = None, samples: int = 64, quantity: Literal["mesh force",
+        "deflection", "transmission error", "acceleration"] = 'mesh force', rms: bool = False, against: MeshModel | None
+        = None, settings: Classification | None = None,
     ) -> None: ...
 
 def runup(
     model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64, down:
-    bool = False, signal: bool = False,
+    bool = False, torque: str | Mapping[str, Sequence[float]] | None = None, events: bool = False, signal: bool = False,
+    journal: str | PathLike[str] | None = None,
 ) -> xr.Dataset:
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
-    such that these begin when they do at the speed that changes continuously. From one to the next the deflections
-    stay, and the velocities of the wheels. Within a period the flow is exact. The run begins with the motion that is
-    reached from rest at the first speed; a run-down goes on with the motion of the run-up.
+    such that these begin when they do at the speed that changes continuously. So is a torque that changes: it is that
+    at the middle of the period. From one to the next the positions and the velocities of the wheels stay. Within a
+    period the flow is exact. The run begins with the motion that is reached from rest at the first speed and torque; a
+    run-down goes on with the motion of the run-up.
 
     Parameters
     ----------
@@ -750,8 +756,16 @@ def runup(
         Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
+    torque : str | mapping of str to Sequence[float], optional
+        A table of the torque over time or speed, linear between rows. It is a file whose header has the units, or
+        the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in
+        one ratio. Gears are made for 4000 steps from the least to the largest torque.
+    events : bool
+        Find the event that ends the branch of the motion before each jump.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
+    journal : str | PathLike[str], optional
+        A file that keeps what is computed. If it exists, the same call goes on from there, to the same result.
 
     Returns
     -------
@@ -761,16 +775,21 @@ def runup(
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
-        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
+        also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
+        over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
+        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
+        each period; without torque the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
-        says at what speed the motion diverged.
+        says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
 
     Raises
     ------
     InputError
-        If the gears are not known, or the speed changes by more than 5 % within a period.
+        If the gears are not known, the speed changes by more than 5 % within a period, the torque is not given for the
+        whole run, or the journal is one of another run-up.
 
     Examples
     --------
@@ -804,8 +823,14 @@ class RunUp(_RunUp):
         Instants of each mesh period at which it is taken for its spectrum.
     down : bool
         Run down again as well, in the same time.
+    torque : str | mapping of str to Sequence[float], optional
+        A table of the torque over time or speed, linear between rows. It is a file whose header has the units, or
+        the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in
+        one ratio. Gears are made for 4000 steps from the least to the largest torque.
+    events : bool
+        Find the event that ends the branch of the motion before each jump.
     signal : bool
-        Also give the mesh force over the time.
+        Also give the mesh force and the speed over the time.
 
     Raises
     ------
@@ -826,12 +851,13 @@ class RunUp(_RunUp):
 
     def __init__(
         self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64,
-        down: bool = False, signal: bool = False,
+        down: bool = False, torque: str | Mapping[str, Sequence[float]] | None = None, events: bool = False, signal:
+        bool = False,
     ) -> None: ...
 
 def scatter(
     model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *, samples: int
-    = 1024, factor: float = 1.5, indices: bool = True, start: Literal['rest', 'static deflection', 'steady contact'] =
+    = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection", "steady contact"] =
     'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int = 2000000, settings:
     Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
@@ -856,7 +882,7 @@ def scatter(
         Limit of the dynamic factor over the quasi-static ratio.
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
-    start : {'rest', 'static deflection', 'steady contact'}
+    start : {"rest", "static deflection", "steady contact"}
         Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
         contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
@@ -936,7 +962,7 @@ class Scatter(_Scatter):
         Limit of the dynamic factor over the quasi-static ratio.
     indices : bool
         Also compute the indices of Sobol, from half as many designs again for each input.
-    start : {'rest', 'static deflection', 'steady contact'}
+    start : {"rest", "static deflection", "steady contact"}
         Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
         contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
@@ -964,8 +990,8 @@ class Scatter(_Scatter):
 
     def __init__(
         self, model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *,
-        samples: int = 1024, factor: float = 1.5, indices: bool = True, start: Literal['rest', 'static deflection',
-        'steady contact'] = 'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int =
+        samples: int = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection",
+        "steady contact"] = 'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int =
         2000000, settings: Classification | None = None,
     ) -> None: ...
 
@@ -1279,7 +1305,7 @@ class Branch(_Branch):
     ) -> None: ...
 
 def curve(
-    model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str, *, start:
+    model: AnyModel, event: Literal["fold", "flip", "neimark-sacker", "graze"], x: Axis | str, y: Axis | str, *, start:
     Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points: int = 10000,
 ) -> xr.Dataset:
     """Follow the curve of an event of periodic orbits over two parameters.
@@ -1291,7 +1317,7 @@ def curve(
     model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
-    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+    event : {"fold", "flip", "neimark-sacker", "graze"}
         The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
@@ -1350,7 +1376,7 @@ class Curve(_Curve):
     model : MeshModel, GearPair, GearDesign or Train
         The curve begins at the event nearest to the model's own value of ``x``, on the branch of an orbit along
         ``x``. If the orbit at the model's own values is at such an event already, the curve begins there.
-    event : {'fold', 'flip', 'neimark-sacker', 'graze'}
+    event : {"fold", "flip", "neimark-sacker", "graze"}
         The event whose curve is followed. A graze may be at either boundary of contact, whichever is nearer.
     x : Axis or str
         A parameter and its range, "omega=0.2:2.5"; a number of values is accepted and has no effect.
@@ -1381,7 +1407,7 @@ class Curve(_Curve):
     """
 
     def __init__(
-        self, model: AnyModel, event: Literal['fold', 'flip', 'neimark-sacker', 'graze'], x: Axis | str, y: Axis | str,
+        self, model: AnyModel, event: Literal["fold", "flip", "neimark-sacker", "graze"], x: Axis | str, y: Axis | str,
         *, start: Mapping[str, float] | None = None, period: int | None = None, longest_step: float = 0.02, max_points:
         int = 10000,
     ) -> None: ...

@@ -131,8 +131,9 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'least': 16,
             },
             'quantity': {
-                'type': 'str', 'help': 'What the spectrum is of; force by default.',
-                'metavar': 'force|deflection|acceleration', 'choices': ('force', 'deflection', 'acceleration'),
+                'type': 'str', 'help': 'What the spectrum is of; mesh force by default.',
+                'metavar': 'mesh force|deflection|transmission error|acceleration',
+                'choices': ('mesh force', 'deflection', 'transmission error', 'acceleration'),
             },
             'rms': {'type': 'bool', 'help': 'Root mean squares of the lines instead of their peaks.'},
         },
@@ -154,8 +155,14 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'least': 16,
             },
             'down': {'type': 'bool', 'help': 'Run down again as well, in the same time.'},
+            'torque': {
+                'type': 'table', 'help': 'A table of the torque over time or speed, linear between rows.',
+            },
+            'events': {
+                'type': 'bool', 'help': 'Find the event that ends the branch of the motion before each jump.',
+            },
         },
-        'run_options': {},
+        'run_options': {'journal': {'type': 'part', 'help': 'A file that keeps what is computed.'}},
     },
     'scatter': {
         'module': 'studies.scatter', 'class': 'Scatter',

@@ -19,11 +19,12 @@ from gearchaos.csv_tables import save_csv
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
-from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, check_target, write_bytes
+from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, UFF_SUFFIXES, check_target, write_bytes
 from gearchaos.gears.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import RESPONSES, parse, quantity
+from gearchaos.uff_files import save_uff
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,10 +195,11 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
     dataset : Dataset
         The result of any study.
     path : path
-        Its suffix must be .nc, .nc4, .netcdf, .h5, .hdf5 or .csv, or empty. CSV has a row for each cell, column, point
-        or event. The titles of its columns have units; a value whose unit is none of SI has a second column in SI.
-        Codes are in words. What is over other dimensions than the first variable is in files of its own,
+        Its suffix must be .nc, .nc4, .netcdf, .h5, .hdf5, .csv, .uff or .unv, or empty. CSV has a row for each cell,
+        column, point or event. The titles of its columns have units; a value whose unit is none of SI has a second
+        column in SI. Codes are in words. What is over other dimensions than the first variable is in files of its own,
         ``x_number.csv`` beside ``x.csv``. It lacks the attributes, such as the model: only NetCDF can be loaded.
+        UFF, which needs pyuff, has the order spectra of `orders` and `runup` in the units of the gears, and signals.
 
     Returns
     -------
@@ -229,12 +231,16 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
     if not isinstance(dataset, xr.Dataset):
         raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}",
                          "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
-    if target.suffix and target.suffix.lower() not in DATA_SUFFIXES:
-        raise InputError("path", f"must end in {', '.join(DATA_SUFFIXES)}, or have no ending", str(target),
+    if target.suffix and target.suffix.lower() not in (*DATA_SUFFIXES, *UFF_SUFFIXES):
+        known = ", ".join((*DATA_SUFFIXES, *UFF_SUFFIXES))
+        raise InputError("path", f"must end in {known}, or have no ending", str(target),
                          "It is NetCDF that is written, or with .csv a table.")
     check_target("path", target)
     if target.suffix.lower() == CSV_SUFFIX:
         return save_csv(dataset, target)
+    if target.suffix.lower() in UFF_SUFFIXES:
+        save_uff(dataset, target)
+        return [target]
     write_bytes(target, netcdf_bytes(dataset))
     return [target]
 
@@ -299,10 +305,10 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    if not Path(path).is_file() or Path(path).suffix.lower() == CSV_SUFFIX:
+    if not Path(path).is_file() or Path(path).suffix.lower() in (CSV_SUFFIX, *UFF_SUFFIXES):
         advice = "There is no such file."
         if Path(path).is_file():
-            advice = "A table of text lacks the model and the settings: save the result as NetCDF too."
+            advice = "It lacks the model and the settings: save the result as NetCDF too."
         elif Path(path).is_dir():
             advice = "gearchaos.load reads the folder of a run."
         elif Path(path).exists():

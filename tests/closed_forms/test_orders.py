@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum
+from gearchaos.gears.operating import model_of_gears
 from gearchaos.studies.orders import Wheels
 
 PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.056384, "c0": 4e8, "k": 2000.0,
@@ -86,15 +88,31 @@ def test_names_in_a_band_and_of_several_meshes():
         "mesh 2 of a", "mesh 3 of b", "mesh 1 of a - 1 turn of x"]
 
 
-@pytest.mark.parametrize("quantity", ["force", "deflection", "acceleration"])
-def test_the_lines_of_a_linear_pair_follow_its_transfer_function(quantity):
-    """m s'' + k s' + c s = M/R + m e₁ w² cos wt, in SI; the acceleration is w² times the deflection."""
-    found = gc.physical(gc.orders(gc.GearPair(**LINEAR), quantity=quantity))[f"order_{quantity}"]
-    w, mass = 2 * np.pi * 25 * 4000 / 60, gc.GearPair(**LINEAR).mass
-    deflection = mass * 2e-7 * w**2 / abs(4e8 - mass * w**2 + 1j * 2000 * w)
+def gears_radius(gears) -> float:
+    """The base radius of wheel 2."""
+    return gears.R2 if isinstance(gears, gc.GearPair) else gears.meshes[0].base_radii[1]
+
+
+LINEAR_TRAIN = gc.Train(speed=4000.0, bodies=[
+    gc.Body(name="pinion", inertia=4.88e-4, torque=85.0), gc.Body(name="wheel", inertia=3.2e-3, torque=-136.0)],
+    meshes=[gc.Mesh(between=("pinion", "wheel"), teeth=(25, 40), base_radii=(0.03524, 0.056384), stiffness=4e8,
+                    damping=2000.0, backlash=1.2e-4, error_amplitudes=[2e-7])])
+
+
+@pytest.mark.parametrize("gears", [gc.GearPair(**LINEAR), LINEAR_TRAIN], ids=["pair", "train"])
+@pytest.mark.parametrize(("quantity", "name"), [
+    ("mesh force", "force"), ("deflection", "deflection"), ("transmission error", "transmission_error"),
+    ("acceleration", "acceleration")])
+def test_the_lines_of_linear_gears_follow_their_transfer_function(gears, quantity, name):
+    """m s'' + k s' + c s = M/R + m e₁ w² cos wt, in SI; the transmission error is s + e₁ cos wt."""
+    found = gc.physical(gc.orders(gears, quantity=quantity))[f"order_{name}"]
+    w, mass = 2 * np.pi * 25 * 4000 / 60, 1 / (0.03524**2 / 4.88e-4 + gears_radius(gears) ** 2 / 3.2e-3)
+    below = 4e8 - mass * w**2 + 1j * 2000 * w
+    deflection, total = mass * 2e-7 * w**2 / abs(below), 2e-7 * abs((4e8 + 1j * 2000 * w) / below)
     static = 85 / 0.03524
-    first, mean = {"force": (abs(4e8 + 1j * 2000 * w) * deflection, static), "acceleration": (w**2 * deflection, 0.0),
-                   "deflection": (1e6 * deflection, 1e6 * static / 4e8)}[quantity]
+    first, mean = {"mesh force": (abs(4e8 + 1j * 2000 * w) * deflection, static), "acceleration": (w**2 * total, 0.0),
+                   "deflection": (1e6 * deflection, 1e6 * static / 4e8),
+                   "transmission error": (1e6 * total, 1e6 * static / 4e8)}[quantity]
     np.testing.assert_allclose(found.sel(order=[0, 25]), [mean, first], rtol=1e-9)
     assert float(found.drop_sel(order=[0, 25]).max()) < 1e-7 * first
 
@@ -250,3 +268,35 @@ def test_the_command_says_first_which_line_and_which_sideband_is_strongest(tmp_p
     (sideband,) = [line for line in document["lines"] if line["order"] == 124]
     assert sideband["difference"] is None and -35 < sideband["sideband_level"] < -25
     assert abs(first["difference"]) < 0.1
+
+
+@pytest.mark.parametrize("gears", ["pair", "train"])
+def test_bearings_that_give_way_are_no_part_of_the_transmission_error(gears):
+    """x1 − x2 of the simulated wheels, whose lateral motion the deflection of the mesh has as well."""
+    pair = gc.GearPair(**{**LINEAR, "m1": 1.5, "m2": 3.0, "c1": 2e8, "c2": 2e8, "k1": 1500.0, "k2": 1500.0})
+    model = pair.to_model("full")
+    motion = gc.simulate(model, 32, 3000, samples=64)
+    lines = 2 * np.abs(np.fft.rfft(motion.x1 - motion.x2)) / motion.sizes["tau"]
+    own = pair.scales.length * lines[32] * 1e6
+    if gears == "train":
+        held = [replace(body, mass=mass, support={"stiffness": 2e8, "damping": 1500.0})
+                for body, mass in zip(LINEAR_TRAIN.bodies, (1.5, 3.0), strict=True)]
+        chosen = replace(LINEAR_TRAIN, bodies=held)
+    else:
+        chosen = model_of_gears(pair, "full")
+    found = gc.physical(gc.orders(chosen, quantity="transmission error")).order_transmission_error
+    assert float(found.sel(order=25)) == pytest.approx(own, rel=1e-6)
+    deflection = gc.physical(gc.orders(chosen, quantity="deflection")).order_deflection
+    assert abs(float(deflection.sel(order=25)) / own - 1) > 0.05
+
+
+def test_a_torque_on_the_command_line_holds_for_both_and_a_design_for_the_first_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("gears.toml").write_text(TRAIN_FILE)
+    arguments = ["orders", "gears.toml", "--against", "gears.toml", "--json"]
+    for sets, differ in ((["speed=3100 rpm"], False), (["torque=60"], False),
+                         (["z1/z2.backlash=0.01 mm", "z1/z2.damping=3000"], True)):
+        result = CliRunner().invoke(app, [*arguments, *(part for each in sets for part in ("--set", each))])
+        assert result.exit_code == 0, result.stderr
+        differences = [line["difference"] for line in json.loads(result.stdout)["lines"]]
+        assert any(difference is None or abs(difference) > 0.1 for difference in differences) is differ, sets

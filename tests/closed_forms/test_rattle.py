@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.cli.summaries import Found, rattle_document
+from gearchaos.cli.rattle import rattle_document
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.studies.axis import Axis
@@ -89,7 +89,7 @@ def test_forces_and_impacts_of_a_mesh_in_contact_are_those_of_the_linear_train(s
 
 def test_the_document_says_where_each_mesh_is_in_contact(scan):
     axis = Axis("loose.torque", -0.2, -0.08, 4)
-    content = rattle_document(Found("rattle", scan, None, False, (axis,), None, None))  # type: ignore[arg-type]
+    content = rattle_document(scan, axis)
     found = content["meshes"]["driver/loose"]
     assert found["lost"] == [[pytest.approx(-0.08)] * 2]
     assert found["both_flanks"] in ([], found["lost"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.cli.output import plain_table, print_table, print_wrapped
+from gearchaos.cli.output import plain_table, print_table, print_wrapped, shown_rows
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.units import measured
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 # least share of searches that end at the best fit, and largest residual over the uncertainty, without a warning
 _AGREEING, _HIGH = 0.2, 1.3
-_SHOWN_ROWS = 20  # most rows of measured amplitudes
 
 
 def fit_document(dataset: xr.Dataset) -> dict[str, Any]:
@@ -61,12 +60,12 @@ def print_fit(dataset: xr.Dataset, content: dict[str, Any]) -> None:
     if content["searches_there"] < _AGREEING * content["searches"] or (ratio or 0.0) > _HIGH:
         print_wrapped("A wrong minimum is likely, or the model lacks something: try more --starts, narrower bounds, "
                       "and leave out speeds of chaotic motions.")
-    rows = np.unique(np.linspace(0, content["amplitudes"] - 1, _SHOWN_ROWS).round().astype(int))
+    rows = shown_rows(content["amplitudes"])
     if len(rows) < content["amplitudes"]:
         print(f"{len(rows)} of {content['amplitudes']} rows")
     table = plain_table("speed (rpm)", "order", f"measured ({unit})", f"computed ({unit})", "contact", "motion",
                         left=("contact", "motion"))
-    for i in rows.tolist():
+    for i in rows:
         at = dataset.isel(measurement=i)
         numbers = (measured(float(at[f"{n}_amplitude"])) for n in ("measured", "computed"))
         table.add_row(f"{float(at.speed):.5g}", f"{float(at.order):g}", *numbers, CONTACTS[int(at.contact)],

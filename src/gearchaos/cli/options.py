@@ -16,6 +16,7 @@ from gearchaos import catalogue
 from gearchaos.cli import completion
 from gearchaos.cli.errors import Commands, load_kernels, say
 from gearchaos.errors import InputError
+from gearchaos.quantities import OPERATION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +71,9 @@ Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZO
 _OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
 Out = Annotated[Path, _OUT]
 OutIfWanted = Annotated[Path | None, _OUT]
+SpectrumOut = Annotated[Path | None, typer.Option(
+    "--out", metavar="FILE", help="File to write: NetCDF, .csv for tables, or .uff for programs of test benches.",
+    readable=False)]
 Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
 Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
@@ -112,6 +116,17 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
     if loaded.model.kind == "train":
         say(textwrap.fill(loaded.model.in_words, 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
+
+
+def operating_point(sets: list[str] | None) -> list[str]:
+    """Those values of ``--set`` that are speed or torque of gears, by names that all kinds of gears have."""
+    found = []
+    for text in sets or []:
+        owner, _, name = text.partition("=")[0].strip().rpartition(".")
+        common = "torque" if (owner, name) == ("gearpair", "M10") else name
+        if common in {q.name for q in OPERATION} and owner in ("", "operation", "gearpair"):
+            found.append(f"{common}={text.partition('=')[2]}")
+    return found
 
 
 def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> list[Axis]:

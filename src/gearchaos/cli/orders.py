@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped
+from gearchaos.gears.measured_quantities import MEASURED
 from gearchaos.gears.units import measured
-from gearchaos.studies.orders import FLOOR, REFERENCES
+from gearchaos.studies.orders import FLOOR
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,15 +19,15 @@ _LEAST_DIFFERENCE = 1.0  # dB
 
 def orders_document(dataset: xr.Dataset) -> dict[str, Any]:
     """The JSON document of an order spectrum: its strongest lines, levels in dB."""
-    name = next(each for each in REFERENCES if each in dataset)
-    (reference, words), lines = REFERENCES[name], list[dict[str, Any]]()
+    of, quantity = next(each for each in MEASURED.items() if each[1].variable in dataset)
+    name, lines = quantity.variable, list[dict[str, Any]]()
     shown = dataset.drop_dims(["modulation_order", "quefrency"]).isel(order=dataset["line"].values != "")
     least = FLOOR * float(dataset[name][1:].max())
     for i in shown[name].values.argsort(kind="stable")[::-1].tolist():
         at = {str(n): v.values.item() for n, v in shown.isel(order=i).variables.items()}
         amplitude, ratio = at[name], at["sideband_ratio"]
         lines.append({"order": at["order"], "frequency": at["order_frequency"], "amplitude": amplitude,
-                      "level": _decibel(amplitude / reference), "name": at["line"],
+                      "level": _decibel(amplitude / quantity.reference), "name": at["line"],
                       "sideband_level": None if math.isnan(ratio) else _decibel(ratio)})
         if f"against_{name}" in at:
             other = at[f"against_{name}"]
@@ -34,8 +35,8 @@ def orders_document(dataset: xr.Dataset) -> dict[str, Any]:
     attrs = {n: dataset.attrs[n] for n in ("amplitude", "motion", "window", "status")}
     mesh = {"mesh": dataset["mesh"].item()} if "mesh" in dataset.coords else {}
     speed = 60 * float(dataset["order_frequency"][1] / dataset["order"][1])
-    return {**mesh, "of": name.removeprefix("order_"), "units": dataset[name].attrs["units"],
-            "reference": words, **attrs, "speed": speed, "lines": lines}
+    return {**mesh, "of": of, "units": dataset[name].attrs["units"],
+            "reference": quantity.reference_words, **attrs, "speed": speed, "lines": lines}
 
 
 def _decibel(ratio: float) -> float:
@@ -46,8 +47,7 @@ def print_orders(content: dict[str, Any]) -> None:
     """Print the strongest line and sideband, the lines in which other gears differ most, and a table of lines."""
     lines, unit = content["lines"], content["units"]
     mesh = f" of {content['mesh']}" if "mesh" in content else ""
-    what = {"force": "mesh force", "deflection": "deflection", "acceleration": "acceleration of the deflection"}
-    answer = f"{what[content['of']]}{mesh} at {content['speed']:g} rpm: "
+    answer = f"{content['of']}{mesh} at {content['speed']:g} rpm: "
     if not lines:
         print(f"{answer}{'no line' if content['status'] == 'ok' else content['status']}")
         return

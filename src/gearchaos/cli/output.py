@@ -10,15 +10,17 @@ import tempfile
 import textwrap
 from collections.abc import Iterable
 from contextlib import nullcontext, suppress
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import check_target, write_bytes
+from gearchaos.files import UFF_SUFFIXES, check_target, write_bytes
 from gearchaos.quantities import OPERATION, quantity
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
     from rich.table import Table
@@ -34,6 +36,9 @@ DPI = 150
 FILE_WIDTH, PAGE_WIDTH = 160, 80
 """Widths in characters where stdout is not a terminal: of a table with rules, and of one without."""
 
+SHOWN_ROWS = 20
+"""Most rows of a long table that are printed."""
+
 
 def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
     """Raise `InputError` unless ``path`` has one of these suffixes, or none, and a file can be written there."""
@@ -42,6 +47,10 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
     check_target(option, path)
+    if path.suffix.lower() in UFF_SUFFIXES:
+        from gearchaos.uff_files import check_installed
+
+        check_installed(option)
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             writable = not path.exists() or os.access(path, os.W_OK)
@@ -177,6 +186,22 @@ def plain_table(*titles: str, left: Iterable[str] = (), gap: int = 2) -> Table:
     for title in titles:
         table.add_column(title, justify="left" if title in left else "right")
     return table
+
+
+def shown_rows(count: int) -> list[int]:
+    """The indices of the rows that are printed of a table with many, the first and the last among them."""
+    return sorted({round(i * (count - 1) / (SHOWN_ROWS - 1)) for i in range(SHOWN_ROWS)})
+
+
+def ranges(where: Iterable[bool], values: np.ndarray) -> list[list[float]]:
+    """First and last of the values in each run of neighbours for which a condition holds."""
+    runs = ([i for i, _ in run] for holds, run in groupby(enumerate(where), lambda each: bool(each[1])) if holds)
+    return [[float(values[run[0]]), float(values[run[-1]])] for run in runs]
+
+
+def edges_in_words(first: float, last: float) -> str:
+    """The ends of a range of `ranges`."""
+    return f"{first:.5g} to {last:.5g}" if first != last else f"{first:.5g}"
 
 
 def shown(value: Any) -> str:

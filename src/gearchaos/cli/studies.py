@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +18,7 @@ from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.files import DATA_SUFFIXES
+from gearchaos.files import DATA_SUFFIXES, UFF_SUFFIXES
 
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
@@ -142,8 +144,14 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
+_SPECTRUM_SUFFIXES = (*DATA_SUFFIXES, *UFF_SUFFIXES)
+Column = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
+                                   "amplitude=\"Force [N]\"; may be repeated.")
+]
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
 _OF_SCATTER = catalogue.STUDIES["scatter"]["options"]
+_OF_RUNUP = catalogue.STUDIES["runup"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
 
@@ -159,46 +167,82 @@ def runup(
     ] = None,
     down: Annotated[bool, typer.Option("--down", help="Run down again as well, in the same time.")] = False,
     torque: Annotated[
-        str | None, typer.Option(metavar="TORQUE", help="At wheel 1, in N m or with a unit; by default that given.")
+        str | None, typer.Option(metavar="TORQUE|TABLE", help="At wheel 1, in N m or with a unit, or a table over time "
+                                 "or speed, .csv; by default that given.")
     ] = None,
     mesh: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a train: the mesh whose force it is; by default the first.")
     ] = None,
-    out: OutIfWanted = None,
+    events: Annotated[bool, typer.Option("--events", help=_OF_RUNUP["events"]["help"])] = False,
+    out: options.SpectrumOut = None,
     plot: Plot = None,
     wav: Annotated[
         Path | None, typer.Option(metavar="FILE.wav", help="The mesh force as sound, full scale its largest deviation.",
                                   readable=False)
     ] = None,
+    uff: Annotated[
+        Path | None, typer.Option(metavar="FILE.uff", readable=False,
+                                  help="The mesh force and the speed over the time, for programs of test benches.")
+    ] = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="MEASURED", readable=False, help="A measured run-up: speed, order and "
+                                  "amplitude, or time, speed and force, .csv.")
+    ] = None,
+    column: Column = None,
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
-    for option, path, suffixes in (("--out", out, DATA_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
-            "--wav", wav, (".wav",))):
+    for option, path, suffixes in (("--out", out, _SPECTRUM_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
+            "--wav", wav, (".wav",)), ("--uff", uff, UFF_SUFFIXES)):
         check_output(option, path, suffixes)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.gears.units import DURATION, to_si
     from gearchaos.studies.axis import as_range
     from gearchaos.studies.runup import RunUp
+    from gearchaos.studies.torque_profile import largest_torque, read_profile
     from gearchaos.studyfile import parse_value
 
     if speed is not None and speed.count(":") != 1:
         raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
     axes = [] if speed is None else [as_range(f"speed={speed}", "--speed", options.RANGE)]
     seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
+    profile = None
+    if torque is not None and not re.match(r"\s*[-+]?\.?\d", torque):
+        profile, notes = read_profile(torque)
+        for note in notes:
+            say(note)
+        torque = repr(largest_torque(profile))
     chosen = [*(sets or []), *([] if torque is None else [f"torque={torque}"])]
     loaded = options.load(gears, chosen, physical=True, axes=axes)
     if not axes and "speed" not in loaded.options_for("runup"):
         raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000, in rpm.")
-    given = options.given(duration=seconds, mesh=mesh, down=down or None, **({"speed": axes[0]} if axes else {}))
-    study = loaded.study(RunUp, **given, signal=wav is not None)
-    found = Found("runup", study.run(progress=True), loaded, True, study.axes, out, plot)
+    given = options.given(duration=seconds, mesh=mesh, down=down or None, torque=profile, events=events or None,
+                          **({"speed": axes[0]} if axes else {}))
+    study = loaded.study(RunUp, **given, signal=wav is not None or uff is not None)
+    if against is None and column:
+        raise InputError("--column", "needs --against", column[0])
+    bench = None
+    if against is not None:
+        from gearchaos.studies.measured_runup import read_measured_runup
+
+        headers = dict(text.partition("=")[::2] for text in column or [])
+        bench = read_measured_runup(against, study.mesh_order, (study.speed.start, study.speed.stop), headers or None)
+        for note in bench.notes:
+            say(note)
+    journal = None if out is None or study.signal else Path(f"{out}.part")  # the signal is not kept
+    found = Found("runup", study.run(progress=True, journal=journal), loaded, True, study.axes, out, plot)
     save(found.dataset.drop_dims("instant", errors="ignore"), out)
+    if journal is not None:
+        journal.unlink(missing_ok=True)
     if wav is not None:
         from gearchaos.sound import write_wav
 
         largest = write_wav(found.dataset, wav)
         say(f"wrote {wav}: the mesh force less its mean, full scale {largest:.4g} N")
+    if uff is not None:
+        save(found.dataset.drop_vars("order_force"), uff)
+    if bench is not None:
+        found = replace(found, over=bench.beside(found.dataset))
     report(found, "runup", json_out)
 
 
@@ -208,23 +252,21 @@ def orders(
     mesh: Annotated[
         str | None, typer.Option(metavar="NAME", help="Of a train: the mesh that is looked at; by default the first.")
     ] = None,
-    of: Annotated[
-        str | None, typer.Option("--of", metavar="force|deflection|acceleration", help=_OF_ORDERS["quantity"]["help"])
-    ] = None,
+    of: options.study_option("of", _OF_ORDERS["quantity"]) = None,  # type: ignore[valid-type]
     against: Annotated[
-        Path | None, typer.Option(metavar="OTHER.toml", help="Compare with gears of the same teeth and speed.",
-                                  readable=False)
+        Path | None, typer.Option(metavar="OTHER.toml", readable=False, help="Compare with gears of the same teeth and "
+                                  "speed; --set of speed or torque holds for both, any other for the first.")
     ] = None,
     rms: Annotated[bool, typer.Option("--rms", help=_OF_ORDERS["rms"]["help"])] = False,
-    out: OutIfWanted = None,
+    out: options.SpectrumOut = None,
     plot: Plot = None,
     json_out: Json = False,
 ) -> None:
     """Show the order spectrum of a steady motion: mesh harmonics, their sidebands, and whose they are."""
-    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--out", out, _SPECTRUM_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = options.load(gears, sets, physical=True)
-    other = None if against is None else options.load(against, None, physical=True).model
+    other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.orders import Orders
 
@@ -247,10 +289,7 @@ def fit(
     uncertainty: Annotated[
         str | None, typer.Option(metavar="SIZE", help="Standard deviation of an amplitude: 5 %, 2 N.")
     ] = None,
-    column: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
-                                       "amplitude=\"Force [N]\"; may be repeated.")
-    ] = None,
+    column: Column = None,
     starts: options.study_option("starts", _OF_FIT["starts"]) = None,  # type: ignore[valid-type]
     seed: options.study_option("seed", _OF_FIT["seed"]) = None,  # type: ignore[valid-type]
     sets: Sets = None,

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.cli import branches, fit, orders, scatter
+from gearchaos.cli import branches, fit, orders, rattle, runup, scatter
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
+    SHOWN_ROWS,
     draw,
     plain_table,
     print_json,
     print_table,
-    print_wrapped,
     say_proofs,
     shown,
     unit_after,
@@ -32,7 +32,6 @@ from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.beside_factors import beside_factors, which_mesh, words_beside
 from gearchaos.studies.proved_cells import proof_counts
-from gearchaos.studies.runup import response_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,6 +54,7 @@ class Found:
     axes: tuple[Axis, ...]
     out: Path | None
     plot: Path | None
+    over: xr.Dataset | None = None  # what was measured
 
     @cached_property
     def dataset(self) -> xr.Dataset:
@@ -71,10 +71,6 @@ class Found:
         """The study and its files, as JSON documents begin."""
         files = {name: None if path is None else str(path) for name, path in (("out", self.out), ("plot", self.plot))}
         return {"study": self.kind, **files}
-
-
-_SHOWN_ROWS = 20
-"""Most rows of a stroboscopic section that are printed."""
 
 
 def _section(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -110,12 +106,12 @@ def print_section(dataset: xr.Dataset) -> None:
             name.replace("/", "/\n"): deflections[:, m] for m, name in enumerate(dataset["mesh"].values.tolist())}}
     rows = list(zip(*(values.values.tolist() for values in columns.values()), strict=True))
     text = measured if is_physical(dataset) else shown
-    print(f"{what}, last {min(_SHOWN_ROWS, len(rows))} of {len(rows)} periods")
+    print(f"{what}, last {min(SHOWN_ROWS, len(rows))} of {len(rows)} periods")
     units = {name: values.attrs["units"].replace("*", "\n*") for name, values in columns.items()}
     table = plain_table(*(f"{name}\n({unit})" for name, unit in units.items()), gap=1)
     for column in table.columns:
         column.overflow = "fold"
-    for row in rows[-_SHOWN_ROWS:]:
+    for row in rows[-SHOWN_ROWS:]:
         table.add_row(*map(text, row))
     print_table(table)
 
@@ -351,122 +347,6 @@ def _map(found: Found) -> dict[str, Any]:
     return {**found.head, "axes": axes, **document}
 
 
-def rattle_document(found: Found) -> dict[str, Any]:
-    """The JSON document of a scan for rattle: the axis, onsets, and of each mesh the ranges of the axis where contact
-    is lost from rest, where both flanks are hit from rest, and where it is lost after a sweep alone."""
-    dataset, (axis,) = found.plain, found.axes
-    onsets = [{"mesh": str(mesh), "value": value, "linear": None if math.isnan(linear) else linear}
-              for mesh, value, linear in zip(*(dataset[n].values.tolist() for n in (
-                  "onset_mesh", "onset_value", "onset_linear")), strict=True)]
-    meshes = {}
-    for name in dataset["mesh"].values.tolist():
-        contact = dataset["mesh_contact"].sel(mesh=name)
-        lost, both = contact != CONTACTS.index("permanent"), contact == CONTACTS.index("two-sided")
-        rest = {"history": "rest"}
-        of_sweeps = lost.any("history") & ~lost.sel(rest)
-        meshes[name] = {key: _ranges(where.values, axis.values) for key, where in (
-            ("lost", lost.sel(rest)), ("both_flanks", both.sel(rest)), ("lost_after_sweeps_alone", of_sweeps))}
-    return {**found.head, "axis": axis.name, "onsets": onsets, "meshes": meshes}
-
-
-def _ranges(where: np.ndarray, values: np.ndarray) -> list[list[float]]:
-    """First and last value of each run of neighbours for which a condition (V,) holds."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
-    return [[float(values[i]), float(values[j - 1])] for i, j in zip(change[::2], change[1::2], strict=True)]
-
-
-def _edges(first: float, last: float) -> str:
-    return f"{first:.5g} to {last:.5g}" if first != last else f"{first:.5g}"
-
-
-def print_rattle(found: Found, content: dict[str, Any]) -> None:
-    """Print of each mesh where it loses contact and hits both flanks, the onsets, and a table of impacts from rest."""
-    dataset, axis = found.in_units, content["axis"]
-    unit, values = quantity(axis).unit.replace("*", " "), found.axes[0].values
-    for name, ranges in content["meshes"].items():
-        parts = [f"{words} at {', '.join(_edges(*r) for r in some)} {unit}" for words, some in (
-            ("contact is lost", ranges["lost"]), ("both flanks are hit", ranges["both_flanks"]),
-            ("after a sweep alone it is lost", ranges["lost_after_sweeps_alone"])) if some]
-        print_wrapped(f"{name}: " + ("; ".join(parts) or "contact is kept in all motions that were tried"))
-        own = [onset for onset in content["onsets"] if onset["mesh"] == name]
-        if own:
-            linear = "; by the linear train " + ", ".join(f"{o['linear']:.7g}" for o in own if o["linear"] is not None)
-            linear = linear if own[0]["linear"] is not None else "; its stiffness varies, so there is no closed form"
-            print_wrapped(f"  changes from rest at {', '.join(format(o['value'], '.7g') for o in own)} {unit}{linear}")
-    step = f", every {values[1] - values[0]:.4g} {unit}" if len(values) > 1 else ""
-    print_wrapped(f"Tried: from rest, and slow sweeps of the axis, rising and falling{step}: narrower ranges may be "
-                 "missed, and other motions may exist.")
-    rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
-    for name in dataset["mesh"].values.tolist():
-        one = dataset.sel(mesh=name, history="rest")
-        table = plain_table(axis, "contact", "front %", "back %", "impacts/s", "N s/s", "rms (N)", "std (N)", gap=1)
-        for i in rows.tolist():
-            at = one.isel({axis: i})
-            numbers = (100 * at.mesh_front_share, 100 * at.mesh_back_share, at.mesh_impacts, at.mesh_impulse,
-                       at.mesh_rms_force, at.mesh_force_deviation)
-            table.add_row(shown(float(one[axis][i])), CONTACTS[int(at.mesh_contact)],
-                          *(measured(float(v), 3) for v in numbers))
-        print(f"{name}, from rest" + f", {len(rows)} of {len(values)} rows" * (len(rows) < len(values)))
-        print_table(table)
-
-
-def runup_document(found: Found) -> dict[str, Any]:
-    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each direction."""
-    dataset = found.dataset
-    jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
-        *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
-                                               "factor_after_jump")), strict=True)]
-    peaks, ways = [], {}
-    for way in dataset["direction"].values.tolist():
-        one = dataset.sel(direction=way)
-        for i in response_peaks(one):
-            at = one.isel(speed=i)
-            line = at["order_force"][1:].fillna(0.0)
-            peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
-                          "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
-        states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
-            ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
-        most = one.isel(speed=int(one["dynamic_factor"].fillna(0.0).argmax("speed")))
-        largest = {"speed": most["speed"].item(), "dynamic_factor": most["dynamic_factor"].item()}
-        ways[way] = {"largest": largest} | {word: _ranges(where, one["speed"].values) for word, where in states.items()}
-    return {**found.head, "jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"]}
-
-
-def print_runup(found: Found, content: dict[str, Any]) -> None:
-    """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
-    words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
-    for way, states in content["directions"].items():
-        most = states["largest"]
-        parts = [f"{text} at {', '.join(_edges(*r) for r in states[name])} rpm" for name, text in words.items()
-                 if states[name]]
-        if most["dynamic_factor"]:
-            parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
-        kept = [] if any(states[name] for name in words) else ["contact is kept"]
-        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
-        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g})" for j in content["jumps"]
-                 if j["direction"] == way]
-        if jumps:
-            print_wrapped(f"  jumps of the dynamic factor at {', '.join(jumps)}")
-    if content["status"] != "ok":
-        print_wrapped(content["status"])
-    step = float(found.dataset["speed"][:2].diff("speed").sum())
-    print_wrapped(f"dynamic factor: {', '.join(words_beside(found.dataset, 'dynamic_factor'))}; the largest in each "
-                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
-                 f"motion.{_steps_of_train(found.loaded.model)}")
-    if content["peaks"]:
-        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
-        for peak in content["peaks"]:
-            table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
-                          f"{peak['order']:g}")
-        print_table(table)
-
-
-def _steps_of_train(model: Any) -> str:
-    """How often the speed of a run changes, where that is not with each mesh cycle."""
-    cycles = max(model.train.cycles.values(), default=1) if model.kind == "train" else 1
-    return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)
-
-
 SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, dict[str, Any]], None]]] = {
     "section": (section_document, lambda found, _: print_section(found.in_units)),
     "attractors": (lambda found: attractor_list(found.dataset) | (
@@ -479,8 +359,10 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
               lambda found, content: branches.print_curve(content, found.dataset)),
     "skeleton": (lambda found: {**found.head, **branches.skeleton_document(found.dataset)},
                  lambda found, content: branches.print_skeleton(content)),
-    "rattle": (rattle_document, print_rattle),
-    "runup": (runup_document, print_runup),
+    "rattle": (lambda found: {**found.head, **rattle.rattle_document(found.plain, found.axes[0])},
+               lambda found, content: rattle.print_rattle(found.in_units, content, found.axes[0])),
+    "runup": (lambda found: {**found.head, **runup.runup_document(found.dataset, found.over)},
+              lambda found, content: runup.print_runup(found.dataset, content, found.loaded.model)),
     "orders": (lambda found: {**found.head, **orders.orders_document(found.dataset)},
                lambda _, content: orders.print_orders(content)),
     "fit": (lambda found: {**found.head, **fit.fit_document(found.dataset)},
@@ -495,7 +377,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
 
 def report(found: Found, summary: str, json_out: bool) -> None:
     """Draw a result, and print it by the entry ``summary`` of `SUMMARIES`."""
-    draw(found.dataset, found.plot)
+    draw(found.dataset, found.plot, over=found.over)
     document, show = SUMMARIES[summary]
     content = document(found)
     print_json(content) if json_out else show(found, content)

@@ -128,18 +128,31 @@ class Branch:
                  if i == position and e.kind in CHANGE_STABILITY]
         return found[-1 if last else 0] if found else None
 
+    def ends_of_stability(self) -> tuple[Event | None, Event | None]:
+        """The events at which stability first changes on leaving the start, with the parameter rising there and with
+        it falling; None where there is none.
+
+        Where no event that changes stability is located, it is the graze at which it does.
+        """
+        stable = self.unstable == 0
+        ahead, back = range(self.start, len(stable) - 1), range(self.start - 1, -1, -1)
+        first, second = (self._first_change(stable, at, last) for at, last in ((ahead, False), (back, True)))
+        return first, second
+
+    def _first_change(self, stable: np.ndarray, positions: range, last: bool) -> Event | None:
+        changed = next((i for i in positions if stable[i] != stable[i + 1]), None)
+        if changed is None:
+            return None
+        grazes = [e for i, e in zip(self.event_positions, self.events, strict=True) if i == changed]
+        return self._change(changed, last) or next(iter(grazes), None)
+
     def first_change_of_stability(self, kind: str) -> Event | None:
         """The event of a kind at which stability first changes on leaving the start, in one direction or the other.
 
         Of two such events that with the parameter nearer to the start is taken; None if there is none.
         """
-        stable, found = self.unstable == 0, []
-        ahead, back = range(self.start, len(stable) - 1), range(self.start - 1, -1, -1)
-        for positions, last in ((ahead, False), (back, True)):
-            changed = next((i for i in positions if stable[i] != stable[i + 1]), None)
-            found.append(None if changed is None else self._change(changed, last))
         value = self.points[self.start].u[-1]
-        wanted = [e for e in found if e is not None and e.kind == kind]
+        wanted = [e for e in self.ends_of_stability() if e is not None and e.kind == kind]
         return min(wanted, key=lambda e: abs(e.point.u[-1] - value), default=None)
 
 

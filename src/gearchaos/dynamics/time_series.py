@@ -33,6 +33,9 @@ _LINE_SHARE = 1 / 6
 """A spectrum is quasi-periodic if its strongest lines, a share `_LINE_SHARE` of all lines, contain at least the share
 `_LINE_POWER` of the power."""
 
+_FINER, _LENGTH = 4, 40
+"""Of a signal at even instants: how many times as many are averaged, and half the length of filters in instants."""
+
 
 def time_last(series: np.ndarray) -> np.ndarray:
     """A time series (N, ..., L) as a contiguous array (..., L, N)."""
@@ -146,6 +149,38 @@ def line_amplitudes(series: np.ndarray, length: int, repeats: bool) -> np.ndarra
     mean = series.mean()  # a Hann window would spread it over the first lines
     power = welch(series - mean, window=window, nperseg=length, detrend=False, scaling="spectrum")[1]
     return np.append(abs(mean), np.sqrt(2 * power[1:]))
+
+
+def evenly(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Even instants (N,), 1/``rate`` apart, and the signal at them.
+
+    The signal has twice as many own instants by interpolation, is linear between these, is averaged over each of
+    `_FINER` times as many even ones, and these are filtered: up to 0.4 ``rate`` it keeps its size to 3 %.
+    """
+    time = np.interp(np.arange(2 * len(time) - 1) / 2, np.arange(len(time)), time.astype(float))
+    values = resampled(values.astype(float), 2, 1)[:-1]
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
+    edges = np.arange(time[0], time[-1], 1 / (_FINER * rate))
+    before = np.searchsorted(time, edges, "right") - 1
+    here = np.interp(edges, time, values)
+    integral = integral[before] + (edges - time[before]) * (values[before] + here) / 2
+    means = np.diff(integral) * _FINER * rate
+    filtered = resampled(means, 1, _FINER)
+    return edges[0] + (np.arange(len(filtered)) + 0.5 / _FINER) / rate, filtered
+
+
+def resampled(values: np.ndarray, up: int, down: int) -> np.ndarray:
+    """A signal (N,) at ``up``/``down`` times as many instants, filtered so that no frequency folds into another one.
+
+    Frequencies up to 0.47 of the fewer instants keep their size to 1e-4, but for some 40 instants at both ends.
+    """
+    from scipy.signal import firwin, resample_poly  # here, since they take a third of a second to load
+
+    if (most := max(up, down)) == 1:
+        return values
+    low_pass = firwin(2 * _LENGTH * most + 1, 1 / most, window=("kaiser", 8.0))
+    mean = values.mean()  # on which a filter leaves a ripple
+    return resample_poly(values - mean, up, down, window=low_pass, padtype="line") + mean
 
 
 def modulation(series: np.ndarray, windows: int, carrier: int, width: int, repeats: bool, power: int = 0) -> np.ndarray:

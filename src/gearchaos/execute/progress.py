@@ -6,8 +6,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from html import escape
 from typing import Any
+
+on_progress: ContextVar[Callable[[float], None] | None] = ContextVar("on_progress", default=None)
+"""A function that is told of each advance, as a share of the whole, in place of a bar."""
 
 _INTERVAL = 0.2
 """Shortest time between two updates of the bar in a notebook, in seconds."""
@@ -15,12 +19,14 @@ _INTERVAL = 0.2
 
 @contextmanager
 def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """A progress bar that shows the rate and the remaining time; no bar if the name is None.
+    """A progress bar that shows the rate and the remaining time; no bar if the name is None or `on_progress` is set.
 
     It is on stderr, and in a notebook in the output of the cell. Yields the function that advances it by a number of
     items.
     """
-    if name is None:
+    if (tell := on_progress.get()) is not None:
+        yield lambda n: tell(n / total)
+    elif name is None:
         yield lambda n: None
     elif in_notebook():
         shown = NotebookBar(name, total, done)

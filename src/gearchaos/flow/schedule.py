@@ -36,7 +36,9 @@ class Followed(NamedTuple):
     status: np.ndarray
 
 
-def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: np.ndarray) -> Followed:
+def follow_schedule(
+    flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: np.ndarray, factors: np.ndarray | float = 1.0,
+) -> Followed:
     """Advance motions by one period at each of a list of points.
 
     Parameters
@@ -50,6 +52,8 @@ def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: n
     kicks : (N, d, L)
         What is added to the coordinates before each period: what they change by where the parameters do, while the
         positions and velocities of the wheels stay.
+    factors : (N, d, L), optional
+        What the coordinates are multiplied by before that: the ratio of the units before and after.
 
     Returns
     -------
@@ -72,8 +76,8 @@ def follow_schedule(flow: ExactFlow, w: np.ndarray, points: np.ndarray, kicks: n
     (3, 8, 3, 1)
     """
     w, found, status = np.array(w, float), [], np.full(w.shape[1], OK)
-    for each, kick in zip(points, kicks, strict=True):
-        out = flow.advance(np.where(status == OK, w + kick, 0.0), 1, points=each, measured=True, sample=True)
+    for each, kick, factor in zip(points, kicks, np.broadcast_to(factors, kicks.shape), strict=True):
+        out = flow.advance(np.where(status == OK, factor * w + kick, 0.0), 1, points=each, measured=True, sample=True)
         status = np.where(status == OK, out.status, status)
         w, unknown = out.w, np.where(status == OK, 0.0, np.nan)
         found.append((out.measures + unknown, out.samples[0] + unknown))

@@ -10,17 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from gearchaos.gears import units
+from gearchaos.gears.measured_quantities import MEASURED, MeasuredQuantity
 from gearchaos.gears.tables import Column, read_table
 from gearchaos.quantities import quantity
 from gearchaos.validation import MAX_HARMONICS
-
-KINDS: dict[str, tuple[units.Dimension, str]] = {
-    "mesh force": (units.FORCE, "force|kraft"),
-    "deflection": (units.LENGTH, "deflection|verformung"),
-    "transmission error": (units.LENGTH, r"\bd?te\b|error|fehler|abweich"),
-    "acceleration": (units.ACCELERATION, "accel|beschleunig"),
-}
-"""What may be measured: its dimension, and words that are found in headers."""
 
 _RMS, _RANGE = r"\brms\b|\beff", "peak to peak"
 # the peak value over what a column has, words in its header beside those of the kind, and words of other columns
@@ -46,19 +39,21 @@ class OrderSpectrum:
     notes: tuple[str, ...]
 
 
-def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[str, str] | None = None
-                        ) -> OrderSpectrum:
+def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: float, columns: Mapping[str, str] | None = None,
+                        field: str = "measured") -> OrderSpectrum:
     """Read a table with the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak``.
 
     Parameters
     ----------
     path : str or Path
-    of : str
-        What was measured, one of `KINDS`.
+    of : MeasuredQuantity
+        What was measured.
     teeth : int
         Of wheel 1, whose turn has order 1: the mesh has the order ``teeth``. Orders that are no multiples are ignored.
     columns : mapping of str to str, optional
         Headers in the file by the names of columns, with the unit of a column that has none: "Force [N]".
+    field : str
+        The name of the file in messages.
 
     Raises
     ------
@@ -76,13 +71,13 @@ def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[
     >>> found.harmonic.tolist(), found.amplitude.round(3).tolist(), found.ignored
     ([1, 2], [2.121, 3.536], 1)
     """
-    dimension, words = KINDS[of]
+    dimension, words = MEASURED[of].dimension, MEASURED[of].words
     advice = "A column 'amplitude' has peak values, 'rms' root mean squares. Units stand in the header or in columns."
     kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice)
              for name, (_, own, other) in _COLUMNS.items()]
     speed = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
     order = Column("order", aliases=("ordnung", "orders"))
-    table = read_table(path, ((speed,), (order,), kinds), field="measured", chosen=columns)
+    table = read_table(path, ((speed,), (order,), kinds), field=field, chosen=columns)
     kind = next(name for name in _COLUMNS if name in table.columns)
     values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
     *_, least, most = quantity("speed").range or (0.0, math.inf)
@@ -99,8 +94,8 @@ def read_order_spectrum(path: str | Path, of: str, teeth: int, columns: Mapping[
             row = int(np.argmax(broken))
             raise table.error(row, rule, table.shown(column, table.columns[column][row]), why)
     if not own.any():
-        raise table.error(0, f"must have orders that are multiples of z1 = {teeth}", orders[0],
-                          f"Orders are those of the turn of wheel 1. Multiply orders of the mesh by {teeth}.")
+        raise table.error(0, f"must have orders that are multiples of z1 = {teeth:g}", orders[0],
+                          f"Orders are those of the turn of wheel 1. Multiply orders of the mesh by {teeth:g}.")
     seen: dict[tuple[float, int], int] = {}
     for row in np.flatnonzero(own).tolist():
         first = seen.setdefault((table.columns["speed"][row], harmonic[row]), row)

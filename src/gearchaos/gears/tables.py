@@ -114,9 +114,9 @@ class Table:
 
 def read_table(
     path: str | Path, groups: Sequence[Sequence[Column]], *, field: str = "table",
-    chosen: Mapping[str, str] | None = None, increasing: bool = False, jumps: bool = False,
+    chosen: Mapping[str, str] | None = None, increasing: bool = False, jumps: bool = False, most: int = MOST_BYTES,
 ) -> Table:
-    """Read a table from a regular file of at most `MOST_BYTES`.
+    """Read a table from a regular file of at most ``most`` bytes.
 
     The header is the row above the first row with two numbers or more, and whatever is above it is left out. It may be
     a comment, which begins with ``#``, and may have its units in a row of their own. The cells are separated by what
@@ -135,7 +135,7 @@ def read_table(
     cells as the header, and for anything that is missing, ambiguous or not a finite number.
     """
     columns = [column for group in groups for column in group]
-    cells = _cells(path, field, columns)
+    cells = _cells(path, field, columns, most)
     if any(map(_is_number, cells.header)):
         raise cells.error("must be a header with names and units", cells.header,
                           f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
@@ -190,11 +190,11 @@ class _Cells:
         return _line_error(self.path, self.line, rule, value, advice)
 
 
-def _cells(path: Any, field: str, columns: Sequence[Column]) -> _Cells:
+def _cells(path: Any, field: str, columns: Sequence[Column], most: int) -> _Cells:
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)
     try:
-        content = read_bytes(Path(path), MOST_BYTES)
+        content = read_bytes(Path(path), most)
     except (OSError, ValueError) as error:  # ValueError for a path with a null character
         why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
         raise InputError(field, "must be a file that can be read", str(path), why) from None

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.model.parameters import COORDINATES
+from gearchaos.model.parameters import COORDINATES, transmission_error
 from gearchaos.model.switched import Batch, SwitchedAffine, equal_ratios, rotation_decay
 
 _WEAK_DECAY = 2e-3  # of the mean rotation, below which the first integral gives x2 with an error above 1e-11
@@ -49,6 +49,13 @@ def transmission_error_at_start(batch: Any) -> tuple[np.ndarray, np.ndarray]:
     a, p = batch.harmonics("eps", "theta")
     order = np.arange(1, len(a) + 1)[:, None]
     return (a * np.cos(p)).sum(axis=0), (order * np.asarray(batch["omega"]) * a * np.sin(p)).sum(axis=0)
+
+
+@singledispatch
+def mesh_rotation(batch: Any, names: tuple[str, ...], w: np.ndarray, share: np.ndarray, mesh: int) -> np.ndarray:
+    """The rotation x1 − x2 of the wheels of a mesh along its line of action, (S,), in states w (S, d) of a batch of one
+    point at shares (S,) of the period; 0 where the front flanks touch without error."""
+    return relative_rotation(names, w, transmission_error(batch.model, share * batch.model.period)) - 1
 
 
 @singledispatch

@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from gearchaos.gears.measured_quantities import MEASURED
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend, second_axis_below
 from gearchaos.plot.theme import INK, STROBE, adapt
-from gearchaos.studies.orders import FLOOR, REFERENCES
+from gearchaos.studies.orders import FLOOR
 
 _NAMED = 8  # most lines with a name in a panel
 _APART = 0.018  # least distance of names, over the width of a panel
@@ -75,7 +76,7 @@ def orders(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
 def _lines(ax: Axes, ds: xr.Dataset, within: np.ndarray, limits: tuple[float, float], carrier: str = "") -> None:
     """Draw the lines within a range of orders, the strongest with their names, on a logarithmic axis; those of
     sidebands are without the name of their ``carrier``."""
-    name = next(each for each in REFERENCES if each in ds)
+    name = next(each.variable for each in MEASURED.values() if each.variable in ds)
     part = ds[[name, "line", *(n for n in ds if n == f"against_{name}")]].isel(order=within)
     order, size = part["order"].values, part[name].values
     largest = float(np.nanmax(size, initial=0.0)) or 1.0

@@ -61,8 +61,9 @@ def result(
         Tell the classes of a map or the basins apart by hatching instead of colours.
     over : Dataset, optional
         What is drawn over it: curves of `gearchaos.skeleton` or `gearchaos.curve` over a map of the same parameters, or
-        a second diagram of `gearchaos.bifurcation` along the same parameter, such as the sweep down over that up.
-        Two diagrams show a variable, ``colour``; by default "dynamic_factor" or, without static load, "v_rms".
+        a second diagram of `gearchaos.bifurcation` along the same parameter, such as the sweep down over that up, or a
+        measured run-up over a computed one. Two diagrams show a variable, ``colour``; by default "dynamic_factor" or,
+        without static load, "v_rms".
 
     Returns
     -------
@@ -92,6 +93,8 @@ def result(
         raise InputError("hatch", f"must be left out for a result that is not of {', '.join(_HATCHED)}", kind)
     if over is not None and kind == "bifurcation":
         return _figure_of(_two_diagrams(ds, over, colour))
+    if over is not None and kind == "runup":
+        return runup(ds, against=over)
     options = {"hatch": True} if hatch else {}
     colour = default_colour(ds) if colour is None else colour
     artist = draw(ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)

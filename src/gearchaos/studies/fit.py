@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from gearchaos.datasets import new_dataset, variables
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.progress import bar
 from gearchaos.gears import units
+from gearchaos.gears.measured_quantities import MEANING, MEASURED, MeasuredQuantity
 from gearchaos.gears.operating import is_design
-from gearchaos.gears.order_spectrum import KINDS, OrderSpectrum, read_order_spectrum
+from gearchaos.gears.order_spectrum import OrderSpectrum, read_order_spectrum
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import vary
 from gearchaos.quantities import POSITIVE, Rule
@@ -105,9 +106,7 @@ class Fit(WholeStudy):
     vary: tuple[str, ...] = option(
         MISSING, "Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.",
         keyword=False)
-    quantity: Literal["mesh force", "deflection", "transmission error", "acceleration"] = option(
-        "mesh force", "What was measured. The deflection is that of the mesh, the transmission error R1 φ1 − R2 φ2, "
-        "both along the line of action; the acceleration is that of the latter.")
+    quantity: MeasuredQuantity = option("mesh force", f"What was measured. {MEANING}")
     uncertainty: str | None = option(
         None, 'Standard deviation of an amplitude: "5 %", or "2 N"; by default equal for all, and estimated.')
     starts: int = option(
@@ -125,8 +124,8 @@ class Fit(WholeStudy):
                              f"a {type(self._gears).__name__}",
                              "Of a train, give the pair whose mesh was measured, as [gearpair] or [design]; of a "
                              "design leave out faults, pitch errors and eccentricity.")
-        if self.quantity not in KINDS:
-            raise unknown_name("quantity", str(self.quantity), KINDS)
+        if self.quantity not in MEASURED:
+            raise unknown_name("quantity", str(self.quantity), MEASURED)
         speeds, count = self.spectrum.speeds, len(self.spectrum.amplitude)
         if len(speeds) < 2:
             raise InputError("measured", "must have two speeds or more", speeds.tolist(),
@@ -173,7 +172,8 @@ class Fit(WholeStudy):
         percent = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*%\s*", str(self.uncertainty))
         if percent is None:
             try:
-                return 0.0, float(units.to_si("uncertainty", self.uncertainty, KINDS[self.quantity][0], POSITIVE))
+                dimension = MEASURED[self.quantity].dimension
+                return 0.0, float(units.to_si("uncertainty", self.uncertainty, dimension, POSITIVE))
             except InputError:
                 raise InputError("uncertainty", "must be a percentage, or a positive value with the unit of what was "
                                  "measured", self.uncertainty, "E.g. '5 %' or '2 N'.") from None

@@ -19,6 +19,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.design.values import BELOW_ONE
+from gearchaos.gears.measured_quantities import MeasuredQuantity
 from gearchaos.gears.order_spectrum import OrderSpectrum
 from gearchaos.gears.pair import GearPair
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
@@ -92,7 +93,7 @@ class Search:
 
     pair: GearPair
     kind: str
-    of: str
+    of: MeasuredQuantity
     spectrum: OrderSpectrum
     varied: tuple[Varied, ...]
     uncertainty: tuple[float, float]

@@ -93,8 +93,8 @@ def _command_option(option: Option) -> dict[str, Any]:
         values = default if isinstance(default, tuple) else (default,)
         written = " and ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
         words = f"{words[:-1]}; {written} by default."
-    named = {"axis": option.type is Axis, "values": "Mapping" in option.annotation, "str": bool(option.choices),
-             "part": "PathLike" in option.annotation}
+    named = {"axis": option.type is Axis, "table": option.is_path, "values": "Mapping" in option.annotation,
+             "str": bool(option.choices), "part": "PathLike" in option.annotation}
     found = {
         "type": next((name for name, holds in named.items() if holds), option.annotation.removesuffix(" | None")),
         "help": words, "metavar": option.metavar or "|".join(option.choices), "choices": option.choices,
@@ -108,7 +108,7 @@ _STUB_HEAD = '''"""The public names for type checkers and editors; at run time `
 ``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Literal
 

@@ -58,6 +58,14 @@ class MeshStudy(WholeStudy):
         return self._meshes.index(self.mesh) if self.mesh else 0
 
     @property
+    def mesh_order(self) -> float:
+        """Mesh cycles in a turn of the first wheel."""
+        model: Any = self.model
+        if model.kind == "train":
+            return float(model.train.mesh_order(model.train.meshes[self._at]))
+        return float(model.gears.to_pair().n1)
+
+    @property
     def _mesh_coordinate(self) -> dict[str, xr.Variable]:
         """The name of the mesh, as a coordinate of results of a train."""
         return {MESH: variable(MESH, (), np.array(self._meshes[self._at]))} if self._meshes else {}
@@ -87,5 +95,16 @@ class MeshStudy(WholeStudy):
     def _forces(self, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
         """The force of the mesh (N M,) at samples (N, M, d + 1) of N periods, in the last column the contact state."""
         periods, count, _ = samples.shape
-        flat, share = samples.reshape(periods * count, -1), np.tile(np.arange(count) / count, periods)
-        return mesh_forces(self.model, system, flat[:, :-1], flat[:, -1], share)[:, self._at]
+        flat, share = samples.reshape(periods * count, -1), np.arange(count) / count
+        if _alike(system):
+            return mesh_forces(system, flat[:, :-1], flat[:, -1], np.tile(share, periods))[:, self._at]
+        return np.concatenate([mesh_forces(system.take(np.array([p])), own[:, :-1], own[:, -1], share)[:, self._at]
+                               for p, own in enumerate(samples)])
+
+
+def _alike(system: SwitchedAffine) -> bool:
+    """Whether the mesh force follows from the state alike at all points of a system."""
+    several = system.contacts
+    arrays = (system.damping, system.levels, system.starts, system.chi_cos, system.chi_sin) if several is None else (
+        several.damping, several.stiffness, several.edges, several.offset)
+    return all(bool((array == array[:1]).all()) for array in arrays)

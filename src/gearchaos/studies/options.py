@@ -33,6 +33,7 @@ class Option:
     metavar: str = ""  # how commands write its value, where the type does not say it
     in_files: bool = True  # study files and commands can set it; others are for Python alone
     file_only: str = ""  # why it has an effect only on the file that a command writes; empty if it has another
+    is_path: bool = False  # a text is the path of a file, which a study file gives relative to its folder
     is_axis: bool = False
     count: int | None = None  # of the values of an axis whose text has none; by default a text must have one
 
@@ -64,11 +65,12 @@ class Option:
 def option(
     default: Any, words: str, *, least: int | None = None, most: int = LARGEST_INTEGER, rule: Rule | None = None,
     keyword: bool = True, metavar: str = "", in_files: bool = True, file_only: str = "",
+    is_path: bool = False,
 ) -> Any:
     """A field of a study; see `Option`."""
     return field(default=default, kw_only=keyword, metadata={
         "words": words, "least": least, "most": most, "rule": rule, "metavar": metavar, "in_files": in_files,
-        "file_only": file_only})
+        "file_only": file_only, "is_path": is_path})
 
 
 def axis_option(words: str, count: int | None = None) -> Any:
@@ -85,7 +87,10 @@ def options_of(study: type) -> dict[str, Option]:
     for f in sorted(own, key=lambda f: (bool(f.kw_only), f.name == "settings")):
         given = [t for t in get_args(types[f.name]) if t is not NoneType]
         without_none = given[0] if NoneType in get_args(types[f.name]) else types[f.name]
-        out[f.name] = Option(f.name, str(f.type), f.default, type=without_none, keyword=bool(f.kw_only), **f.metadata)
+        literal = ", ".join(f'"{choice}"' for choice in get_args(without_none))  # also of a type with a name
+        text = str(f.type) if get_origin(without_none) is not Literal else (
+            f"Literal[{literal}]{' | None' * (NoneType in get_args(types[f.name]))}")
+        out[f.name] = Option(f.name, text, f.default, type=without_none, keyword=bool(f.kw_only), **f.metadata)
     return out
 
 

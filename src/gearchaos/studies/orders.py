@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cep
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import OK, ExactFlow
+from gearchaos.gears.measured_quantities import MEANING, MEASURED, MeasuredQuantity
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.results import unit_of
 from gearchaos.model import MeshModel
-from gearchaos.model.switched import SwitchedAffine
+from gearchaos.model.coordinates import mesh_rotation
+from gearchaos.model.switched import Batch, SwitchedAffine
 from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
@@ -30,9 +32,6 @@ from gearchaos.studies.study import ClassifyingStudy
 
 if TYPE_CHECKING:
     import xarray as xr
-
-REFERENCES = {"order_force": (1.0, "1 N"), "order_deflection": (1.0, "1 µm"), "order_acceleration": (1e-6, "1 µm/s²")}
-"""What levels in dB refer to, in the physical unit of the variable and in words; of an acceleration by ISO 1683."""
 
 FLOOR = 1e-5
 """Amplitude of lines that count as rounding errors, over that of the strongest one."""
@@ -120,11 +119,12 @@ class Orders(ClassifyingStudy, MeshStudy):
     -------
     xarray.Dataset
         Over ``order``, of the turn of the first wheel, with its ``order_frequency``: ``order_force``,
-        ``order_deflection`` or ``order_acceleration``, the amplitude at each order; ``line``, the names of the 12
-        strongest mesh harmonics and of as many other lines, empty for the rest; ``sideband_ratio``, the amplitude of a
-        named sideband over that of its mesh harmonic. With ``against`` also ``against_order_force``, that of the other
-        gears. Over ``modulation_order`` ``modulation``, the spectrum of the envelope about the strongest mesh harmonic,
-        within half a mesh order: its amplitude over its mean. Over ``quefrency`` ``cepstrum``, the real cepstrum.
+        ``order_deflection``, ``order_transmission_error`` or ``order_acceleration``, the amplitude at each order;
+        ``line``, the names of the 12 strongest mesh harmonics and of as many other lines, empty for the rest;
+        ``sideband_ratio``, the amplitude of a named sideband over that of its mesh harmonic. With ``against`` also
+        ``against_order_force``, that of the other gears. Over ``modulation_order`` ``modulation``, the spectrum of the
+        envelope about the strongest mesh harmonic, within half a mesh order: its amplitude over its mean. Over
+        ``quefrency`` ``cepstrum``, the real cepstrum.
 
         The attribute ``amplitude`` is "peak" or "rms", ``carrier`` the order of the strongest mesh harmonic, ``motion``
         the kind of motion, ``window`` how the lines were found, ``status`` "ok" or "diverged".
@@ -136,8 +136,9 @@ class Orders(ClassifyingStudy, MeshStudy):
 
     Notes
     -----
-    The deflection is that along the line of action, 0 where the front flanks touch. The acceleration is its second
-    derivative, the relative one of the flanks: the amplitude of the deflection times (2πf)².
+    The deflection is 0 where the front flanks touch. The transmission error is the deflection and the error e(t) of the
+    teeth; bearings that give way are no part of it. The acceleration is its second derivative, the relative one of the
+    wheels: the amplitude of the transmission error times (2πf)².
 
     Examples
     --------
@@ -166,7 +167,7 @@ class Orders(ClassifyingStudy, MeshStudy):
     model_words: ClassVar[str] = "Given gears, with their speed and torque."
     default_settings: ClassVar[Classification] = SINGLE_MOTION
 
-    quantity: Literal["force", "deflection", "acceleration"] = option("force", "What the spectrum is of.")
+    quantity: MeasuredQuantity = option("mesh force", f"What the spectrum is of. {MEANING}")
     rms: bool = option(False, "Root mean squares of the lines instead of their peaks.")
     against: MeshModel | None = option(
         None, "Gears of the same teeth and speed, of which the spectrum is given as well.", in_files=False)
@@ -200,7 +201,7 @@ class Orders(ClassifyingStudy, MeshStudy):
 
     @property
     def _variable(self) -> str:
-        return f"order_{self.quantity}"
+        return MEASURED[self.quantity].variable
 
     @property
     def _teeth(self) -> list[tuple[int, int]]:
@@ -283,7 +284,8 @@ class Orders(ClassifyingStudy, MeshStudy):
         window = self._window * longer if repeats else self._window
         flow, diverged = ExactFlow(start.flow.system, self._instants(repeats > 0)), label == Label.DIVERGED
         out = flow.advance(np.where(diverged, 0.0, verdict.w), repeats or _WINDOWS * window, sample=True)
-        signal = np.tile(self._signal(flow.system, out.samples[..., 0]), window // repeats if repeats else 1)
+        signal = self._signal(start.batch, flow.system, out.samples[..., 0])
+        signal = np.tile(signal, window // repeats if repeats else 1)
         if diverged or out.status[0] != OK:
             return motion_name(Label.DIVERGED, 0), 0, window, np.full_like(signal, np.nan)
         return name, repeats, window, signal
@@ -310,11 +312,14 @@ class Orders(ClassifyingStudy, MeshStudy):
         """The line of the mesh that is looked at, in a window of this many turns."""
         return round(next(iter(self._wheels.meshes.values())) * turns)
 
-    def _signal(self, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
-        """The force or the deflection (N M,) at samples (N, M, d + 1) of N periods."""
-        if self.quantity == "force":
+    def _signal(self, batch: Batch, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
+        """The mesh force, the deflection or the transmission error (N M,) at samples (N, M, d + 1) of N periods."""
+        if self.quantity == "mesh force":
             return self._forces(system, samples)
         w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
+        if self.quantity != "deflection":
+            share = np.tile(np.arange(samples.shape[1]) / samples.shape[1], len(samples))
+            return mesh_rotation(batch, system.names, w, share, self._at)
         return w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
 
     def _of_other(self, count: int, turns: int) -> np.ndarray:

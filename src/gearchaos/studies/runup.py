@@ -1,11 +1,13 @@
-"""A run-up: the speed changes from one mesh period to the next, and the motion with it."""
+"""A run-up: speed and torque change from one mesh period to the next, and the motion with them."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,17 +15,20 @@ from gearchaos.datasets import new_dataset, variable, variables
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.execute.progress import bar
-from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
+from gearchaos.flow import OK, ExactFlow, Followed, Measure, follow_schedule
+from gearchaos.gears.operating import pair_of
 from gearchaos.model import vary
-from gearchaos.model.coordinates import prescribed_rates_at_start
-from gearchaos.model.switched import switched_system
+from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start, transmission_error_at_start
+from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
-from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.mesh_study import TURNS, MeshStudy
-from gearchaos.studies.options import RANGE, axis_option, option
+from gearchaos.studies.options import RANGE, Option, axis_option, option
+from gearchaos.studies.runup_jumps import Jump, find_event, find_jumps
+from gearchaos.studies.runup_results import WORST, Journal, Run, RunResults
+from gearchaos.studies.torque_profile import Profile, as_profile, check_covers, extremes, largest_torque, torque_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,26 +37,18 @@ _SAMPLES = 1 << 16  # instants of the periods whose step matrices are in memory 
 _BINS = 400  # most speeds at which results are given
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
 _SETTLED = 500  # periods at the first speed before the run begins
+_OWN_MATRICES = 20.0  # cost of a step whose matrices are made for it alone, relative to one of many with the same
 _FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
-# of a run; fewest mesh cycles, and fewest and most periods, on either side of a jump
-_PARTS, _WIDTHS = 800, (24, 4, 400)
-_JUMP = 1.25  # smallest ratio of the ranges of the force beyond which they change suddenly
-_LEAST = 1e-12  # range of the force that counts as none
-_SLOW = 0.05  # largest relative change of the speed on both sides of a jump together: that of a resonance is slower
-_BEYOND = 0.05  # share of the periods on either side that may lie beyond those on the other side
 
 
-class _Run(NamedTuple):
-    """N periods of a run, one after the other."""
+class _Periods(NamedTuple):
+    """N periods of a run: their speeds and torques, equations, and motion."""
 
-    time: np.ndarray  # (N + 1,) when they begin, s
-    speed: np.ndarray  # (N,) the mean speed in each, rpm
-
-
-_State = tuple[np.ndarray, np.ndarray]
-_Measures = dict[Measure, np.ndarray]  # of each period, (N,)
-_MEASURED = (Measure.FORCE_MAX, Measure.FORCE_MIN, Measure.Z_MAX, Measure.Z_MIN, Measure.FRONT_TIME, Measure.BACK_TIME,
-             Measure.SWITCHES)
+    system: SwitchedAffine
+    out: Followed
+    end: np.ndarray  # (3, d) the state after them; what of it is prescribed; its units over those of the results
+    measures: np.ndarray  # (len(Measure), N) of the mesh that is looked at, in the units of the results
+    force_units: np.ndarray  # (N,) over those of the results
 
 
 @dataclass(frozen=True)
@@ -59,9 +56,10 @@ class RunUp(MeshStudy):
     """Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.
 
     The speed changes linearly with time. It is constant within a mesh period, of a train within its common period, and
-    such that these begin when they do at the speed that changes continuously. From one to the next the deflections
-    stay, and the velocities of the wheels. Within a period the flow is exact. The run begins with the motion that is
-    reached from rest at the first speed; a run-down goes on with the motion of the run-up.
+    such that these begin when they do at the speed that changes continuously. So is a torque that changes: it is that
+    at the middle of the period. From one to the next the positions and the velocities of the wheels stay. Within a
+    period the flow is exact. The run begins with the motion that is reached from rest at the first speed and torque; a
+    run-down goes on with the motion of the run-up.
 
     Returns
     -------
@@ -71,16 +69,21 @@ class RunUp(MeshStudy):
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
-        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``signal``
-        also ``signal_time``, s, and ``signal_force`` over ``direction`` and ``instant``.
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
+        also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
+        over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
+        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
+        each period; without torque the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
-        says at what speed the motion diverged.
+        says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
 
     Raises
     ------
     InputError
-        If the gears are not known, or the speed changes by more than 5 % within a period.
+        If the gears are not known, the speed changes by more than 5 % within a period, the torque is not given for the
+        whole run, or the journal is one of another run-up.
 
     Examples
     --------
@@ -110,13 +113,26 @@ class RunUp(MeshStudy):
     group: ClassVar[str] = "Gears"
     summary: ClassVar[str] = "runup"
     model_words: ClassVar[str] = "Given gears, with their torque."
+    run_options: ClassVar[tuple[Option, ...]] = (
+        Option("journal", "str | PathLike[str] | None", None, "A file that keeps what is computed. If it exists, the "
+               "same call goes on from there, to the same result.", type=Path),)
 
     speed: Axis = axis_option('The first and the last speed, as a text "speed=500:6000" in rpm.', RANGE)
     duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
     down: bool = option(False, "Run down again as well, in the same time.")
-    signal: bool = option(False, "Also give the mesh force over the time.", in_files=False)
+    torque: str | Mapping[str, Sequence[float]] | None = option(
+        None, "A table of the torque over time or speed, linear between rows. It is a file whose header has the units, "
+        "or the columns in s, rpm and N m. It replaces the torque of the gears; of a train all mean torques change in "
+        "one ratio. Gears are made for 4000 steps from the least to the largest torque.",
+        is_path=True)
+    events: bool = option(False, "Find the event that ends the branch of the motion before each jump.")
+    signal: bool = option(False, "Also give the mesh force and the speed over the time.", in_files=False)
 
     def __post_init__(self) -> None:
+        if self.torque is not None:
+            self._set(torque=(profile := as_profile(self.torque)))
+            if hasattr(self.model, "at"):  # gears, whose own torque may be missing
+                self._set(model=self.model.at(torque=largest_torque(profile)))
         super().__post_init__()
         if self.speed.name != "speed":
             raise InputError("speed", "must be an axis of speed", self.speed.name, "E.g. speed=500:6000.")
@@ -130,7 +146,13 @@ class RunUp(MeshStudy):
             shortest = 2 * (self._window + 1) / (self._cycles_per_rpm * (first + last))
             raise InputError("duration", f"must be at least that of {self._window} periods", self.duration,
                              f"Give {shortest:.3g} s or more.")
-        check_memory("periods in the duration", self._periods, 150 + 24 * self._samples * self.signal)
+        if self._profile is not None:
+            check_covers(self._profile, (1 + self.down) * self.duration, (first, last))
+            vary(self.model, {"torque": extremes(self._profile)})  # raises if the gears cannot have them
+            largest = largest_torque(self._profile)
+            if (model := self.model).value("torque") != largest:
+                self._set(model=model.with_values({"torque": abs(largest) if model.kind == "train" else largest}))
+        check_memory("periods in the duration", self._periods * self.signal, 24 * self._samples)
         _ = self.cost
 
     @property
@@ -138,203 +160,199 @@ class RunUp(MeshStudy):
         """Whole periods in a run."""
         return int((self.speed.start + self.speed.stop) / 2 * self._cycles_per_rpm * self.duration)
 
+    @property
+    def _profile(self) -> Profile | None:
+        return self.torque  # type: ignore[return-value]  # as `__post_init__` has made it
+
     @cached_property
     def cost(self) -> Cost:
         """That of the runs, one after the other, at the speed where a period has the most steps."""
         ends = switched_system(vary(self.model, {"speed": [self.speed.start, self.speed.stop]}))
-        return estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+        found = estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+        return replace(found, step_cost=_OWN_MATRICES * found.step_cost)
 
-    def _run(self, down: bool) -> _Run:
-        """The periods of a run: k of them are over when the wheel has turned that far."""
-        first, last = (self.speed.stop, self.speed.start) if down else (self.speed.start, self.speed.stop)
+    @cached_property
+    def _runs(self) -> dict[str, Run]:
+        first, last, cycles = self.speed.start, self.speed.stop, self._cycles_per_rpm
         rate = (last - first) / self.duration
-        turned = np.arange(self._periods + 1) / self._cycles_per_rpm  # integral of the speed
-        time = 2 * turned / (first + np.sqrt(np.maximum(first**2 + 2 * rate * turned, 0.0)))
-        return _Run(time, 1 / (self._cycles_per_rpm * np.diff(time)))
+        runs = {"up": Run(first, rate, cycles, self._periods), "down": Run(last, -rate, cycles, self._periods)}
+        return {way: run for way, run in runs.items() if way == "up" or self.down}
 
-    def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        self.cost.announce(progress)
-        runs = [self._run(down) for down in (False, True)[: 1 + self.down]]
-        edges = np.linspace(self.speed.start, self.speed.stop, self._bins(runs[0]) + 1)
-        orders = np.arange(_HIGHEST * (self._samples // self.samples) * self._window + 1)
-        lines = [_Lines(run, edges, self._window, len(orders)) for run in runs]
-        measures, forces, stopped = [], [], []
-        start = initial_value_problems(self.model, {"speed": [self.speed.start]})
-        state = start.flow.advance(start.w, _SETTLED).w, prescribed_rates_at_start(start.batch, start.flow.system.names)
-        for run, spectrum in zip(runs, lines, strict=True):
-            state, measure, force, lost = self._follow(run, state, start.flow.system.names, spectrum, progress)
-            measures.append(measure)
-            forces.append(force)
-            stopped.append(lost)
-        names = ["up", "down"][: len(runs)]
-        found = [_over_speed(run, m, edges) for run, m in zip(runs, measures, strict=True)]
-        over = ("direction", "speed", "order")
-        data = variables(over, {n: np.stack([each[n] for each in found]) for n in found[0]})
-        static = self._static((edges[1:] + edges[:-1]) / 2)
-        data["dynamic_factor"] = variable("dynamic_factor", over[:2], data["mesh_force_peak"].values / static)
-        data["order_force"] = variable("order_force", over, np.stack([each.amplitudes for each in lines]))
-        jumps = [(speed, name, *(np.array(forces) / self._static(np.array([speed]))))
-                 for name, run, m in zip(names, runs, measures, strict=True)
-                 for speed, *forces in _jumps(run, m, self._samples // self.samples)]
-        for i, name in enumerate(("speed_of_jump", "direction_of_jump", "factor_before_jump", "factor_after_jump")):
-            values = np.array([jump[i] for jump in jumps], str if name == "direction_of_jump" else float)
-            data[name] = variable(name, ("jump",), values)
-        if self.signal:
-            instants = [(run.time[:-1, None] + np.diff(run.time)[:, None] * np.arange(self._samples) / self._samples
-                         ).ravel() for run in runs]
-            data["signal_time"] = variable("signal_time", ("direction", "instant"), np.stack(instants))
-            data["signal_force"] = variable("signal_force", ("direction", "instant"), np.stack(
-                [force.ravel() for force in forces]))
-        coords = {name: variable(name, (name,), values) for name, values in (
-            ("direction", np.array(names)), ("speed", (edges[1:] + edges[:-1]) / 2),
-            ("order", orders / (TURNS * self._cycles_per_turn.denominator)))}
-        coords |= self._mesh_coordinate
-        settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples")}
-        status = "; ".join(f"diverged at {speed:.4g} rpm, {name}" for name, speed in zip(names, stopped, strict=True)
-                           if speed is not None)
-        return new_dataset(data, coords, {**self.provenance(**settings), "status": status or "ok"})
+    def _point(self, way: str, time: np.ndarray, speed: np.ndarray) -> dict[str, np.ndarray]:
+        """The values of speed and of a torque that changes (N,) at times of a run, by name."""
+        if self._profile is None:
+            return {"speed": speed}
+        return {"speed": speed, "torque": torque_at(
+            self._profile, time + self.duration * (way == "down"), speed)}
 
-    def _static(self, speeds: np.ndarray) -> np.ndarray:
-        """The static mesh force at speeds (V,); NaN without load."""
-        force = np.abs(switched_system(vary(self.model, {"speed": speeds})).static_force[:, self._at])
-        return np.where(force == 0, np.nan, force)
-
-    def _bins(self, run: _Run) -> int:
+    def _bins(self) -> int:
         """The number of speeds of the result: each has some periods, or a window of the spectrum, the lowest too."""
         slowest = self._cycles_per_rpm * self.speed.start * self.duration
-        return max(1, min(_BINS, int(slowest) // min(8, self._window), len(run.speed)))
+        return max(1, min(_BINS, int(slowest) // min(8, self._window), self._periods))
+
+    def dataset(
+        self, *, progress: bool = False, threads: int | None = None, journal: str | PathLike[str] | None = None,
+    ) -> xr.Dataset:
+        if journal is not None and self.signal:
+            raise InputError("journal", "must be left out with a signal", str(journal), "That is not kept in it.")
+        self.cost.announce(progress)
+        edges = np.linspace(self.speed.start, self.speed.stop, self._bins() + 1)
+        orders = np.arange(_HIGHEST * (self._samples // self.samples) * self._window + 1)
+        found = {way: RunResults(run, edges, self._window, len(orders)) for way, run in self._runs.items()}
+        settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples", "torque", "events")}
+        attributes = self.provenance(**settings)
+        forces = self._follow(found, None if journal is None else Journal(Path(journal), attributes), progress)
+        over = ("direction", "speed", "order")
+        data = variables(over, {n: np.stack([each.kept[n] for each in found.values()]) for n in WORST})
+        data |= variables(over, {"contact": np.stack([each.contact for each in found.values()])})
+        data["order_force"] = variable("order_force", over, np.stack([each.amplitudes for each in found.values()]))
+        centres = (edges[1:] + edges[:-1]) / 2
+        if self._profile is not None:
+            torque = [self._point(way, (centres - run.first) / run.rate, centres)["torque"]
+                      for way, run in self._runs.items()]
+            data["torque"] = variable("torque", over[:2], np.stack(torque))
+        data |= self._jump_variables(found, progress)
+        if self.signal:
+            data |= self._signal_variables(forces)
+        coords = {name: variable(name, (name,), values) for name, values in (
+            ("direction", np.array([*found])), ("speed", centres),
+            ("order", orders / (TURNS * self._cycles_per_turn.denominator)))}
+        status = "; ".join(
+            f"diverged at {each.lost:.4g} rpm, {way}" for way, each in found.items() if each.lost is not None)
+        return new_dataset(data, coords | self._mesh_coordinate, {
+            **attributes, "status": status or "ok", "mesh_order": self.mesh_order})
+
+    def _jump_variables(self, found: Mapping[str, RunResults], progress: bool) -> dict[str, xr.Variable]:
+        """The variables over ``jump`` by name."""
+        jumps: list[tuple[str, Jump, int]] = []  # with the first period at which the motion before can be taken
+        for way, each in found.items():
+            point = self._point(way, each.run.time(each.groups[:-1]), each.run.speed(each.groups))
+            last = 0
+            for jump in find_jumps(each, self._samples // self.samples, [*point.values()]):
+                jumps.append((way, jump, last))
+                last = jump.period + 2 * jump.width
+        columns = {
+            "speed_of_jump": [jump.speed for _, jump, _ in jumps], "direction_of_jump": [way for way, *_ in jumps],
+            "factor_before_jump": [jump.before for _, jump, _ in jumps],
+            "factor_after_jump": [jump.after for _, jump, _ in jumps]}
+        if self.events:
+            events = []
+            with bar("runup, events" if progress else None, len(jumps)) as advance:
+                for way, jump, last in jumps:
+                    events.append(find_event(jump, last, self._at, partial(self._at_period, found[way], way)))
+                    advance(1)
+            columns |= {"event_kind": [kind for kind, _ in events], "event_speed": [speed for _, speed in events]}
+        texts = ("direction_of_jump", "event_kind")
+        return variables(("jump",), {n: np.array(v, str if n in texts else float) for n, v in columns.items()})
+
+    def _signal_variables(self, forces: Mapping[str, np.ndarray]) -> dict[str, xr.Variable]:
+        share, instants = np.arange(self._samples) / self._samples, []
+        for run in self._runs.values():
+            time = run.time(np.arange(run.periods + 1))
+            instants.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel())
+        return variables(("direction", "instant"), {
+            "signal_time": np.stack(instants), "signal_force": np.stack([force.ravel() for force in forces.values()]),
+            "signal_speed": np.stack([np.repeat(run.speed(np.arange(run.periods + 1)), self._samples)
+                                      for run in self._runs.values()])})
 
     def _follow(
-        self, run: _Run, state: _State, names: tuple[str, ...], lines: _Lines, progress: bool
-    ) -> tuple[_State, _Measures, np.ndarray, float | None]:
-        """The state at the end of a run, the measures of its periods, the mesh forces (N, samples) if they are asked
-        for, and the speed at which it diverged; the mesh forces are added to the ``lines`` of the spectrum.
-
-        A state has the coordinates (d, 1), and what of them is prescribed at the start of the period before (1, d).
-        """
+        self, found: Mapping[str, RunResults], journal: Journal | None, progress: bool
+    ) -> dict[str, np.ndarray]:
+        """Follow the motion through all runs, or from where the journal ends; returns the mesh forces (N, samples) of
+        each run, if they are asked for."""
         from scipy.signal import resample_poly  # here, since it takes a third of a second to load
 
-        count, (w, before) = len(run.speed), state
-        measures = {name: np.full(count, np.nan) for name in _MEASURED}
-        forces = np.full((count * self.signal, self._samples), np.nan, np.float32)
-        with bar("runup, periods" if progress else None, count) as advance:
-            first = 0
-            while first < count:
-                finer = self._finer(run.speed[first])
-                part = slice(first, min(first + max(_SAMPLES // (finer * self._samples), 8), count))
-                first = part.stop
-                batch = vary(self.model, {"speed": run.speed[part]})
-                system = switched_system(batch, names)
-                prescribed = prescribed_rates_at_start(batch, names)
-                kicks = np.diff(prescribed, axis=0, prepend=before)[:, :, None]
-                flow, points = ExactFlow(system, finer * self._samples), np.arange(batch.size)[:, None]
-                out = follow_schedule(flow, w, points, kicks)
-                w, before = out.w, prescribed[-1:]
-                for name, values in measures.items():
-                    values[part] = out.measures[:, self._at * len(Measure) + name, 0]
-                force = self._forces(system, out.samples[..., 0])
-                if finer > 1 and out.status[0] == OK:
-                    force = resample_poly(force, 1, finer, padtype="line")
-                force = force.reshape(batch.size, -1)[:, : self._samples]
-                lines.add(force)
-                forces[part if self.signal else slice(0)] = force[: batch.size * self.signal]
-                advance(batch.size)
-                if out.status[0] != OK:
-                    break
-        lost = np.flatnonzero(np.isnan(measures[Measure.FORCE_MAX]))
-        return (w, before), measures, forces, float(run.speed[lost[0]]) if len(lost) else None
+        known = {} if journal is None else journal.read()
+        motion = known["motion"] if known else self._settled()
+        for way, results in found.items():
+            results.kept.update({name: known[f"{way}.{name}"] for name in results.kept if known})
+        forces = {way: np.full((run.periods * self.signal, self._samples), np.nan, np.float32)
+                  for way, run in self._runs.items()}
+        total, done = (sum(n) for n in zip(*((r.run.periods, int(r.kept["periods"])) for r in found.values()),
+                                           strict=True))
+        with bar("runup, periods" if progress else None, total, done) as advance:
+            for way, results in found.items():
+                while (first := int(results.kept["periods"])) < results.run.periods and results.lost is None:
+                    finer = self._finer(results.run.speed(np.array([first, first + 1]))[0])
+                    stop = min(first + max(_SAMPLES // (finer * self._samples), 8), results.run.periods)
+                    if self.events:
+                        results.mark(motion)
+                    part = self._periods_of(way, first, stop, motion, finer * self._samples)
+                    motion = part.end
+                    force = self._forces(part.system, part.out.samples[..., 0])
+                    if finer > 1 and part.out.status[0] == OK:
+                        force = resample_poly(force, 1, finer, padtype="line")
+                    force = force.reshape(stop - first, -1)[:, : self._samples] * part.force_units[:, None]
+                    results.add(part.measures, part.system.static_force[:, self._at] * part.force_units, force)
+                    if self.signal:
+                        forces[way][first:stop] = force
+                    if journal is not None:
+                        journal.write({"motion": motion} | {
+                            f"{w}.{name}": value for w, each in found.items() for name, value in each.kept.items()})
+                    advance(stop - first)
+        return forces
 
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """The coordinates, at all speeds and torques."""
+        torque = {} if self._profile is None else {"torque": extremes(self._profile)}
+        return coordinates(vary(self.model, {"speed": [self.speed.start, self.speed.stop], **torque}))
 
-class _Lines:
-    """The spectrum of a run in bins of speed: the mean power of its windows, which are added as they come, at O lines
-    of whole numbers of periods in a window."""
+    def _settled(self) -> np.ndarray:
+        """The motion at the first speed and torque, (3, d); see `_Periods`."""
+        point = self._point("up", np.zeros(1), np.array([self.speed.start]))
+        batch = vary(self.model, point)
+        system = switched_system(batch, self._names)
+        w = ExactFlow(system).advance(initial_state(batch, system).T.copy(), _SETTLED).w
+        return np.concatenate([w.T, self._prescribed(batch), self._units(point)[0]])
 
-    def __init__(self, run: _Run, edges: np.ndarray, window: int, count: int) -> None:
-        self.window, self.added, self.rest = window, 0, np.zeros((0, 0))
-        whole = len(run.speed) // window
-        speed = run.speed[: whole * window].reshape(whole, window).mean(axis=1)
-        centres, at = (edges[1:] + edges[:-1]) / 2, np.digitize(speed, edges[1:-1])
-        # a bin in which no window has its mean speed has the nearest one
-        self.windows = [np.flatnonzero(at == b) if (at == b).any() else np.array([np.argmin(np.abs(speed - centre))])
-                        for b, centre in enumerate(centres)]
-        self.power = np.zeros((len(centres), count))
+    def _periods_of(self, way: str, first: int, stop: int, motion: np.ndarray, samples: int) -> _Periods:
+        """The periods from one number to another, from the ``motion`` (3, d) before them."""
+        run, k = self._runs[way], np.arange(first, stop + 1)
+        time = run.time(k)
+        point = self._point(way, (time[1:] + time[:-1]) / 2, run.speed(k))
+        batch = vary(self.model, point)
+        system, (units, force_units) = switched_system(batch, self._names), self._units(point)
+        prescribed, all_units = np.vstack([motion[1], self._prescribed(batch)]), np.vstack([motion[2], units])
+        factors = all_units[:-1] / all_units[1:]
+        kicks = prescribed[1:] - factors * prescribed[:-1]
+        out = follow_schedule(
+            ExactFlow(system, samples), motion[0][:, None], np.arange(batch.size)[:, None], kicks[:, :, None],
+            factors[:, :, None])
+        own = slice(self._at * len(Measure), (self._at + 1) * len(Measure))
+        measures = out.measures[:, own, 0].T.copy()
+        measures[[Measure.FORCE_MAX, Measure.FORCE_MIN]] *= force_units
+        measures[[Measure.Z_MAX, Measure.Z_MIN]] *= units[:, 0]
+        return _Periods(system, out, np.stack([out.w[:, 0], prescribed[-1], units[-1]]), measures, force_units)
 
-    def add(self, force: np.ndarray) -> None:
-        """Add the mesh forces (n, samples) of the next periods."""
-        force = np.concatenate([self.rest, force]) if len(self.rest) else force
-        for first in range(0, len(force) - self.window + 1, self.window):
-            signal = force[first : first + self.window].ravel()
-            power = np.abs(np.fft.rfft(signal)[: self.power.shape[1]] / (len(signal) / 2)) ** 2
-            power[0] /= 4
-            for bin_power, windows in zip(self.power, self.windows, strict=True):
-                if windows[0] <= self.added <= windows[-1]:
-                    bin_power += power / len(windows)
-            self.added += 1
-        self.rest = force[len(force) // self.window * self.window :].copy()
+    def _prescribed(self, batch: Any) -> np.ndarray:
+        """What of the coordinates follows from the transmission error and prescribed motions at the start of a period,
+        (N, d): the rest follows from the wheels."""
+        out = prescribed_rates_at_start(batch, self._names)
+        out[:, 0] -= transmission_error_at_start(batch)[0]
+        return out
 
-    @property
-    def amplitudes(self) -> np.ndarray:
-        """The root mean square over the windows of each bin, (B, O); NaN where the run did not come."""
-        known = [windows[-1] < self.added for windows in self.windows]
-        return np.where(np.array(known)[:, None], np.sqrt(self.power), np.nan).astype(np.float32)
+    def _units(self, point: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """The units of the coordinates (N, d) and of the forces (N,) over those of the results: the reference stiffness
+        of a pair may depend on the torque."""
+        model: Any = self.model
+        torques, at = np.unique(point.get("torque", np.zeros(len(point["speed"]))), return_inverse=True)
+        if self._profile is None or model.kind == "train":
+            return np.ones((len(at), len(self._names))), np.ones(len(at))
+        own, scales = pair_of(model.gears).scales, [pair_of(model.gears, torque).scales for torque in torques.tolist()]
+        length, velocity, force = (np.array([getattr(each, name) / getattr(own, name) for each in scales])[at]
+                                   for name in ("length", "velocity", "force"))
+        rates = np.array([name.endswith("_dot") for name in self._names])
+        return np.where(rates, velocity[:, None], length[:, None]), force
+
+    def _at_period(self, results: RunResults, way: str, k: int) -> tuple[Any, np.ndarray, tuple[str, ...]]:
+        """The model at a period of a run, and the state (d,) at its start, by the names of its coordinates."""
+        first, motion = results.marked(k)
+        if k > first:
+            motion = self._periods_of(way, first, k, motion, 1).end
+        run = results.run
+        point = self._point(way, run.time(np.array([k])), run.speed(np.array([k, k + 1])))
+        return self.model.with_values({n: float(v[0]) for n, v in point.items()}), motion[0], self._names
 
 
 runup = function_of(RunUp)
-
-
-def response_peaks(dataset: xr.Dataset) -> list[int]:
-    """The indices of the speeds with a peak of the dynamic factor, of a run in one direction: it falls by a quarter or
-    more on both sides before it rises higher."""
-    from scipy.signal import find_peaks  # here, since it takes a third of a second to load
-
-    level = np.log(dataset["dynamic_factor"].values)
-    return find_peaks(np.where(np.isfinite(level), level, -np.inf), prominence=math.log(_JUMP))[0].tolist()
-
-
-def _over_speed(run: _Run, measures: _Measures, edges: np.ndarray) -> dict[str, np.ndarray]:
-    """The largest values of the periods of a run in each bin of speeds, and their contact."""
-    m, at, bins = measures, np.digitize(run.speed, edges[1:-1]), len(edges) - 1
-    peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
-    out = {}
-    for name, each in (("mesh_force_peak", peak), ("z_peak_to_peak", m[Measure.Z_MAX] - m[Measure.Z_MIN])):
-        out[name] = np.full(bins, np.nan)
-        np.fmax.at(out[name], at, each)
-    front, back = m[Measure.FRONT_TIME] > 0, m[Measure.BACK_TIME] > 0
-    apart = (m[Measure.SWITCHES] > 0) | ~(front | back)
-    front, back, apart, known = (np.bincount(at, each & ~np.isnan(peak), bins) > 0
-                                 for each in (front, back, apart, np.True_))
-    contact = np.select([~known, front & back, apart & (front | back), front | back], [-1, 2, 1, 0], default=3)
-    return {**out, "contact": contact.astype(np.int8)}
-
-
-def _jumps(run: _Run, measures: _Measures, cycles: int) -> list[tuple[float, float, float]]:
-    """Where the range of the mesh force of the periods, each of so many mesh cycles, changes suddenly: the speed, and
-    the largest forces before and after.
-
-    That of two periods is taken, alike along a motion of doubled period. On one side it must be steady, so that a
-    chaotic motion has no jumps but its beginning and end.
-    """
-    from scipy.ndimage import maximum_filter1d, percentile_filter  # here, since they take a tenth of a second to load
-
-    width = int(np.clip(len(run.speed) // _PARTS, max(_WIDTHS[0] // cycles, _WIDTHS[1]), _WIDTHS[2]))
-    extent = measures[Measure.FORCE_MAX] - measures[Measure.FORCE_MIN]
-    peak = np.maximum(np.abs(measures[Measure.FORCE_MAX]), np.abs(measures[Measure.FORCE_MIN]))
-    known = int(np.count_nonzero(np.isfinite(extent)))
-    if known < 4 * width:
-        return []
-    level = np.log(np.maximum(maximum_filter1d(extent[:known], 2), _LEAST))
-    low, middle, high = (percentile_filter(level, share, width) for share in (100 * _BEYOND, 50, 100 * (1 - _BEYOND)))
-    before, after = slice(0, -2 * width), slice(2 * width, None)
-    steady = np.minimum((high - low)[before], (high - low)[after]) < math.log(_JUMP)
-    steady &= np.abs(np.log(run.speed[:known][after] / run.speed[:known][before])) < _SLOW
-    change = np.where(steady, np.abs(middle[after] - middle[before]), 0.0)
-    out = []
-    while change.max() > math.log(_JUMP):
-        middle_of = int(np.argmax(change)) + width
-        near = slice(middle_of - width // 2, middle_of + width // 2)  # between the two windows
-        k = near.start + int(np.argmax(np.abs(np.diff(level[near]))))
-        earlier = peak[max(0, near.start - width) : near.start].max()
-        later = peak[middle_of + width : middle_of + 2 * width].max()  # when the transient is over
-        out.append((float(run.speed[k]), float(earlier), float(later)))
-        change[max(0, middle_of - 3 * width) : middle_of + width] = 0.0
-    return sorted(out)

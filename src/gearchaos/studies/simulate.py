@@ -17,7 +17,7 @@ from gearchaos.datasets import new_dataset, variable
 from gearchaos.dynamics import Verdicts
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow, Measure
-from gearchaos.model import Batch, backlash, mesh_stiffness, transmission_error
+from gearchaos.model import Batch, backlash, transmission_error
 from gearchaos.model.contacts import MeshContacts
 from gearchaos.model.coordinates import (
     bearings_differ,
@@ -175,14 +175,16 @@ def mesh_variables(contacts: MeshContacts, dim: str, w: np.ndarray, phase: np.nd
     return {**found, "mesh": ("mesh", list(contacts.names))}
 
 
-def mesh_forces(
-    model: Any, system: SwitchedAffine, w: np.ndarray, contact: np.ndarray, share: np.ndarray
-) -> np.ndarray:
-    """The force of each mesh (S, K) in states w (S, d) with these contact states (S,), at shares (S,) of the period."""
+def mesh_forces(system: SwitchedAffine, w: np.ndarray, contact: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """The force of each mesh (S, K) in states w (S, d) with these contact states (S,), at shares (S,) of the period, at
+    the first point."""
     if system.contacts is not None:
         return system.contacts.states(w, share)[2]
-    force = 2 * model.zeta * w[:, 1] + mesh_stiffness(model, share * model.period) * backlash(w[:, 0])
-    return (force if model.damping_law == "always" else force * (contact != 0))[:, None]
+    angle = 2 * np.pi * share[:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
+    level = system.levels[0, np.searchsorted(system.starts[0], share, side="right") - 1]
+    stiffness = level + np.cos(angle) @ system.chi_cos[0] + np.sin(angle) @ system.chi_sin[0]
+    force = system.damping[0] * w[:, 1] + stiffness * backlash(w[:, 0])
+    return (force if system.damping_law == "always" else force * (contact != 0))[:, None]
 
 
 def _trajectory(
@@ -209,7 +211,7 @@ def _trajectory(
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
     contact = np.nan_to_num(flat[:, -1]).astype(np.int8)
-    values["mesh_force"] = mesh_forces(model, system, flat[:, :-1], contact, share)[:, 0]
+    values["mesh_force"] = mesh_forces(system, flat[:, :-1], contact, share)[:, 0]
     data = {n: variable(n, ("tau",), v) for n, v in values.items()}
     data["mesh_force"].attrs["comment"] = _FORCE_COMMENTS[model.damping_law]
     data["contact"] = variable("contact", ("tau",), contact, coded=False)

@@ -111,6 +111,8 @@ def load_study(
                          f"It takes {', '.join(('kind', *known))}.")
     options = {key: option.checked(options[key], f"study.{key}") if option.type is Axis else options[key]
                for key, option in known.items() if key in options}
+    options |= {key: str((Path(path or ".").parent / given).absolute()) for key, given in options.items()
+                if known[key].is_path and isinstance(given, str)}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
     torques = [operating_value("torque", each) for each in options.get("torque", ())]  # a list of several
     axes += [Axis("torque", each, each, 1) for each in torques]

@@ -13,11 +13,13 @@ from gearchaos.explorer.jobs import export, point
 from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
+from gearchaos.explorer.jobs.runup import RunUpResult, run_up
 from gearchaos.explorer.jobs.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.view.state import View
 
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _SKELETON = "bifurcation curves"  # the task of the curves over the map
+_RUN_UP = "run-up"  # the task of the run-up
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
@@ -34,6 +36,8 @@ class Display(Protocol):
     def clear_branch(self) -> None: ...
     def show_skeleton(self, found: Skeleton | None) -> None: ...
     def clear_skeleton(self) -> None: ...
+    def show_run_up(self, found: RunUpResult) -> None: ...
+    def clear_run_up(self) -> None: ...
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
     def show_message(self, message: str) -> None: ...
     def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
@@ -45,7 +49,8 @@ class Computations:
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
-    the branch of the motion at the point and the bifurcation curves over the map, which begin once the map is complete.
+    the branch of the motion at the point, the run-up, and the bifurcation curves over the map, which begin once the map
+    is complete.
 
     ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
     period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
@@ -66,6 +71,8 @@ class Computations:
         self._followed: PeriodicMotion | None = None  # the motion whose branch is shown or being computed
         self._skeleton: Skeleton | None = None  # the newest one
         self.skeleton_period = 0
+        self.run_up: RunUpResult | None = None  # that of the present view
+        self._run_share = 0.0  # of it that is computed
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -85,6 +92,8 @@ class Computations:
             self.clear_skeleton()
         if before.map_key != view.map_key:
             self._ask_map()
+        if before.run_key != view.run_key or (view.sounds and not before.sounds):
+            self.clear_run_up()
 
     def update_rest(self, before: View) -> None:
         """Compute what else differs between an earlier view and the present one."""
@@ -207,6 +216,24 @@ class Computations:
             self._drop(self._curves, _SKELETON)
             self._display.clear_skeleton()
 
+    def ask_run_up(self) -> None:
+        """Compute the run-up of the view, or cancel its computation; there is a message if the view has no gears."""
+        if _RUN_UP in self._pending:
+            self.clear_run_up()
+        elif self._view.run is None:
+            self._ended(_RUN_UP, "choose the gears in the menu of presets; a dimensionless model has no speed")
+        elif self.run_up is None:
+            self._display.show_message("")
+            self._run_share = 0.0
+            function = partial(run_up, self._view.operating_point, self._view.run, self._view.mesh)
+            self._ask(self._branches, _RUN_UP, function, self._show_run_up)
+
+    def clear_run_up(self) -> None:
+        """Remove the run-up; cancel its computation."""
+        if self.run_up is not None or _RUN_UP in self._pending:
+            self.run_up = None
+            self._drop(self._branches, _RUN_UP)
+
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map or of the motion, in the units that the view shows."""
         motion, dataset, title = self.point_motion, None, ""
@@ -214,6 +241,8 @@ class Computations:
             dataset = (self.map if suffix == "nc" else self.map.of_mesh(self._view.mesh)).dataset
         elif kind == "motion" and motion is not None:
             dataset, title = motion.trajectory, motion.verdict.label
+        elif kind == "runup" and self.run_up is not None:
+            dataset = self.run_up.dataset
         if dataset is None:
             self._display.show_message("There is nothing to save yet.")
             return
@@ -229,6 +258,8 @@ class Computations:
         self._show_busy()
         if message:
             self._display.show_message(f"{task}: {message}")
+        if task == _RUN_UP and self.run_up is None:
+            self._display.clear_run_up()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
@@ -236,7 +267,8 @@ class Computations:
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
-        self._display.show_busy([progress if p == "map" else p for p in sorted(self._pending)], compiling)
+        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * self._run_share:.0f} %"}
+        self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:
         """Show a map, unless it does not have the variable of the present colouring."""
@@ -271,6 +303,13 @@ class Computations:
         if found.stage == "preliminary":
             function = partial(final_verdict, found.model, found.verdict.label)
             self._ask(self._quick, "final verdict", function, self._show_point_motion)
+
+    def _show_run_up(self, found: float | RunUpResult) -> None:
+        if isinstance(found, RunUpResult):
+            self.run_up = found
+            self._display.show_run_up(found)
+        else:
+            self._run_share = found
 
     def _show_skeleton(self, found: Skeleton) -> None:
         self._skeleton = found

@@ -1,4 +1,4 @@
-"""Files that a visitor can save, made in memory: pictures and data of the map and of the motion."""
+"""Files that a visitor can save, made in memory: pictures and data of the map, of the motion and of the run-up."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ _DPI = 150
 _MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
 
 FILES = {
-    f"{kind}-{suffix}": f"{kind} {description}"
-    for kind in ("map", "motion") for suffix, description in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
+    f"{kind}-{suffix}": f"{words} {description}"
+    for kind, words in (("map", "map"), ("motion", "motion"), ("runup", "run-up"))
+    for suffix, description in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
 }
-"""Files that can be saved, by kind and suffix, each with its description in the menu."""
+"""Files that can be saved, by kind and suffix, each with its description in the menu; run-ups are those of gears."""
 
 
 def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> tuple[bytes, str]:
-    """A picture of a map, by the variable ``colour``, or of a motion with this title, and its media type."""
+    """A picture and its media type: of a map by the variable ``colour``, of a motion with this title, of a run-up."""
     if kind == "motion":
         figure = plot.motion(dataset, title=title, figure=Figure(figsize=(9.6, 7.2), layout="constrained"))
+    elif kind == "runup":
+        figure = plot.runup(dataset, figure=Figure(figsize=(6.4, 8.0), layout="constrained"))
     else:
         figure = Figure(figsize=(6.4, 4.8), layout="constrained")
         ax = figure.subplots()

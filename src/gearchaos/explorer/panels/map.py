@@ -159,6 +159,9 @@ class MapFigure(Panel):
             Scatter(**ring, line_color="black", line_width=2),
         ):
             self.figure.add_glyph(self.point, glyph, level="overlay")  # can be redrawn without redrawing the map
+        self.runner = ColumnDataSource({"x": [], "y": []})  # where a run-up is, set by the page's script
+        self.figure.add_glyph(self.runner, Scatter(x="x", y="y", size=14, fill_color="#c03a1e", line_color="white",
+                                                   line_width=2), level="overlay")
 
     def set_plane(self, view: View, units: Units) -> None:
         """Show the part of the plane in view; the old image stays until there is a new one."""

@@ -32,6 +32,7 @@ SKELETON_PERIODS, SKELETON_PERIOD = (1, 2, 4), 2
 SKELETON_LINES = (0.5, 0.75, 0.25, 0.9)
 """Where the lines lie that are searched for the events of these curves, as shares of the map."""
 
+LONGEST_RUN = 30.0  # seconds of a run-up that is played, its run-down included
 PORTRAIT_POINTS = 4000  # largest number of stroboscopic points in a portrait, one per mesh period
 HIGHEST_HARMONIC = 8  # highest order of the harmonics of the transmission error and of the mesh stiffness
 LEVELS = (0.05, 20.0)  # least and largest level of a stepped mesh stiffness

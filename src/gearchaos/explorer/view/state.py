@@ -11,6 +11,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import LEVELS, bounded, finite_number, in_range, rounded
 from gearchaos.explorer.view.models import WHEELS, as_kind, axis_names, equal, first_plane, value_on
+from gearchaos.explorer.view.run import Run
 from gearchaos.gears.operating import Gears, OperatingModel, gears_of
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel, check_is_pair
 from gearchaos.quantities import quantity
@@ -40,11 +41,14 @@ class View:
     initial: tuple[tuple[str, float], ...] = ()  # of another motion chosen at the point; empty for those of the model
     physical: bool = False  # whether results are shown in the units of the gears, if there are some
     mesh: str = ""  # of a train, the mesh whose contact and motion are shown; empty for the worst one
+    run: Run | None = None  # the run-up that is played; None without gears
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
         check_known("line", self.line, LINES)
         check_known("mesh", self.mesh, ("", *getattr(self.model, "mesh_names", ())))
+        if self.run is not None and gears_of(self.model) is None:
+            raise InputError("run-up", "needs gears", str(self.run), "Choose the gears in the menu of presets.")
         _check_model(self.model)
         for axis, value, count in zip((self.x, self.y), self.at, models.map_cells(self.model), strict=True):
             for end in (axis.start, axis.stop, value):
@@ -101,6 +105,22 @@ class View:
         """The range of the line and all other parameters, on which the branch of an orbit along the line depends."""
         axis = self.line_axis
         return self.operating_point.with_values({axis.name: axis.start}), axis
+
+    @property
+    def sounds(self) -> bool:
+        """Whether the run-up is to be heard."""
+        return self.run is not None and self.run.sound
+
+    @cached_property
+    def run_key(self) -> tuple[Any, ...]:
+        """What the run-up depends on but its sound, and where it is marked on the map."""
+        run = self.run and replace(self.run, sound=False)
+        at_first = self.operating_point.with_values({"speed": run.start}) if run else None
+        return at_first, run, self.mesh, self.x.name, self.y.name
+
+    def with_run(self, **values: Any) -> View:
+        """The view with values of its run-up changed."""
+        return self if self.run is None else replace(self, run=replace(self.run, **values))
 
     def with_axes(self, x: Axis, y: Axis) -> View:
         """The same model over another plane, or another part of this one; the parameters at the point stay the same."""
@@ -226,7 +246,14 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     x, y = (Axis(a.name, a.start, a.stop, n) if a else default
             for a, default, n in zip((x, y), defaults, models.map_cells(model), strict=True))
     return View(model, x, y, (value_on(model, x), value_on(model, y)), "motion" if gears is None else "contact",
-                physical=gears is not None)
+                physical=gears is not None, run=None if gears is None else _first_run(gears, x, y))
+
+
+def _first_run(gears: Gears, *axes: Axis) -> Run:
+    """The run-up over the axis of the speed among these, or else over the range of its slider."""
+    slider = models.slider_range(gears, "speed")
+    low, high = next(((a.start, a.stop) for a in axes if a.name == "speed"), (slider.low, slider.high))
+    return Run(low, high)
 
 
 def check_known(field: str, value: str, names: Iterable[str]) -> None:

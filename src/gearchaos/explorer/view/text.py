@@ -19,6 +19,7 @@ import gearchaos
 from gearchaos.errors import InputError
 from gearchaos.explorer.view import models
 from gearchaos.explorer.view.bounds import QUERY_LENGTH, bounded, finite_number
+from gearchaos.explorer.view.run import Run
 from gearchaos.explorer.view.state import View, check_known, view_of
 from gearchaos.gears.design.gear_design import FILES, GearDesign
 from gearchaos.gears.operating import OperatingModel
@@ -40,12 +41,13 @@ from gearchaos.model import (
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "damping_law", "x", "y", "at", "colour", "line", "start", "units",
-                                 "mesh")
+                                 "mesh", "run")
 """Names in a query that set no parameter or initial value: the kinds of model and stiffness, the damping law, and
 fields of `View`.
 
 ``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
-the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`), ``mesh`` that of a train.
+the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`), ``mesh`` that of a train,
+``run`` the run-up.
 """
 
 _USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))  # the kind of stiffness that a query does not name
@@ -65,7 +67,7 @@ def to_query(view: View, default: View | None = None) -> str:
     if isinstance(view.model, TrainModel):
         known = {} if default is None else default.model.parameters()
         others = {n: repr(v) for n, v in view.model.parameters().items() if v != known.get(n)}
-        return _query({"kind": view.model.kind, **others}, view)
+        return _query({"kind": view.model.kind, **others}, view, default)
     model = point = view.operating_point
     of_gears, own = isinstance(point, OperatingModel), {}
     if isinstance(point, OperatingModel):
@@ -81,10 +83,10 @@ def to_query(view: View, default: View | None = None) -> str:
         changed |= {n: v for n, v in model.parameters().items() if v != own_values.get(n, 0.0)}
     law = {"damping_law": model.damping_law} if of_gears or model.damping_law != DEFAULT_LAW else {}
     out = {"kind": model.kind, **law, **(named or {})} | {n: repr(v) for n, v in {**own, **changed}.items()}
-    return _query(out, view)
+    return _query(out, view, default)
 
 
-def _query(model: Mapping[str, str], view: View) -> str:
+def _query(model: Mapping[str, str], view: View, default: View | None) -> str:
     """The query of a view whose model has these names and values in it."""
     out = {**model}
     out |= {n: repr(v) for n, v in view.model.initial.items()}
@@ -94,6 +96,8 @@ def _query(model: Mapping[str, str], view: View) -> str:
         out["start"] = ",".join(f"{n}={v!r}" for n, v in view.initial)
     if view.mesh:
         out["mesh"] = view.mesh
+    if view.run is not None and (default is None or view.run != default.run):
+        out["run"] = str(view.run)
     if view.physical or view.gears is not None:
         out["units"] = _UNITS[view.physical]
     return urlencode(out, safe=":,=")
@@ -129,8 +133,9 @@ def from_query(text: str, default: View) -> View:
     for name, _, _ in initial:
         check_known("start", name, {*model.state_names, *(n for names in COORDINATES.values() for n in names)})
     start = tuple((name, bounded(name, value)) for name, _, value in initial)
+    run = Run.parse(given["run"]) if "run" in given else default.run if usual.run else None
     return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical",
-                given.get("mesh", ""))
+                given.get("mesh", ""), run)
 
 
 def _model(given: Mapping[str, str], default: View) -> MeshModel:

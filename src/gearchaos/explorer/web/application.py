@@ -32,6 +32,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.export import FILES
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
+from gearchaos.explorer.view.run import WAYS
 from gearchaos.explorer.view.state import View
 from gearchaos.explorer.view.text import from_query
 from gearchaos.explorer.web import LOCAL
@@ -191,7 +192,8 @@ def application(view: View, workers: Workers) -> Application:
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
         document.template_variables.update(
-            css=css, files=FILES, gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD)
+            css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith("runup")},
+            gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

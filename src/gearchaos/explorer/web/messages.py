@@ -8,6 +8,7 @@ source     written by         content
 page_state Python             query of the address; texts that the menu copies to the clipboard
 updates    Python             new attributes of figures, HTML of elements, values of the form
 download   Python             a file to save
+run_up     Python             a run-up to play: lines, images, sound, models to change; empty if there is none
 requests   the page's script  what a visitor asks for: the name of an action and a value
 ========== ================== ===========================================================================
 """
@@ -46,7 +47,7 @@ def _environment() -> Environment:
 
 
 ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend",
-            "branch", "skeleton-legend")
+            "branch", "skeleton-legend", "run-text")
 """Elements of the page whose HTML changes. As Bokeh widgets, each change would lay out the page again."""
 
 
@@ -63,11 +64,13 @@ class Messages:
         self._page_state = ColumnDataSource({"address": [""], "python": [""], "toml": [""]})
         self._updates = ColumnDataSource({"models": [{}], "html": [{}], "values": [{}], "number": [0]})
         self._download = ColumnDataSource({"content": [""], "name": [""]})
+        self._run_up = ColumnDataSource({"run": [{}], "number": [0]})
         self._requests = ColumnDataSource({"action": [""], "value": [None], "number": [0]})
         self._requests.on_change("data", self._on_request)
         self._sources = {"page_state": self._page_state, "updates": self._updates, "download": self._download,
-                         "requests": self._requests}
-        self._script = CustomJS(args=self._sources, code=asset("static", "page.js"))
+                         "run_up": self._run_up, "requests": self._requests}
+        code = "".join(asset("static", name) for name in ("page.js", "play.js"))
+        self._script = CustomJS(args=self._sources, code=code)
         self._models: dict[str, dict[str, Any]] = {}
         self._html = dict.fromkeys(ELEMENTS, "")
         self._sent_html: dict[str, str] = {}
@@ -107,6 +110,10 @@ class Messages:
         address = f"data:{media_type};base64,{base64.b64encode(content).decode()}"
         self._download.data = {"content": [address], "name": [name]}
         self._download.data = {"content": [""], "name": [""]}  # so that the document does not keep the content
+
+    def set_run_up(self, run: dict[str, Any]) -> None:
+        """Set the run-up that the page plays, at once."""
+        self._run_up.data = {"run": [run], "number": [self._run_up.data["number"][0] + 1]}
 
     def _schedule_update(self) -> None:
         if self._page_ready and not self._update_scheduled:

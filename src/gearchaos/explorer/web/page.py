@@ -10,10 +10,12 @@ import xarray as xr
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.jobs.runup import RunUpResult
 from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
-from gearchaos.explorer.panels.style import Units, hint, symbol, title
+from gearchaos.explorer.panels.runup import RunFigure, WaterfallFigure, played, run_up_text
+from gearchaos.explorer.panels.style import Panel, Units, hint, symbol, title
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.state import COLOURS, LINES, View
@@ -242,15 +244,19 @@ class Page:
         self.portrait = motion.PortraitFigure(set_attributes)
         self.spectrum = motion.SpectrumFigure(set_attributes)
         self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
+        self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
         self._write_choices([])
         self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
 
     def roots(self) -> dict[str, Any]:
         """The figures by their names in the template."""
-        panels = {"map": self.map, "history": self.history, "phase": self.phase, "portrait": self.portrait,
-                  "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins, "force": self.force}
-        return {name: panel.figure for name, panel in panels.items() if panel is not None}
+        panels: dict[str, Panel] = {
+            "map": self.map, "history": self.history, "phase": self.phase, "portrait": self.portrait,
+            "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins}
+        if self.force is not None:
+            panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
+        return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
         """The units in which a view shows results."""
@@ -286,6 +292,7 @@ class Page:
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
             "damping_law": view.model.damping_law, "x": view.x.name, "y": view.y.name, "colour": view.colour,
             "line": view.line, "alike": alike, "units": view.physical, "mesh": view.mesh,
+            **{f"run-{name}": value for name, value in (view.run.values() if view.run else {}).items()},
         })
 
     def show_map(self, found: Map) -> None:
@@ -374,6 +381,22 @@ class Page:
         """Write the buttons of motions; an empty list stands for a search under way."""
         self.choices = found
         self._write("others", "attractors", choices=found)
+
+    def show_run_up(self, found: RunUpResult) -> None:
+        """Set up the figures of a run-up, describe it, and have the browser play it."""
+        units = self.units(self.view)
+        dataset = units.scaled(found.dataset)
+        name, images = self.run.show(dataset, units), self.waterfall.show(dataset, units)
+        self._write("run-text", "runup", text=run_up_text(dataset, name))
+        self.messages.set_run_up(played(found, dataset, self.view, name, images, {
+            "line_ids": [source.id for source in self.run.lines], "jump_id": self.run.jumps.id,
+            "image_id": self.waterfall.image.id, "now_ids": [self.run.now.id, self.waterfall.now.id],
+            "runner_id": self.map.runner.id}))
+
+    def clear_run_up(self) -> None:
+        """Remove the run-up, and end its playing."""
+        self._write("run-text")
+        self.messages.set_run_up({})
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""

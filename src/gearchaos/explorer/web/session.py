@@ -47,6 +47,9 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
 }
 """The change made by choosing from a menu; an impossible view is refused by `View`."""
 
+_RUN_NUMBERS = {f"run-{name}": name for name in ("start", "stop", "duration")}
+"""Fields of the run-up, by the name of the field."""
+
 _numbers = count(1)
 
 
@@ -196,6 +199,10 @@ class Session:
                 computed.clear_skeleton()
             case "press", "skeleton":
                 computed.ask_skeleton(self._skeleton_period)
+            case "press", "run":
+                computed.ask_run_up()
+            case "press", "run-sound":
+                self.change(lambda view: view.with_run(sound=not view.sounds))
             case "press", "alike":
                 # separate fields for both wheels; or common ones, after giving wheel 2 the values of wheel 1
                 alike = are_alike(page.view.model)
@@ -230,6 +237,10 @@ class Session:
                 self.computations.ask_basins()
         elif name == "preset":  # shows the present one again
             self.change(lambda view: view)
+        elif name == "run-way":
+            self.change(lambda view: view.with_run(way=str(chosen)))
+        elif name in _RUN_NUMBERS:
+            self.change(lambda view: view.with_run(**{_RUN_NUMBERS[name]: finite_number(name, chosen)}))
         elif name in _MENUS:
             self.change(lambda view: _MENUS[name](view, str(chosen)))
         elif name in field_values(self.page.view):

@@ -457,6 +457,16 @@ class Assembly:
             offsets[:, m] = np.stack([front, self.backlash(element) - front], axis=1)
         return rows, pushes, offsets
 
+    def mesh_rotation(self, w: np.ndarray, share: np.ndarray, mesh: int) -> np.ndarray:
+        """R1 φ1 − R2 φ2 of a mesh along its line of action, (S,), in states w (S, d) of one point at shares (S,) of the
+        period, in units of length; 0 where the front flanks touch without error."""
+        element, angles = self.found.contacts[mesh], [axis == "angle" for _, axis in self.found.index]
+        turning = Element(f"{element.name}, turning", element.row * angles, element.prescribed)
+        c = self.coefficients(turning)
+        turns = np.exp(2j * np.pi * self.found.orders * share[:, None])
+        prescribed = (turns @ self._own_harmonics(turning)[0]).real - self.middle[0] @ c
+        return w[:, self.at] @ c + prescribed / self.units.length
+
     @cached_property
     def static(self) -> np.ndarray:
         """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.

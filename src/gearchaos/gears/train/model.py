@@ -20,6 +20,7 @@ from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.coordinates import (
     initial_state,
+    mesh_rotation,
     prescribed_rates_at_start,
     to_physical,
     transmission_error_at_start,
@@ -303,6 +304,11 @@ def _(batch: TrainBatch, system: SwitchedAffine) -> np.ndarray:
 @transmission_error_at_start.register
 def _(batch: TrainBatch) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(batch.size), np.zeros(batch.size)
+
+
+@mesh_rotation.register
+def _(batch: TrainBatch, names: tuple[str, ...], w: np.ndarray, share: np.ndarray, mesh: int) -> np.ndarray:
+    return batch.assembly.mesh_rotation(w, share, mesh)
 
 
 @prescribed_rates_at_start.register

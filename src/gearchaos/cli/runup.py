@@ -1,0 +1,98 @@
+"""What ``gearchaos runup`` prints: where contact is lost and where the motion jumps, and the peaks of the response."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges
+from gearchaos.dynamics.response import CONTACTS
+from gearchaos.gears.units import measured
+from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.measured_runup import compared_orders, comparison_words
+from gearchaos.studies.runup_jumps import GOES_ON, response_peaks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, Any]:
+    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each
+    direction; beside what was measured ``over`` it the largest amplitudes of both at mesh orders."""
+    jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
+        *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
+                                               "factor_after_jump")), strict=True)]
+    if "event_kind" in dataset:
+        for jump, kind, speed in zip(
+                jumps, *(dataset[n].values.tolist() for n in ("event_kind", "event_speed")), strict=True):
+            jump["event"] = None if math.isnan(speed) else {"kind": kind, "speed": speed}
+    peaks, ways = [], {}
+    for way in dataset["direction"].values.tolist():
+        one = dataset.sel(direction=way)
+        for i in response_peaks(one["dynamic_factor"].values):
+            at = one.isel(speed=i)
+            line = at["order_force"][1:].fillna(0.0)
+            peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
+                          "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
+        states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
+            ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
+        most = one.isel(speed=int(one["dynamic_factor"].fillna(0.0).argmax("speed")))
+        largest = {"speed": most["speed"].item(), "dynamic_factor": most["dynamic_factor"].item()}
+        ways[way] = {"largest": largest} | {word: ranges(where, one["speed"].values) for word, where in states.items()}
+    return {"jumps": jumps, "peaks": peaks, "directions": ways, "status": dataset.attrs["status"],
+            **({} if over is None else {"measured": compared_orders(dataset, over)})}
+
+
+def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> None:
+    """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
+    words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
+    for way, states in content["directions"].items():
+        most = states["largest"]
+        parts = [f"{text} at {', '.join(edges_in_words(*r) for r in states[name])} rpm" for name, text in words.items()
+                 if states[name]]
+        if most["dynamic_factor"]:
+            parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
+        kept = [] if any(states[name] for name in words) else ["contact is kept"]
+        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
+        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(dataset, i, j)}"
+                 for i, j in enumerate(content["jumps"]) if j["direction"] == way]
+        if jumps:
+            print_wrapped(f"  jumps of the dynamic factor at {'; '.join(jumps)}")
+    if content["status"] != "ok":
+        print_wrapped(content["status"])
+    step = float(dataset["speed"][:2].diff("speed").sum())
+    print_wrapped(f"dynamic factor: {', '.join(words_beside(dataset, 'dynamic_factor'))}; the largest in each "
+                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
+                 f"motion.{_steps_of_train(model)}")
+    if content["peaks"]:
+        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
+        for peak in content["peaks"]:
+            table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
+                          f"{peak['order']:g}")
+        print_table(table)
+    if "measured" in content:
+        print("Largest amplitudes of the mesh orders over the speeds that both have, peak:")
+        table = plain_table("order", "measured (N)", "at (rpm)", "computed (N)", "at (rpm)",
+                            "measured over\ncomputed (dB)")
+        for row in content["measured"]:
+            sizes = (measured(row["measured"]), f"{row['measured_speed']:.5g}", measured(row["computed"]),
+                     f"{row['computed_speed']:.5g}")
+            table.add_row(f"{row['order']:g}", *sizes, comparison_words(row))
+        print_table(table)
+
+
+def _cause(dataset: xr.Dataset, index: int, jump: Mapping[str, Any]) -> str:
+    """The event that ends the branch of the motion before a jump, in words, if it was looked for."""
+    if "event" not in jump:
+        return ""
+    if jump["event"] is not None:
+        return f": {jump['event']['kind']} at {jump['event']['speed']:.5g} rpm"
+    why = dataset["event_kind"].values[index]
+    return ": the branch before goes on" if why == GOES_ON else ": not from a branch, the motion before is not periodic"
+
+
+def _steps_of_train(model: Any) -> str:
+    """How often the speed of a run changes, where that is not with each mesh cycle."""
+    cycles = max(model.train.cycles.values(), default=1) if model.kind == "train" else 1
+    return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)
