@@ -10,8 +10,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gearchaos.cli import branches, fit, orders, rattle, runup, scatter
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
