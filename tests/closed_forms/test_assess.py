@@ -151,6 +151,7 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
     ({"speed": "900:800"}, "axis speed must run"), ({"spacing": 0.001}, "spacing must lie in"),
     ({"starts": -1}, "starts must be"),
     ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be"), ({"torque": [100, float("nan")]}, "torque"),
+    ({"speed": "1:30000:2"}, "speed must take at most 4000 speeds"),
 ])
 def test_bad_input_is_refused(options, message):
     with pytest.raises(InputError) as error:

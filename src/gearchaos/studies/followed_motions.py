@@ -145,6 +145,14 @@ def damping_ratio(model: MeshModel) -> float:
     return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
 
 
+def parts_between(model: MeshModel, low: float, high: float, spacing: float) -> int:
+    """The number of parts into which two speeds are divided at first, for the damping and a largest spacing."""
+    zeta = damping_ratio(model)
+    least = 0.0 if model.kind == "train" else zeta * (model.value("speed") or 0.0) / model.omega
+    step = min(max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), spacing)
+    return math.ceil((high - low) / (step * max(low, least)))
+
+
 class FollowedMotions:
     """The motions found at speeds that are added one after another, at one torque.
 
@@ -195,14 +203,12 @@ class FollowedMotions:
         the dynamic factor.
         """
         tried = yield from self._add_random(speeds, severity, starts, seed)
-        zeta = damping_ratio(self.model)
-        least = 0.0 if self.model.kind == "train" else zeta * (self.model.value("speed") or 0.0) / self.model.omega
-        step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
+        more = list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
                 free = not any(severity(m) for end in (low, high) for m in self.at[end])
-                parts = math.ceil((high - low) / ((min(step, spacing) if free else step) * max(low, least)))
-                more += np.linspace(low, high, parts + 1)[1:-1].tolist()
+                more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else 1) + 1)[
+                    1:-1].tolist()
         tried += yield from self._add_random(more, severity, starts, seed + 1)
         yield from self.refine(severity, limit)
         return tried

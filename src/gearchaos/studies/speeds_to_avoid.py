@@ -29,6 +29,7 @@ from gearchaos.studies.followed_motions import (
     Motion,
     Severity,
     damping_ratio,
+    parts_between,
     runs,
     side_by_side,
 )
@@ -167,6 +168,10 @@ def search_torques(
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
     at = [_AtTorque(criteria, FollowedMotions(each, t), quasi_static_ratio(each))
           for each, t in zip(models, torques, strict=True)]
+    count = sum(parts_between(models[0], low, high, criteria.spacing) for low, high in pairwise(speeds))
+    if count > MOST_SPEEDS:
+        raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{speeds[0]:g}:{speeds[-1]:g}",
+                         f"At a spacing of {criteria.spacing:g} it takes {count}. Give a narrower range.")
     words = "motions from random states" if progress else None
     tried = side_by_side(
         [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
