@@ -32,7 +32,7 @@ EXTRAS = {
     "sympy": "equations in SymPy (gearchaos.to_sympy)",
     "object": "stores in object storage",
     "tables": "tables of designs in workbooks (.xlsx, .xls, .ods)",
-    "uff": "signals and order spectra for programs of test benches (.uff)",
+    "uff": "signals and order spectra for and from programs of test benches (.uff)",
 }
 """What the extras are for."""
 

@@ -186,7 +186,7 @@ def runup(
     ] = None,
     against: Annotated[
         Path | None, typer.Option(metavar="MEASURED", readable=False, help="A measured run-up: speed, order and "
-                                  "amplitude, or time, speed and force, .csv.")
+                                  "amplitude, or time, speed and force, .csv or .uff.")
     ] = None,
     column: Column = None,
     json_out: Json = False,
@@ -279,7 +279,8 @@ def orders(
 def fit(
     gears: GearsPath,
     measured: Annotated[
-        Path, typer.Argument(metavar="MEASURED", help="Table with speed, order and amplitude, .csv.", readable=False)
+        Path, typer.Argument(metavar="MEASURED", help="Table with speed, order and amplitude, .csv, or "
+                             "such spectra, .uff.", readable=False)
     ],
     vary: Annotated[
         list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="A parameter and its bounds: damping_ratio="

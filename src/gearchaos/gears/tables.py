@@ -1,8 +1,8 @@
 """Tables from files as programs export them: the columns that are asked for, in SI, from a header with names and units.
 
-Read are text in UTF-8, UTF-16 with a byte order mark or Windows-1252, whatever the separator and the frame, and
-workbooks. What could be read in two ways is refused with the number of its line. What was taken by its meaning is said
-in a note.
+Read are text in UTF-8, UTF-16 with a byte order mark or Windows-1252, whatever the separator and the frame,
+workbooks, and signals and spectra in the Universal File Format. What could be read in two ways is refused with the
+number of its line. What was taken by its meaning is said in a note.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 from gearchaos.errors import InputError, missing_package, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
+from gearchaos.gears.uff_tables import is_uff, uff_rows
 
 MOST_BYTES = 4_000_000  # largest size of a file
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
@@ -198,6 +199,7 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int) -> _Cell
     except (OSError, ValueError) as error:  # ValueError for a path with a null character
         why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
         raise InputError(field, "must be a file that can be read", str(path), why) from None
+    shown = f"{path}, as a table" if is_uff(content) else str(path)  # that has no lines of its own
     grids = _grids(str(path), content, field)
     if not any(grids.values()):
         raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
@@ -219,15 +221,18 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int) -> _Cell
             advice = f"The header has {len(header)} cells, separated by {_SEPARATORS[separator]}."
             if separator == ",":
                 advice += " For decimal commas separate the cells, also those of the header, by semicolons."
-            raise _line_error(str(path), n, f"must have {len(header)} cells, as the header has", cells, advice)
-    return _Cells(str(path), line, header, [_name_and_unit(cell, columns) for cell in header],
+            raise _line_error(shown, n, f"must have {len(header)} cells, as the header has", cells, advice)
+    return _Cells(shown, line, header, [_name_and_unit(cell, columns) for cell in header],
                   [(n, cells[: len(header)]) for n, cells in rows[first + 1:]])
 
 
 def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
-    """For each separator the rows that are not empty, with their lines; for a workbook those of its only sheet."""
+    """For each separator the rows that are not empty, with their lines; for a workbook those of its only sheet;
+    for a file in the Universal File Format those that it has as a table."""
     if content.startswith(_WORKBOOKS):
         return {"": _workbook(path, content, field)}
+    if is_uff(content):
+        return {"": [*enumerate(uff_rows(Path(path), field), 1)]}
     lines = re.split(r"\r\n|\r|\n", _text(path, content, field))
     said = re.fullmatch(r"sep=(.)", lines[0].strip(" ;,"), re.IGNORECASE)
     separators = (said[1],) if said and said[1] in _SEPARATORS else (";", "\t", ",", " ")

@@ -18,6 +18,7 @@ from gearchaos.gears import units
 from gearchaos.gears.measured_quantities import MEASURED
 from gearchaos.gears.order_spectrum import OrderSpectrum, read_order_spectrum
 from gearchaos.gears.tables import Column, Table, read_table
+from gearchaos.gears.uff_tables import is_uff, over
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,10 +139,11 @@ def measured_runup(
 def read_measured_runup(
     path: str | Path, mesh_order: float, speeds: tuple[float, float], columns: Mapping[str, str] | None = None
 ) -> MeasuredOrders | MeasuredSignal:
-    """A measured run-up, from a table.
+    """A measured run-up, from a table or a file in the Universal File Format.
 
     It has the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak`` of the mesh force, as for
-    `gearchaos.fit`; or ``time``, ``speed`` of the first wheel, and ``force`` at even instants.
+    `gearchaos.fit`; or ``time``, ``speed`` of the first wheel, and ``force`` at even instants. In the Universal File
+    Format (``.uff``, ``.unv``) these are spectra over the order, with the speed on the z axis, or signals over time.
 
     Parameters
     ----------
@@ -160,7 +162,7 @@ def read_measured_runup(
         the run-up.
     """
     chosen = {*(columns or {})}
-    if "order" in chosen or ("time" not in chosen and re.search(r"\b(orders?|ordnung)\b", _head(path))):
+    if "order" in chosen or ("time" not in chosen and _has_orders(path)):
         spectrum = read_order_spectrum(path, "mesh force", mesh_order, columns, field="against")
         _check_speeds(spectrum.speeds, speeds)
         return MeasuredOrders(spectrum, mesh_order)
@@ -185,13 +187,17 @@ def _check_speeds(measured: np.ndarray, computed: tuple[float, float]) -> np.nda
     return within
 
 
-def _head(path: str | Path) -> str:
-    """The beginning of a file, in lower case; the reader of tables says what is wrong with a file that has none."""
+def _has_orders(path: str | Path) -> bool:
+    """Whether the beginning of a file has a word for orders, or its functions are over them; the reader of tables says
+    what is wrong with a file that has no beginning."""
     try:
         with Path(path).open("rb") as file:
-            return file.read(_HEAD).replace(b"\0", b"").decode("latin-1").lower() if Path(path).is_file() else ""
+            head = file.read(_HEAD) if Path(path).is_file() else b""
     except (OSError, ValueError):
-        return ""
+        return False
+    if is_uff(head):
+        return over(Path(path), "against") == "order"
+    return bool(re.search(r"\b(orders?|ordnung)\b", head.replace(b"\0", b"").decode("latin-1").lower()))
 
 
 def compared_orders(computed: xr.Dataset, measured: xr.Dataset) -> list[dict[str, float]]:
