@@ -27,6 +27,7 @@ _OTHERS = {
     "natural_frequencies": "studies.natural_frequencies",
     "steady": "studies.regime", "operating_map": "studies.speed_and_torque",
     "dynamic_factor": "studies.speed_and_torque", "speeds_to_avoid": "studies.speeds_to_avoid",
+    "assess": "studies.assess",
     "prove": "studies.proofs", "prove_event": "studies.proofs", "prove_box": "studies.proofs",
     "prove_chaos": "studies.chaos_proof",
     "card": "cards.card", "save": "datasets",

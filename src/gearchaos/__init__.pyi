@@ -46,6 +46,7 @@ from gearchaos.store.read import load as load
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
 from gearchaos.studies.agreement import agreement as agreement
+from gearchaos.studies.assess import assess as assess
 from gearchaos.studies.attractors import Attractors as _Attractors
 from gearchaos.studies.axis import Axis as Axis
 from gearchaos.studies.basins import Basins as _Basins
@@ -66,6 +67,7 @@ from gearchaos.studies.regime import steady as steady
 from gearchaos.studies.runup import RunUp as _RunUp
 from gearchaos.studies.saddles import EdgeTracking as _EdgeTracking
 from gearchaos.studies.saddles import Manifolds as _Manifolds
+from gearchaos.studies.scatter import Scatter as _Scatter
 from gearchaos.studies.simulate import Simulate as _Simulate
 from gearchaos.studies.skeleton import Skeleton as _Skeleton
 from gearchaos.studies.speed_and_torque import dynamic_factor as dynamic_factor
@@ -851,6 +853,146 @@ class RunUp(_RunUp):
         self, model: AnyModel, speed: Axis | str, duration: float = 60.0, *, mesh: str | None = None, samples: int = 64,
         down: bool = False, torque: str | Mapping[str, Sequence[float]] | None = None, events: bool = False, signal:
         bool = False,
+    ) -> None: ...
+
+def scatter(
+    model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *, samples: int
+    = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection", "steady contact"] =
+    'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int = 2000000, settings:
+    Classification | None = None, progress: bool = False, threads: int | None = None,
+) -> xr.Dataset:
+    """Say what the scatter of uncertain inputs does to contact loss and dynamic factor along the speed.
+
+    Every sample is a design of its own, made anew with all that follows from its inputs. At each speed one motion is
+    followed, from the initial state that ``start`` names: where several motions are possible, others may do otherwise.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        A single pair of given gears, or a dimensionless one.
+    vary : (str, ...)
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
+    speed : Axis or str
+        Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
+    torque : (float, ...), optional
+        Torques at wheel 1, numbers in N m or texts; by default that of the gears.
+    samples : int
+        Designs from which probabilities follow, 16 times a power of two.
+    factor : float
+        Limit of the dynamic factor over the quasi-static ratio.
+    indices : bool
+        Also compute the indices of Sobol, from half as many designs again for each input.
+    start : {"rest", "static deflection", "steady contact"}
+        Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
+        contact those of the motion of flanks that never part, at the mean stiffness.
+    correlations : (tuple[str, str, float), ...]
+        Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
+    seed : int
+        Of the samples.
+    budget : int
+        Most motions that are followed.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+    progress : bool
+        Show progress on stderr, and announce a computing time that may be long.
+    threads : int, optional
+        Tiles computed at once; by default one per core.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``outcome``, ``torque`` and ``speed`` (``omega`` of a dimensionless model) ``probability`` with its 95 %
+        interval, ``probability_lo`` to ``probability_hi``; outcomes are "contact loss", "both flanks hit", "no
+        repetition" (chaotic or quasi-periodic) and "force over limit": a dynamic factor, over the quasi-static ratio of
+        the design, above ``factor``. ``anywhere``, ``anywhere_lo``, ``anywhere_hi`` are those of an outcome at any
+        of the speeds. Over ``torque`` and ``percentile`` (5, 50, 95) ``lowest_speed_lost``, ``highest_speed_lost`` of
+        the designs that lose contact, and ``share_lost`` of the speeds. Over ``output``, ``torque`` and ``varied``
+        Sobol's indices ``first_index`` and ``total_index``; over ``aim``, ``torque`` and ``varied`` ``if_best``, what
+        is expected where an input is held at its best value, from ``best_from`` to ``best_to``, and ``if_halved``,
+        where its spread is halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and
+        ``cut_share``. ``impossible`` is the share of designs that are not possible; the others are those that count.
+        Over ``sample`` the inputs and results of each design: ``sample_value``, ``sample_possible``,
+        ``sample_share_lost``, ``sample_factor``.
+
+    Raises
+    ------
+    InputError
+        If an input cannot be varied, has impossible values, correlations do not go together, or more motions would be
+        followed than ``budget``.
+
+    Notes
+    -----
+    Samples are 16 independent scramblings of a Sobol sequence; intervals follow from their scatter by Student's t with
+    15 degrees of freedom. Indices are not defined for correlated inputs, nor where designs are not possible, since the
+    inputs of the others then depend on each other. With indices half of the samples each are A and B of Saltelli's
+    design, and half as many again are computed for each input. Motions that are called chaotic are not followed to
+    see whether the chaos is transient.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.scatter(design, ["damping_ratio=0.03:0.1"], "speed=1000:4000:4", [100], samples=64)
+    >>> found.probability.dims
+    ('outcome', 'torque', 'speed')
+    """
+
+class Scatter(_Scatter):
+    """The study that `scatter` runs.
+
+    As a value it can be kept, and given to `gearchaos.run`: this computes it in memory or into a store.
+    `scatter` says what it finds.
+
+    Parameters
+    ----------
+    model : MeshModel, GearPair, GearDesign or Train
+        A single pair of given gears, or a dimensionless one.
+    vary : (str, ...)
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
+    speed : Axis or str
+        Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
+    torque : (float, ...), optional
+        Torques at wheel 1, numbers in N m or texts; by default that of the gears.
+    samples : int
+        Designs from which probabilities follow, 16 times a power of two.
+    factor : float
+        Limit of the dynamic factor over the quasi-static ratio.
+    indices : bool
+        Also compute the indices of Sobol, from half as many designs again for each input.
+    start : {"rest", "static deflection", "steady contact"}
+        Initial states of the motions. From rest they are those of the model, of gears flanks that touch; in steady
+        contact those of the motion of flanks that never part, at the mean stiffness.
+    correlations : (tuple[str, str, float), ...]
+        Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
+    seed : int
+        Of the samples.
+    budget : int
+        Most motions that are followed.
+    settings : Classification, optional
+        Lengths of the runs by which motions are classified.
+
+    Raises
+    ------
+    InputError
+        If a field breaks a rule; before any work.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> model = gc.MeshModel.of(kind="single", omega=0.8, q0=0.1, chi0=0, zeta=0.05, eps1=0.045)
+    >>> study = gc.Scatter(model, ["eps1=0.045±0.005", "zeta=0.04:0.06"], "omega=0.7:0.9:3", samples=64)
+    >>> study.kind, study.count
+    ('scatter', 384)
+    """
+
+    def __init__(
+        self, model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *,
+        samples: int = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection",
+        "steady contact"] = 'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int =
+        2000000, settings: Classification | None = None,
     ) -> None: ...
 
 def zones(

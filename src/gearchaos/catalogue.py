@@ -14,7 +14,9 @@ STUDIES: dict[str, dict[str, Any]] = {
         'axes': {},
         'options': {
             'periods': {'type': 'int', 'help': 'Mesh periods to record.', 'least': 1, 'required': True},
-            'transient': {'type': 'int', 'help': 'Mesh periods before the recorded ones.', 'least': 0},
+            'transient': {
+                'type': 'int', 'help': 'Mesh periods before the recorded ones; 0 by default.', 'least': 0,
+            },
             'samples': {
                 'type': 'int', 'help': 'Instants recorded in each mesh period, at equal distances.', 'least': 1,
                 'file_only': 'Stdout shows only the stroboscopic section.',
@@ -41,13 +43,16 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'help': 'Number of initial states, points of a scrambled Sobol sequence in the box; 256 by default.',
                 'least': 1,
             },
-            'seed': {'type': 'int', 'help': 'Seed of the Sobol sequence of initial states.', 'least': 0},
+            'seed': {
+                'type': 'int', 'help': 'Seed of the Sobol sequence of initial states; 0 by default.', 'least': 0,
+            },
             'sweep': {
                 'type': 'axis',
                 'help': 'A parameter that is also swept slowly to its value in the model, from both ends.',
             },
             'kicks': {
-                'type': 'int', 'help': 'Directions in which to search the smallest perturbation that leaves a basin.',
+                'type': 'int',
+                'help': 'Directions in which to search the smallest perturbation that leaves a basin; 0 by default.',
                 'least': 0,
             },
         },
@@ -107,7 +112,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             'starts': {
                 'type': 'int', 'help': 'Searches from a Sobol sequence within the bounds; 8 by default.', 'least': 1,
             },
-            'seed': {'type': 'int', 'help': 'Of that sequence.', 'least': 0},
+            'seed': {'type': 'int', 'help': 'Of that sequence; 0 by default.', 'least': 0},
         },
         'run_options': {},
     },
@@ -159,6 +164,49 @@ STUDIES: dict[str, dict[str, Any]] = {
         },
         'run_options': {'journal': {'type': 'part', 'help': 'A file that keeps what is computed.'}},
     },
+    'scatter': {
+        'module': 'studies.scatter', 'class': 'Scatter',
+        'help': 'Say what the scatter of uncertain inputs does to contact loss and dynamic factor along the speed.',
+        'group': 'Gears', 'needs_out': False, 'summary': 'scatter',
+        'axes': {'speed': None},
+        'options': {
+            'vary': {
+                'type': 'tuple[str, ...]',
+                'help': 'Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.',
+                'required': True,
+            },
+            'torque': {
+                'type': 'tuple[float, ...]',
+                'help': 'Torques at wheel 1, numbers in N m or texts; by default that of the gears.',
+            },
+            'samples': {
+                'type': 'int',
+                'help': 'Designs from which probabilities follow, 16 times a power of two; 1024 by default.',
+                'least': 32,
+            },
+            'factor': {
+                'type': 'float', 'help': 'Limit of the dynamic factor over the quasi-static ratio; 1.5 by default.',
+            },
+            'indices': {
+                'type': 'bool',
+                'help': 'Also compute the indices of Sobol, from half as many designs again for each input.',
+            },
+            'start': {
+                'type': 'str', 'help': 'Initial states of the motions; rest by default.',
+                'metavar': 'rest|static deflection|steady contact',
+                'choices': ('rest', 'static deflection', 'steady contact'),
+            },
+            'correlations': {
+                'type': 'tuple[tuple[str, str, float], ...]',
+                'help': 'Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.',
+            },
+            'seed': {'type': 'int', 'help': 'Of the samples; 0 by default.', 'least': 0},
+            'budget': {
+                'type': 'int', 'help': 'Most motions that are followed; 2000000 by default.', 'least': 1,
+            },
+        },
+        'run_options': {},
+    },
     'zones': {
         'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
         'group': 'Motions', 'needs_out': True, 'summary': 'map',
@@ -203,7 +251,9 @@ STUDIES: dict[str, dict[str, Any]] = {
             'max_points': {
                 'type': 'int', 'help': 'Largest number of points in each direction; 10000 by default.', 'least': 2,
             },
-            'cascade': {'type': 'int', 'help': 'Period doublings to follow from the first flip.', 'least': 0},
+            'cascade': {
+                'type': 'int', 'help': 'Period doublings to follow from the first flip; 0 by default.', 'least': 0,
+            },
             'pitchforks': {'type': 'bool', 'help': 'Follow both branches at each pitchfork.'},
         },
         'run_options': {},

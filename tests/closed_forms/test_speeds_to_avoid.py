@@ -13,7 +13,16 @@ from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.gears.units import RPM
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
-from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Peak, _dataset, _windows
+from gearchaos.studies.speeds_to_avoid import (
+    CRITERION,
+    FORCE_CRITERION,
+    MOST_PEAKS,
+    Criteria,
+    Peak,
+    _AtTorque,
+    _dataset,
+    _windows,
+)
 
 DESIGN = gc.GearDesign(
     teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.31255, 0.31255),
@@ -54,7 +63,7 @@ def test_motions_that_no_start_from_rest_reaches_are_found():
     factors = found.dataset.dynamic_factor.sel(motion="other")
     assert float(factors.interp(speed=7000)) == pytest.approx(
         float(there.attractor_dynamic_factor[worst]), rel=0.01)
-    assert found.tried.startswith(f"from rest, sweeps up and down at {found.dataset.sizes['speed']} speeds, 32 random ")
+    assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, 64 random ")
 
 
 def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():
@@ -64,10 +73,13 @@ def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():
     found = gc.speeds_to_avoid(NARROW, "600:9000:60")
     (window,) = (w for w in found.windows if low < w.start < high)
     fine = separated(gc.dynamic_factor(NARROW, "2400:2600:401"))
-    assert window.start - window.start_resolution <= fine[0] <= window.start + 0.5
-    assert window.stop - 0.5 <= fine[-1] <= window.stop + window.stop_resolution
-    for width, edge in ((window.start_resolution, window.start), (window.stop_resolution, window.stop)):
-        assert 0 < width <= 0.00501 * edge
+    assert window.start <= fine[0] <= window.start + 0.5
+    assert window.stop - 0.5 <= fine[-1] <= window.stop
+    followed = gc.branch(NARROW.at(speed=(window.start + window.stop) / 2), "speed=2400:2600")
+    grazes = followed.event_value.values[followed.event_kind.values == "graze"]
+    assert [window.start, window.stop] == pytest.approx(grazes, rel=1e-10)
+    assert (window.begins_with, window.ends_with) == ("graze", "graze")
+    assert (window.start_resolution, window.stop_resolution, window.depends_on_history) == (0, 0, False)
     assert found.coarse == "" and found.main_resonance == pytest.approx(17900, rel=0.02)
 
 
@@ -92,13 +104,16 @@ def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
     lower, upper = np.sqrt(roots) * pair.omega0 / 50 / RPM
     found = gc.speeds_to_avoid(linear, f"{0.5 * lower}:{1.3 * upper}:12")
     (window,) = found.windows
-    assert window.stop <= upper <= window.stop + window.stop_resolution
-    assert window.start < lower - window.start_resolution  # the falling speed stays on the bent branch
+    assert (window.stop, window.ends_with) == (pytest.approx(upper, rel=1e-10), "graze")
+    assert window.start < 0.99 * lower  # the falling speed stays on the bent branch, to its fold
+    assert (window.begins_with, window.depends_on_history) == ("fold", True)
+    jumps = {jump.direction: (jump.speed, jump.event) for jump in found.jumps}
+    assert jumps["down"] == (pytest.approx(window.start, rel=1e-9), "fold")
     assert motions_of(window) == ("from rest", "speed rising", "speed falling")
     at = found.dataset.sel(speed=slice(window.start, lower))
     assert (at.contact.sel(motion="rising") == 0).all() and (at.contact.sel(motion="falling") == 1).any()
     fine = separated(gc.dynamic_factor(linear, f"{0.5 * lower}:{1.3 * upper}:300", mode="down"))
-    assert window.start - window.start_resolution <= fine[0]
+    assert window.start <= fine[0]
     assert found.quasi_static_ratio == 1
 
 
@@ -113,11 +128,10 @@ def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
 def test_what_is_not_known_so_well_is_said(linear, monkeypatch):
     weak = gc.speeds_to_avoid(replace(linear, damping_ratio=0.005), "400:410:2", starts=0)
     assert weak.coarse == "at a damping ratio of 0.005 a resonance may pass between the first speeds"
-    monkeypatch.setattr("gearchaos.studies.followed_motions.MOST_SPEEDS", 5)
+    for module in ("followed_motions", "speeds_to_avoid"):
+        monkeypatch.setattr(f"gearchaos.studies.{module}.MOST_SPEEDS", 5)
     found = gc.speeds_to_avoid(linear, "4600:5200:2", starts=0)
-    (window,) = found.windows
-    assert window.stop_resolution > 0.01 * window.stop
-    assert found.coarse == f"the edge near {window.stop:.0f} rpm is known to {window.stop_resolution:.0f} rpm"
+    assert found.coarse == "the search ended at 5 speeds"
 
 
 def test_speeds_without_separation_are_none_and_say_what_was_tried():
@@ -202,6 +216,7 @@ def made_up(*motions: list[Motion]) -> FollowedMotions:
     """Motions at the speeds 100, 200, ... rpm, each of which becomes the one at the same place of the next list, or the
     first one."""
     found = FollowedMotions.__new__(FollowedMotions)
+    found.torque = found.model = None
     found.speeds = [100.0 * n for n in range(1, len(motions) + 1)]
     found.at = dict(zip(found.speeds, motions, strict=True))
     for here, there in [*zip(found.speeds, found.speeds[1:], strict=False),
@@ -215,23 +230,25 @@ def severity(each: Motion) -> int:
     return 2 if each.contact > 0 else 1 if each.dynamic_factor > 5 else 0
 
 
-def windows(*motions: list[Motion]):
-    found = made_up(*motions)
-    return _windows(found, _dataset(found), severity)
+def windows(*motions: list[Motion], found: FollowedMotions | None = None):
+    at = _AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0)
+    at.edges = [edge.found for edge in at.sought()]  # not located
+    return _windows(at, _dataset(at.motions))
 
 
 def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
     rest = [0, 1, 2, 1, 0, 0, 0, 3], [9.0, 2.0, 4.0, 3.0, 4.0, 1.0, 1.5, np.nan]
     first, middle, last = windows(*(
         [motion(c, f), *([motion(1, 4.5)] if i == 4 else [])] for i, (c, f) in enumerate(zip(*rest, strict=True))))
-    assert (first.start, first.stop, first.criterion, first.from_scan_start) == (100, 100, FORCE_CRITERION, True)
+    assert (first.start, first.stop, first.criterion, first.from_scan_start) == (100, 200, FORCE_CRITERION, True)
+    assert first.stop_resolution == 0  # of the next range, which may begin before
     assert (middle.start, middle.stop, middle.criterion) == (200, 500, CRITERION)
     assert (middle.start_resolution, middle.stop_resolution) == (100, 100)
     assert (middle.dynamic_factor, middle.speed_of_largest, middle.contact) == (4.5, 500, "both flanks")
     assert motions_of(middle) == ("from rest", "speed rising", "speed falling", "other initial states")
     assert [(each.share, each.dynamic_factor) for each in (middle.reached[0], middle.reached[-1])] == [
         (0.75, 4.0), (0.25, 4.5)]
-    assert (middle.words, first.words) == ("200 to 500 rpm", "near 100 rpm")
+    assert (middle.words, first.words) == ("200 to 500 rpm", "100 to 200 rpm")
     assert (last.start, last.stop, last.to_scan_end, last.stop_resolution) == (800, 800, True, 0)
     assert last.contact == "no bounded motion" and np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
 
@@ -243,7 +260,7 @@ def test_only_the_motions_that_separate_are_named():
     assert (window.criterion, motions_of(window)) == (CRITERION, ("other initial states",))
     falling = made_up([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(1, 3.0)])
     falling.at[300.0][0].leads_to[200.0] = falling.at[200.0][1]
-    (window,) = _windows(falling, _dataset(falling), severity)
+    (window,) = windows(found=falling)
     assert motions_of(window) == ("from rest", "speed rising", "speed falling")
     assert [m.contact for m in falling.named()["falling"]] == [0, 1, 1]
     assert [m.contact for m in falling.named()["rising"]] == [0, 0, 1]

@@ -45,6 +45,19 @@ def test_error_from_the_accuracy_grade_by_hand():
     assert found.assumptions and "assumption" in found.source
 
 
+def test_a_typical_error_is_the_root_mean_square_of_normal_deviations_within_the_grade():
+    """Pairs are drawn: each wheel has a deviation that is normal, the permissible one being three times its sd."""
+    bound, quality = quality_error(), Quality(ISO_1995, 5)
+    permitted = tolerances(quality, ISO_TR_EXAMPLE_1)
+    typical = from_quality(ISO_TR_EXAMPLE_1, quality, permitted, 3, "from quality (typical)")
+    sd = np.array(bound.tooth_to_tooth) / 3
+    drawn = np.random.default_rng(0).normal(scale=sd, size=(10**5, 2)).sum(axis=1)
+    amplitudes = 4 / np.pi**2 * drawn[:, None] / np.array([1, 4, 9])
+    assert typical.amplitudes == pytest.approx(np.sqrt(np.mean(amplitudes**2, axis=0)), rel=5e-3)
+    assert typical.phases == bound.phases and typical.tooth_to_tooth == bound.tooth_to_tooth
+    assert "typical of the grade" in typical.source and "third" in typical.assumptions[0]
+
+
 def test_the_two_forms_of_annex_a_agree():
     # K (9 + 0.3 m + 3.2 √m + 0.34 √d) 2^((Q−5)/2), but for the rounding of f_pt and F_α by up to 0.5 µm each
     pair = spur(teeth=(20, 20), normal_module=4e-3)

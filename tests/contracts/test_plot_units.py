@@ -119,7 +119,7 @@ def test_every_picture_of_a_result_is_compared():
     of_none |= {"skeleton", "manifolds", "agreement"}  # compared in test_curve.py and its neighbours
     # always in units:
     of_none |= {"dynamic_factor", "gear_pair", "harris_map", "mesh_stiffness", "separation_line", "transmission_error"}
-    of_none |= {"runup", "orders", "fit"}
+    of_none |= {"runup", "orders", "fit", "scatter", "assessment"}
     of_none |= {"train", "modes", "campbell", "flanks"}  # in SI, or over the time alone
     of_none |= {"motion_strip", "class_legend", "attractor_legend"}  # beside others
     of_none |= {"attractor_names", "motion_class", "save_with_data", "style"}  # no pictures

@@ -19,6 +19,7 @@ from gearchaos.gears.pair import GearPair
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Body
 from gearchaos.gears.train.train import Train
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW, MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
@@ -186,7 +187,8 @@ def _design(design: GearDesign) -> Card:
     kind = "spur" if design.helix_angle == 0 else "helical"
     try:
         error = design.error_harmonics
-        source = "from quality" if design.transmission_error == "from quality" else error.source
+        method = design.transmission_error
+        source = method if method in FROM_QUALITY else error.source
         excited = source if design.exact else f"{source}, largest harmonic {1e6 * max(error.amplitudes):.4g} µm"
     except InputError as missing:
         excited = str(missing)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gearchaos.datasheet.answer import Answer
-    from gearchaos.studies.speeds_to_avoid import SpeedsToAvoid
+    from gearchaos.studies.speed_windows import SpeedsToAvoid
 
 _WIDTH = 80
 _MOST_LINES, _FEWEST_WINDOWS, _MOST_WARNINGS = 20, 2, 3
@@ -64,7 +64,7 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
 
     First of all are those in which a motion diverges.
     """
-    from gearchaos.studies.speeds_to_avoid import CRITERION, MOTIONS
+    from gearchaos.studies.speed_windows import CRITERION, MOTIONS
 
     most -= len(speeds.windows) > most
     forces = len({each.criterion for each in speeds.windows}) > 1

@@ -63,7 +63,7 @@ def gear(
         raise InputError("--factor", "must be a finite number greater than 0", factor)
     if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
-    torques = [None] if torque is None else _torques(torque)
+    torques = [None] if torque is None else torques_of(torque)
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
     from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
@@ -112,7 +112,7 @@ def gear(
 _NUMBER = r"[-+]?[.\d]+(?:[eE][-+]?\d+)?"
 
 
-def _torques(texts: list[str]) -> list[str]:
+def torques_of(texts: list[str]) -> list[str]:
     """The torques of ``--torque``; of several with commas between them those without a unit have that of the last."""
     out = []
     for text in texts:

@@ -22,6 +22,7 @@ from gearchaos.quantities import OPERATION, quantity
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
+    from matplotlib.figure import Figure
     from rich.table import Table
 
     from gearchaos.proof.certificate import Certificate, Unproved
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
-_DPI = 150
+DPI = 150
 """Resolution of pictures in dots per inch."""
 
 FILE_WIDTH, PAGE_WIDTH = 160, 80
@@ -87,7 +88,7 @@ def write_certificate(result: Certificate | ChaoticSet | Unproved, path: Path | 
 
 
 def draw(
-    dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = _DPI,
+    dataset: xr.Dataset, path: Path | None, *, colour: str | None = None, note: str = "", dpi: int = DPI,
     style: str | None = None, width: str | None = None, hatch: bool = False, over: xr.Dataset | None = None,
     title: str | None = None,
 ) -> None:
@@ -110,15 +111,20 @@ def draw(
     in_mm: str | float | None = width
     with suppress(TypeError, ValueError):
         in_mm = float(width)  # type: ignore[arg-type]  # None is one of the values without a number
-    picture, size = io.BytesIO(), {"dpi": dpi, "bbox_inches": "tight"} if style is None else {}
     with nullcontext() if style is None else plot.style(style, in_mm):
         figure: Any = (plot.result(dataset, colour, hatch=hatch, over=over) if title is None
                        else plot.motion(dataset, title=title))
         if note:
             below = "top" if style is None else "bottom"  # with a style, files have the size of the figure
             figure.text(1, 0, note, ha="right", va=below, color=adapt("0.35"), fontsize="small")
-        figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **size)
+        write_figure(figure, path, **({"dpi": dpi, "bbox_inches": "tight"} if style is None else {}))
     plt.close(figure)
+
+
+def write_figure(figure: Figure, path: Path, **size: Any) -> None:
+    """Write a figure as a complete file, in the format of its suffix; ``size`` as for its ``savefig``."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format=path.suffix.lstrip(".").lower() or "png", **size)
     write_bytes(path, picture.getvalue())
     say_written(path)
 

@@ -150,6 +150,7 @@ Column = Annotated[
                                    "amplitude=\"Force [N]\"; may be repeated.")
 ]
 _OF_FIT = catalogue.STUDIES["fit"]["options"]
+_OF_SCATTER = catalogue.STUDIES["scatter"]["options"]
 _OF_RUNUP = catalogue.STUDIES["runup"]["options"]
 _OF_ORDERS = catalogue.STUDIES["orders"]["options"]
 
@@ -317,7 +318,73 @@ def fit(
     report(found, "fit", json_out)
 
 
-_OWN: dict[str, Callable[..., None]] = {"regime": regime, "runup": runup, "orders": orders, "fit": fit}
+def scatter(
+    study: StudyPath = None,
+    vary: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=DISTRIBUTION", help="An uncertain input: backlash=0.10:0.25 mm, "
+                                       "damping_ratio=0.05±0.01, quality.grade=6:8; may be repeated.")
+    ] = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="START:STOP:COUNT", help="Speeds of wheel 1, rpm, or with units; of a "
+                                 "dimensionless model omega=START:STOP:COUNT.")
+    ] = None,
+    torque: Annotated[
+        str | None, typer.Option(metavar="TORQUE[,TORQUE]", help="At wheel 1, in N m or with a unit; by default that "
+                                 "given.")
+    ] = None,
+    samples: options.study_option("samples", _OF_SCATTER["samples"]) = None,  # type: ignore[valid-type]
+    factor: options.study_option("factor", _OF_SCATTER["factor"]) = None,  # type: ignore[valid-type]
+    start: options.study_option("start", _OF_SCATTER["start"]) = None,  # type: ignore[valid-type]
+    indices: Annotated[bool | None, typer.Option("--indices/--no-indices", help=_OF_SCATTER["indices"]["help"])] = None,
+    correlation: Annotated[
+        list[str] | None, typer.Option(metavar="NAME,NAME=VALUE", help="Of two inputs: backlash,damping_ratio=0.5; "
+                                       "may be repeated.")
+    ] = None,
+    seed: options.study_option("seed", _OF_SCATTER["seed"]) = None,  # type: ignore[valid-type]
+    budget: options.study_option("budget", _OF_SCATTER["budget"]) = None,  # type: ignore[valid-type]
+    sets: Sets = None,
+    out: OutIfWanted = None,
+    plot: Plot = None,
+    json_out: Json = False,
+) -> None:
+    """Say how likely contact is lost where inputs are uncertain, which input matters, and what tightening it brings."""
+    check_output("--out", out, DATA_SUFFIXES)
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    from gearchaos.cli.summaries import Found, report
+    from gearchaos.studies.axis import parse_axis
+    from gearchaos.studies.scatter import Scatter, torques_of
+
+    torques = None if torque is None else torques_of(torque, "--torque")
+    axes = [] if speed is None else [parse_axis(speed if "=" in speed else f"speed={speed}", "--speed")]
+    axes += options.parse_axes([f"torque={each}:{each}:1" for each in torques or ()])
+    loaded = options.load(study, sets, axes=axes)
+    of_file = loaded.options_for("scatter")
+    for name, value, example in (("speed", speed, "500:6000:60"), ("vary", vary, "damping_ratio=0.03:0.1")):
+        if not value and name not in of_file:
+            raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
+    given = options.given(
+        vary=vary or None, torque=torques, samples=samples, factor=factor, start=start, indices=indices, seed=seed,
+        budget=budget, correlations=None if not correlation else [_correlation(text) for text in correlation],
+        **({} if speed is None else {"speed": axes[0]}))
+    chosen = loaded.study(Scatter, **given)
+    found = Found("scatter", chosen.run(progress=True), loaded, False, chosen.axes, out, plot)
+    save(found.dataset, out)
+    report(found, "scatter", json_out)
+
+
+def _correlation(text: str) -> tuple[str, str, float]:
+    """A correlation of two inputs from a text NAME,NAME=VALUE."""
+    names, _, value = text.partition("=")
+    first, _, second = (part.strip() for part in names.partition(","))
+    try:
+        return first, second, float(value)
+    except ValueError:
+        raise InputError("--correlation", "must read NAME,NAME=VALUE", text,
+                         "E.g. --correlation backlash,damping_ratio=0.5.") from None
+
+
+_OWN: dict[str, Callable[..., None]] = {
+    "regime": regime, "runup": runup, "orders": orders, "fit": fit, "scatter": scatter}
 """Commands that print a verdict and not a Dataset, or have options of their own."""
 
 for _kind, _entry in catalogue.STUDIES.items():

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli import branches, fit, orders, rattle, runup
+from gearchaos.cli import branches, fit, orders, rattle, runup, scatter
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
     SHOWN_ROWS,
@@ -365,6 +365,8 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                lambda _, content: orders.print_orders(content)),
     "fit": (lambda found: {**found.head, **fit.fit_document(found.dataset)},
             lambda found, content: fit.print_fit(found.dataset, content)),
+    "scatter": (lambda found: {**found.head, **scatter.scatter_document(found.dataset)},
+                lambda _, content: scatter.print_scatter(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

@@ -18,7 +18,7 @@ from gearchaos.gears.units import RPM, measured
 from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speeds_to_avoid import Reached, SpeedsToAvoid, Window
+    from gearchaos.studies.speed_windows import Reached, SpeedsToAvoid, Window
 
 # speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
 # excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2

@@ -23,7 +23,7 @@ from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error import Tolerances, tolerances
-from gearchaos.gears.transmission_error.harmonics import QualityError, from_quality
+from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY, QualityError, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.units import RPM
 
@@ -86,10 +86,11 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
     if design.exact:
         entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
     elif not (amplitudes := entries[_AMPLITUDES]).reason:
-        text = f"{amplitudes.formula}; {_QUALITY_FORMULA}"
+        text, method = amplitudes.formula, design.transmission_error
+        if method in FROM_QUALITY:
+            text += f"; {_QUALITY_FORMULA}" + "; a third of that for typical pairs" * (method != BOUND)
         entries[_AMPLITUDES] = replace(
-            amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}",
-            formula=text if design.transmission_error == "from quality" else amplitudes.formula)
+            amplitudes, source=f"{amplitudes.source}; {design.error_harmonics.source}", formula=text)
     return entries
 
 

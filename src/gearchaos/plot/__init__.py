@@ -3,6 +3,7 @@
 `style` sets sizes and fonts for papers and slides, and `save_with_data` saves a picture with the data that it shows.
 """
 
+from gearchaos.plot._assessment import assessment
 from gearchaos.plot._datasets import save_with_data
 from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
@@ -12,6 +13,7 @@ from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, separation_line, skeleton
 from gearchaos.plot._runup import runup
+from gearchaos.plot._scatter import scatter
 from gearchaos.plot._train import flanks, train
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES, MotionClass, motion_class
 from gearchaos.plot.diagrams import bifurcation, branch, lyapunov, response, response_curve
@@ -22,11 +24,10 @@ from gearchaos.plot.states import attractor_legend, attractor_names, attractors,
 from gearchaos.plot.theme import style
 
 __all__ = [
-    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "attractor_legend", "attractor_names",
-    "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend", "dynamic_factor", "fit",
-    "flanks",
-    "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds", "mesh_stiffness", "modes", "motion",
-    "motion_class", "motion_strip", "orders", "phase", "portrait", "response", "response_curve", "result", "runup",
-    "save_with_data", "schematic", "separation_line", "skeleton", "spectrum", "stiffness", "style", "train",
-    "transmission_error", "zones",
+    "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "assessment", "attractor_legend",
+    "attractor_names", "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend",
+    "dynamic_factor", "fit", "flanks", "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds",
+    "mesh_stiffness", "modes", "motion", "motion_class", "motion_strip", "orders", "phase", "portrait", "response",
+    "response_curve", "result", "runup", "save_with_data", "scatter", "schematic", "separation_line", "skeleton",
+    "spectrum", "stiffness", "style", "train", "transmission_error", "zones",
 ]

@@ -43,7 +43,7 @@ _DRAWN_BY = {
     "attractors": "attractors", "branch": "response_curve or branch", "curve": "skeleton",
     "skeleton": "skeleton", "agreement": "agreement", "manifolds": "manifolds", "dynamic_factor": "dynamic_factor",
     "speeds_to_avoid": "dynamic_factor", "natural_frequencies": "campbell or modes", "runup": "runup",
-    "orders": "orders", "fit": "fit",
+    "orders": "orders", "fit": "fit", "scatter": "scatter",
     "simulate": "portrait, or with samples by phase, history, spectrum or motion",
 }
 
@@ -70,22 +70,22 @@ def check(dataset: Any, study: str, **variables: Dims) -> None:
 
 def check_dataset(dataset: Any) -> None:
     if not isinstance(dataset, xr.Dataset):
-        raise InputError("dataset", "must be an xarray.Dataset, as the studies return", _described(dataset),
+        raise InputError("dataset", "must be an xarray.Dataset, as the studies return", described(dataset),
                          "gearchaos.load reads one from a file.")
 
 
 def check_design(design: Any) -> None:
     if not isinstance(design, GearDesign):
-        raise InputError("design", "must be a GearDesign", _described(design),
+        raise InputError("design", "must be a GearDesign", described(design),
                          "gearchaos.GearDesign describes a pair by its drawing.")
 
 
 def check_gears(gears: Any) -> None:
     if not isinstance(gears, (GearPair, GearDesign)):
-        raise InputError("gears", "must be a GearPair or a GearDesign", _described(gears))
+        raise InputError("gears", "must be a GearPair or a GearDesign", described(gears))
 
 
-def _described(value: object) -> object:
+def described(value: object) -> object:
     """A value for an error message: a text as it is, any other value by its type."""
     return value if isinstance(value, str) else f"a {type(value).__name__}"
 

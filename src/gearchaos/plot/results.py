@@ -20,6 +20,7 @@ from gearchaos.plot._modes import campbell
 from gearchaos.plot._orders import orders
 from gearchaos.plot._overlays import agreement, skeleton
 from gearchaos.plot._runup import runup
+from gearchaos.plot._scatter import scatter
 from gearchaos.plot.axes import axis_label, new_axes
 from gearchaos.plot.classes import named_classes
 from gearchaos.plot.diagrams import bifurcation, lyapunov, response, response_curve
@@ -198,6 +199,7 @@ _PICTURES: dict[str, Callable[..., Axes | Figure]] = {
     "runup": runup,
     "orders": orders,
     "fit": fit,
+    "scatter": scatter,
     "simulate": lambda ds: motion(ds) if "tau" in ds.dims else portrait(ds),
 }
 

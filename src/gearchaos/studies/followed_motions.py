@@ -6,17 +6,17 @@ Other speeds are computed between those given, so that the edges of ranges to av
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.flow import Measure
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
@@ -27,6 +27,7 @@ its speed; where none is known it is followed as long as the settings say."""
 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
+FEWER = 8  # as many times fewer random states where a motion to be avoided is known without them
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
@@ -45,6 +46,7 @@ class Motion:
     compression: float  # least deflection of the teeth, in half backlashes, 0 or less where they separate; NaN likewise
     centre: Sequence[float]  # mean of z and z' over the stroboscopic points of an orbit; 0 for other motions
     w: np.ndarray  # (d,), a state on it at phase 0
+    meshes: Sequence[int] = ()  # the contact of each mesh of a train
     leads_to: dict[float, Motion] = field(default_factory=dict)  # the motion it becomes when the speed changes to this
 
     @property
@@ -58,65 +60,172 @@ class Motion:
         return alike and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True))
 
 
+class Asked(NamedTuple):
+    """Motions to be classified, from states w (d, L) at speeds (L,); ``brief`` ones for `_BRIEF` periods at most."""
+
+    torque: float | None  # that of the model for None
+    speed: np.ndarray
+    w: np.ndarray
+    brief: bool = False
+
+
+_T = TypeVar("_T")
+Search = Generator[Asked, list["Motion"], _T]
+"""A search that asks for motions, is sent them classified, and returns a value at its end."""
+
+
+def side_by_side(
+    searches: Iterable[Search[_T]], model: MeshModel, settings: Classification, *, progress: str | None = None,
+    threads: int | None = None,
+) -> list[_T]:
+    """Run searches at several torques: what all of them ask for next is classified in one batch.
+
+    The motions are those of the model at the torques and speeds that are asked for.
+    """
+    running, done = dict(enumerate(searches)), dict[int, _T]()
+    answers: dict[int, list[Motion] | None] = dict.fromkeys(running)
+    brief = replace(settings, longest_transient=min(_BRIEF, settings.longest_transient))
+    while answers:
+        asked: dict[int, Asked] = {}
+        for i, answer in answers.items():
+            try:
+                asked[i] = running[i].send(answer)  # type: ignore[arg-type]  # None begins it
+            except StopIteration as end:
+                done[i] = end.value
+        answers = {}
+        for short in (True, False):
+            group = {i: each for i, each in asked.items() if each.brief == short}
+            if group:
+                found = classified(model, list(group.values()), brief if short else settings, progress, threads)
+                answers |= dict(zip(group, found, strict=True))
+    return [done[i] for i in running]
+
+
+def classified(
+    model: MeshModel, asked: Sequence[Asked], settings: Classification, progress: str | None, threads: int | None
+) -> list[list[Motion]]:
+    """The motions of each of several requests."""
+    names, sizes = coordinates(vary(model, {})), [len(each.speed) for each in asked]
+    speed, w = np.concatenate([each.speed for each in asked]), np.concatenate([each.w for each in asked], axis=1)
+    values = {"speed": speed}
+    if asked[0].torque is not None:
+        values["torque"] = np.repeat([each.torque for each in asked], sizes)
+
+    def initial_states(number: np.ndarray) -> Motions:
+        different, points = np.unique([v[number] for v in values.values()], axis=1, return_inverse=True)
+        flow = initial_value_problems(model, dict(zip(values, different, strict=True)), names).flow
+        return Motions(flow, w[:, number].copy(), points)
+
+    def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+        periods = np.where(found.period > 0, found.period, settings.averaging_periods)
+        measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
+        return {
+            **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
+            "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T, "meshes": found["mesh_contact"],
+        }
+
+    order = np.lexsort(list(values.values())[::-1])
+    found: dict[str, Any] = classify_batch(
+        initial_states, collect, order, settings=settings, progress=progress, threads=threads)
+    columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
+    motions = [Motion(label, period, contact, factor, compression, centre, state, meshes)
+               for label, period, contact, factor, compression, *centre, state, meshes in zip(
+                   *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True)]
+    ends = np.cumsum(sizes).tolist()
+    return [motions[end - size : end] for size, end in zip(sizes, ends, strict=True)]
+
+
+def damping_ratio(model: MeshModel) -> float:
+    """The damping ratio of the mesh, of a train the least of its modes in contact."""
+    if model.kind != "train":
+        return model.value("zeta") or 0.0
+    from gearchaos.gears.train.modes import modes  # here, for trains alone
+
+    found = modes(model.gears)  # type: ignore[attr-defined]
+    return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
+
+
 class FollowedMotions:
-    """The motions found at speeds that are added one after another.
+    """The motions found at speeds that are added one after another, at one torque.
 
     ``speeds`` are in rising order, rpm; ``at`` has the motions of each, the one from rest first. The model has a
-    parameter ``speed``. The progress is that of the random initial states, which take the most time.
+    parameter ``speed``, and the ``torque`` of the motions if one is given. The methods that compute are searches for
+    `side_by_side`.
     """
 
-    def __init__(
-        self, model: MeshModel, settings: Classification, *, progress: bool = False, threads: int | None = None
-    ) -> None:
-        self.model, self._settings, self._progress, self._threads = model, settings, progress, threads
-        self._names = coordinates(initial_value_problems(model).batch)
+    def __init__(self, model: MeshModel, torque: float | None = None) -> None:
+        self.model, self.torque = model, torque
+        self._names = coordinates(vary(model, {}))
         self.speeds: list[float] = []
         self.at: dict[float, list[Motion]] = {}
 
-    def add(self, speeds: Sequence[float], starts: int = 0, seed: int = 0) -> None:
+    def add(self, speeds: Sequence[float], starts: int = 0, seed: int = 0) -> Search[None]:
         """Add speeds, with the motions from the initial values of the model, and those from ``starts`` random states.
 
         Every motion is then followed to both neighbouring speeds, and those found there further, until none is new.
         """
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
-            self._add(new, initial_value_problems(self.model, {"speed": new}, self._names).w)
+            yield from self._add(new, initial_value_problems(self.model, {"speed": new}, self._names).w)
             self.speeds = sorted(self.at)
         if starts and speeds:
             each = np.repeat(speeds, starts)
             base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
             values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
             w = initial_value_problems(base, values, self._names).w
-            self._add(each, w, progress="motions from random states" if self._progress else None)
+            yield from self._add(each, w)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
         while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
                           if there not in motion.leads_to]:
             at = np.array([speed for _, speed in pending])
-            found = self._add(at, np.stack([motion.w for motion, _ in pending], axis=1))
+            found = yield from self._add(at, np.stack([motion.w for motion, _ in pending], axis=1))
             for (motion, speed), reached in zip(pending, found, strict=True):
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
-    def search(self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int) -> int:
+    def search(
+        self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int, spacing: float
+    ) -> Search[np.ndarray]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
-        motions to be avoided that do not repeat. Resonances have the same relative width at 1/n of the natural
-        frequency for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
-        Returns the number of speeds with random initial states; ``limit`` is that of the dynamic factor.
+        motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
+        ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
+        for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
+        Returns the numbers of speeds with all random initial states, and with an eighth of them; ``limit`` is that of
+        the dynamic factor.
         """
-        self.add(speeds, starts, seed)
-        zeta = self.model.value("zeta") or 0.0
-        least = zeta * (self.model.value("speed") or 0.0) / (self.model.value("omega") or 1.0)
+        tried = yield from self._add_random(speeds, severity, starts, seed)
+        zeta = damping_ratio(self.model)
+        least = 0.0 if self.model.kind == "train" else zeta * (self.model.value("speed") or 0.0) / self.model.omega
         step, more = max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
-                parts = math.ceil((high - low) / (step * max(low, least)))
+                free = not any(severity(m) for end in (low, high) for m in self.at[end])
+                parts = math.ceil((high - low) / ((min(step, spacing) if free else step) * max(low, least)))
                 more += np.linspace(low, high, parts + 1)[1:-1].tolist()
-        self.add(more, starts, seed + 1)
-        count = len(self.speeds)
+        tried += yield from self._add_random(more, severity, starts, seed + 1)
+        yield from self.refine(severity, limit)
+        return tried
+
+    def _add_random(
+        self, speeds: Sequence[float], severity: Severity, starts: int, seed: int
+    ) -> Search[np.ndarray]:
+        """Add speeds with random states; where a motion to be avoided is known without them, with an eighth of them.
+
+        Returns the numbers of the others and of these.
+        """
+        yield from self.add(speeds)
+        avoided = [s for s in speeds if any(map(severity, self.at[s]))]
+        free = [s for s in speeds if s not in avoided]
+        yield from self.add(free, starts, seed)
+        yield from self.add(avoided, starts // FEWER, seed)
+        return np.array([len(free), len(avoided)])
+
+    def refine(self, severity: Severity, limit: float) -> Search[None]:
+        """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
+        yield from self.add(())
         while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
-            self.add(new[:room])
-        return count
+            yield from self.add(new[:room])
 
     def named(self) -> dict[str, list[Motion | None]]:
         """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
@@ -134,10 +243,9 @@ class FollowedMotions:
             max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
             for each in others]}
 
-    def _add(self, speeds: np.ndarray, w: np.ndarray, progress: str | None = None) -> list[Motion]:
+    def _add(self, speeds: np.ndarray, w: np.ndarray) -> Search[list[Motion]]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
-        brief = replace(self._settings, longest_transient=min(_BRIEF, self._settings.longest_transient))
-        found, at = self._classified(speeds, w, brief, progress), speeds.tolist()
+        found, at = (yield Asked(self.torque, speeds, w, True)), speeds.tolist()
         first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
@@ -145,7 +253,7 @@ class FollowedMotions:
         if first:
             longer = list(first.values())
             w = np.stack([found[i].w for i in longer], axis=1)
-            settled = dict(zip(first, self._classified(speeds[longer], w, self._settings), strict=True))
+            settled = dict(zip(first, (yield Asked(self.torque, speeds[longer], w, False)), strict=True))
             found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
                      for speed, motion in zip(at, found, strict=True)]
         reached = []
@@ -158,33 +266,6 @@ class FollowedMotions:
                 same.dynamic_factor = motion.dynamic_factor
             reached.append(same)
         return reached
-
-    def _classified(
-        self, speeds: np.ndarray, w: np.ndarray, settings: Classification, progress: str | None = None
-    ) -> list[Motion]:
-        """The motions from states w (d, L) at speeds (L,)."""
-
-        def initial_states(number: np.ndarray) -> Motions:
-            values, points = np.unique(speeds[number], return_inverse=True)
-            flow = initial_value_problems(self.model, {"speed": values}, self._names).flow
-            return Motions(flow, w[:, number].copy(), points)
-
-        def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-            periods = np.where(found.period > 0, found.period, settings.averaging_periods)
-            measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
-            return {
-                **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
-                "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T,
-            }
-
-        found: dict[str, Any] = classify_batch(
-            initial_states, collect, np.argsort(speeds, kind="stable"), settings=settings,
-            progress=progress, threads=self._threads,
-        )
-        names = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
-        return [Motion(label, period, contact, factor, compression, centre, state)
-                for label, period, contact, factor, compression, *centre, state in zip(
-                    *(found[n].tolist() for n in names), found["w"], strict=True)]
 
 
 Severity = Callable[[Motion], int]

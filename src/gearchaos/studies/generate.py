@@ -89,7 +89,7 @@ def _command_option(option: Option) -> dict[str, Any]:
     """What a command needs to know of an option: its type, as `gearchaos.cli.studies` names it, its words, how its
     value is written, its choices."""
     words, default = _first_sentence(option.words), option.default
-    if default not in (MISSING, None, False):
+    if not (default is MISSING or isinstance(default, bool) or default in (None, ())):
         values = default if isinstance(default, tuple) else (default,)
         written = " and ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
         words = f"{words[:-1]}; {written} by default."

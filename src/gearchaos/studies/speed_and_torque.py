@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 import re
 import warnings
@@ -264,6 +265,8 @@ def quasi_static_ratio(model: AnyModel) -> float:
     their gaps; where a relief lets each pair begin and end without load, nothing jumps.
     """
     model = as_model(model)
+    if model.kind == "train":
+        return 1.0
     system = switched_system(vary(model, {}))
     static, level = float(system.static_force[0, 0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)
@@ -280,6 +283,11 @@ def quasi_static_ratio(model: AnyModel) -> float:
 
 def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:
     """The largest mesh force after a jump of the stiffness, from rest at the stiffness ``before``."""
+    damping = system.damping[0] * system.b[0, 1] / (2 * math.sqrt(after * system.b[0, 1]))
+    if system.dimension == 2 and damping < 1 and -system.A[0, 1, 1] in (0.0, system.damping[0] * system.b[0, 1]):
+        static = float(system.static_force[0, 0])  # one free damped vibration: see `quasi_static_ratio`
+        overshoot = math.exp(-2 * damping * math.acos(damping) / math.sqrt(1 - damping**2))
+        return static * (after / before if after > before else 1 + (1 - after / before) * overshoot)
     (e0, e1), b, f0 = np.eye(system.dimension)[:2], system.b[0], system.f0[0]
     A = system.A[0] - (system.damping_law != "always") * system.damping[0] * np.outer(b, e1)  # in contact
     start, rest = (np.linalg.solve(A - c * np.outer(b, e0), -f0 - c * b) for c in (before, after))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,182 +15,187 @@ from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import standards
-from gearchaos.gears.operating import as_model
-from gearchaos.quantities import POSITIVE
+from gearchaos.gears.operating import as_model, gears_of, is_design
+from gearchaos.model import MeshModel
+from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.followed_motions import RESOLUTION, STEPS_PER_BANDWIDTH, FollowedMotions, Motion, Severity, runs
+from gearchaos.studies.followed_motions import (
+    FEWER,
+    MOST_SPEEDS,
+    RESOLUTION,
+    STEPS_PER_BANDWIDTH,
+    FollowedMotions,
+    Motion,
+    Severity,
+    damping_ratio,
+    runs,
+    side_by_side,
+)
 from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
+from gearchaos.studies.speed_windows import (
+    CONTACT_WORDS,
+    CRITERION,
+    FORCE_CRITERION,
+    MOST_PEAKS,
+    MOTIONS,
+    Jump,
+    Peak,
+    Reached,
+    SpeedsToAvoid,
+    Window,
+    largest_factors,
+    speed_range,
+)
+from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
 from gearchaos.validation import check_rule, to_float
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CRITERION = "the teeth separate"
-"""What makes a speed one to avoid; a motion that diverges counts as separated."""
-
-FORCE_CRITERION = "the dynamic factor is too high"
-"""What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
-
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
-
-MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
-"""The motions of a result, and how a reader wants them named."""
-
-CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
-"""The contact states of `CONTACTS`, as a reader wants them named."""
-
-MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
+STARTS = 64  # random initial states at each speed
+SPACING = 0.005  # largest distance of these speeds, as a share of the speed
+_SPACINGS = Rule(lambda v: (v >= RESOLUTION) & (v <= 1), f"must lie in [{RESOLUTION:g}, 1]")
+_MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 
 @dataclass(frozen=True)
-class Peak:
-    """A local peak of the dynamic factor: a computed speed, rpm, with a larger factor than its neighbours."""
+class Criteria:
+    """What makes a motion one to avoid, and from which initial states motions are looked for."""
 
-    speed: float
-    dynamic_factor: float
+    factor: float | None = None
+    separation: bool = True
+    starts: int = STARTS
+    spacing: float = SPACING
+    seed: int = 0
+    settings: Classification = field(default_factory=Classification)
 
-
-@dataclass(frozen=True)
-class Reached:
-    """A motion that is to be avoided in a range of speeds, by one of the words of `MOTIONS`.
-
-    ``share`` is that of the range, between 0 and 1, in which it is; ``dynamic_factor`` is the largest one there, NaN if
-    the motion diverges at a speed.
-    """
-
-    motion: str
-    share: float
-    dynamic_factor: float
-
-
-@dataclass(frozen=True)
-class SpeedRange:
-    """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
-
-    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion, at the speed
-    ``speed_of_largest``; both are NaN if all motions of the range diverge.
-    """
-
-    start: float
-    stop: float
-    dynamic_factor: float
-    speed_of_largest: float
-
-
-@dataclass(frozen=True)
-class Window(SpeedRange):
-    """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
-
-    The true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. ``contact`` is the worst
-    contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
-    ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
-    most the `MOST_PEAKS` largest, in rising order of speed.
-    """
-
-    start_resolution: float
-    stop_resolution: float
-    reached: tuple[Reached, ...]
-    criterion: str
-    contact: str
-    from_scan_start: bool
-    to_scan_end: bool
-    peaks: tuple[Peak, ...]
+    @classmethod
+    def checked(
+        cls, factor: Any, separation: bool, starts: Any, spacing: Any, seed: Any, settings: Any
+    ) -> Criteria:
+        """The criteria; raises `InputError` for what is out of bounds."""
+        if factor is not None:
+            factor = to_float("factor", factor)
+            check_rule("factor", factor, POSITIVE)
+        elif not separation:
+            raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
+        starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
+        spacing = to_float("spacing", spacing)
+        check_rule("spacing", spacing, _SPACINGS)
+        return cls(factor, separation, starts, spacing, seed, as_settings(settings) or Classification())
 
     @property
     def words(self) -> str:
-        """The range as a reader wants it: "1453 to 8000 rpm", or "near 575 rpm" if it is a single computed speed."""
-        if self.start == self.stop:
-            return f"near {self.start:.0f} rpm"
-        return f"{self.start:.0f} to {self.stop:.0f} rpm"
+        """They as words."""
+        return ", or ".join([CRITERION] * self.separation + ([] if self.factor is None else [
+            f"the dynamic factor over the quasi-static ratio exceeds {self.factor:g}"]))
+
+    def limit(self, ratio: float) -> float:
+        """The largest dynamic factor that is accepted, where the quasi-static ratio is this."""
+        return np.inf if self.factor is None else self.factor * ratio
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedsToAvoid:
-    """What `speeds_to_avoid` found at one torque.
+@dataclass
+class _AtTorque:
+    """The motions of a pair at one torque, None for that of the model, and its quasi-static ratio."""
 
-    Attributes
-    ----------
-    torque : float
-        At wheel 1, N m.
-    windows : tuple of Window
-        The ranges to avoid, in rising order; empty if none was found by what was `tried`.
-    criterion : str
-        What makes a speed one to avoid, in words.
-    quasi_static_ratio : float
-        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps.
-    dataset : xarray.Dataset
-        Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
-        ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
-        worst of the motions that are reached from random initial states, or followed from such a motion to other
-        speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
-    tried, coarse, transmission_error : str
-        From which initial states motions were computed; what is not known to the resolution, empty if all is; where
-        the transmission error is from.
-    resolution : float
-        The edges are known to this share of the speed.
+    criteria: Criteria
+    motions: FollowedMotions
+    ratio: float
+    edges: list[Edge] = field(default_factory=list)  # between the runs of speeds of one severity
+    jumps: tuple[Jump, ...] = ()  # of slow sweeps
+
+    @property
+    def limit(self) -> float:
+        return self.criteria.limit(self.ratio)
+
+    def severity(self, motion: Motion) -> int:
+        """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
+        high = motion.dynamic_factor > self.limit or (motion.diverged and self.criteria.factor is not None)
+        return 2 if self.criteria.separation and motion.contact > 0 else int(high)
+
+    def meshes(self, first: int, last: int, own: int) -> tuple[str, ...]:
+        """The names of the meshes of a train at which the teeth separate in a range of speeds."""
+        found = [m.meshes for s in self.motions.speeds[first : last + 1] for m in self.motions.at[s]
+                 if self.severity(m) == own and m.meshes]
+        names = getattr(self.motions.model, "mesh_names", ())
+        return tuple(name for k, name in enumerate(names) if any(contacts[k] > 0 for contacts in found))
+
+    @property
+    def severities(self) -> list[int]:
+        """The largest one at each speed."""
+        return [max(map(self.severity, self.motions.at[s])) for s in self.motions.speeds]
+
+    def sought(self) -> list[Sought]:
+        """The edges between neighbouring speeds of different severities."""
+        out, speeds, found = [], self.motions.speeds, self.severities
+        for i, (a, b) in enumerate(pairwise(found)):
+            if a != b:
+                inside, outside = speeds[i + (b > a)], speeds[i + (a > b)]
+                out.append(Sought(
+                    self.motions.torque, inside, outside, self.motions.at[inside], self.motions.at[outside],
+                    self._at_least(max(a, b)),
+                    Edge(inside, "", abs(outside - inside))))
+        return out
+
+    def _at_least(self, severity: int) -> Severity:
+        """Whether a motion is at least as severe."""
+        return lambda motion: int(self.severity(motion) >= severity)
+
+    def left_behind(self) -> list[tuple[Way, str, Motion]]:
+        """The orbits that slow sweeps leave for good, with the direction of the sweep and the motion reached."""
+        out, motions, rows = [], self.motions, self.motions.named()
+        for direction, row, step in (("up", rows["rising"], 1), ("down", rows["falling"], -1)):
+            for (motion, reached), (here, there) in zip(
+                    pairwise(row[::step]), pairwise(motions.speeds[::step]), strict=True):
+                if motion and reached and motion.period and reached.leads_to[here] is not motion:
+                    out.append((Way(motions.torque, here, there, motion), direction, reached))
+        return out
+
+
+def search_torques(
+    model: MeshModel, speeds: Sequence[float], torques: Sequence[float | None], criteria: Criteria, *,
+    progress: bool = False, threads: int | None = None,
+) -> list[tuple[_AtTorque, np.ndarray]]:
+    """The motions at several torques side by side with their edges, and the numbers of speeds with random states: with
+    all of them, and with an eighth.
+
+    Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
-
-    torque: float
-    windows: tuple[Window, ...]
-    criterion: str
-    quasi_static_ratio: float
-    dataset: xr.Dataset
-    tried: str
-    resolution: float
-    coarse: str
-    transmission_error: str
-
-    @property
-    def largest(self) -> SpeedRange:
-        """The whole range of computed speeds, with the largest dynamic factor in it."""
-        return _speed_range(self.dataset)
-
-    @property
-    def elsewhere(self) -> tuple[SpeedRange, bool] | None:
-        """The computed speeds outside the ranges to avoid, as far as these may reach, and whether teeth separate there.
-
-        None if there are no such speeds.
-        """
-        speeds = self.dataset["speed"].values
-        outside = np.ones(len(speeds), dtype=bool)
-        for each in self.windows:
-            outside &= (speeds < each.start - each.start_resolution) | (speeds > each.stop + each.stop_resolution)
-        part = self.dataset.isel(speed=outside)
-        return (_speed_range(part), bool((part["contact"] > 0).any())) if outside.any() else None
-
-    @property
-    def in_contact_from_rest(self) -> list[tuple[float, float]]:
-        """The computed speeds, rpm, from first to last, at which teeth separate, but not in the motion from rest."""
-        contact, speeds = self.dataset["contact"].values, self.dataset["speed"].values
-        history = (contact[0] == 0) & (contact > 0).any(axis=0)
-        return [(float(speeds[run[0]]), float(speeds[run[-1]])) for run in runs(history.tolist()) if history[run[0]]]
-
-    @property
-    def main_resonance(self) -> float:
-        """The speed, rpm, at which the mesh frequency is the natural frequency at the mean mesh stiffness."""
-        return float(self.dataset["speed"][-1] / self.dataset["resonance_ratio"][-1])
-
-    def document(self) -> dict[str, Any]:
-        """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
-        ds = self.dataset
-        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards()))}
-        factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
-        return {
-            "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
-            "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
-            "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
-            "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
-            "ranges": [asdict(each) for each in self.windows],
-            "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
-        }
+    models = [model if t is None else model.with_values({"torque": t}) for t in torques]
+    at = [_AtTorque(criteria, FollowedMotions(each, t), quasi_static_ratio(each))
+          for each, t in zip(models, torques, strict=True)]
+    words = "motions from random states" if progress else None
+    tried = side_by_side(
+        [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
+         for each in at],
+        model, criteria.settings, progress=words, threads=threads)
+    for _ in range(_MOST_RETURNS):
+        known = [sum(map(len, each.motions.at.values())) for each in at]
+        continue_orbits(model, [each.motions for each in at])
+        more = [each for each, count in zip(at, known, strict=True) if sum(map(len, each.motions.at.values())) > count]
+        if not more:
+            break
+        side_by_side([each.motions.refine(each.severity, each.limit) for each in more], model, criteria.settings,
+                     threads=threads)
+    sought = [each.sought() for each in at]
+    locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
+    for each, edges in zip(at, sought, strict=True):
+        each.edges = [edge.found for edge in edges]
+    swept = [each.left_behind() for each in at]
+    ends = iter(ends_of_orbits(model, [way for each in swept for way, *_ in each]))
+    for each, left in zip(at, swept, strict=True):
+        each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
+                           for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
+    return list(zip(at, tried, strict=True))
 
 
 def speeds_to_avoid(
     design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None, separation: bool = True,
-    starts: int = 32, seed: int = 0, settings: Classification | None = None, progress: bool = False,
-    threads: int | None = None,
+    starts: int = STARTS, spacing: float = SPACING, seed: int = 0, settings: Classification | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> SpeedsToAvoid:
     """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion found.
 
@@ -208,7 +215,10 @@ def speeds_to_avoid(
         False for the ranges in which that ratio exceeds ``factor`` alone, whether the teeth separate or not; a motion
         that diverges exceeds every factor.
     starts : int, optional
-        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default.
+        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
+        them where a motion to avoid is known without them.
+    spacing : float, optional
+        Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
     seed : int, optional
         Of the random initial states.
     settings, progress, threads
@@ -239,43 +249,37 @@ def speeds_to_avoid(
     """
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start)
-    if factor is not None:
-        factor = to_float("factor", factor)
-        check_rule("factor", factor, POSITIVE)
-    elif not separation:
-        raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
-    starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
-    check_memory("speeds times starts", axis.count * max(1, starts))
+    criteria = Criteria.checked(factor, separation, starts, spacing, seed, settings)
+    check_memory("speeds times starts", axis.count * max(1, criteria.starts))
     model = as_model(at_start)
-    ratio, options = quasi_static_ratio(model), as_settings(settings) or Classification()
-    Bifurcation(model, axis, points=0, settings=options).cost.check_time()  # also that a period has not too many steps
-    limit = np.inf if factor is None else factor * ratio
-    criteria = [CRITERION] * separation + (
-        [] if factor is None else [f"the dynamic factor over the quasi-static ratio exceeds {factor:g}"])
+    Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # and the steps of a period
+    ((found, tried_at),) = search_torques(
+        model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
+    result = summarised(found, tried_at)
+    return replace(result, dataset=result.dataset.assign(by_standards(at_start, np.array(found.motions.speeds))))
 
-    def severity(motion: Motion) -> int:
-        """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
-        high = motion.dynamic_factor > limit or (motion.diverged and factor is not None)
-        return 2 if separation and motion.contact > 0 else int(high)
 
-    motions = FollowedMotions(model, options, progress=progress, threads=threads)
-    tried_at = motions.search(axis.values.tolist(), severity, limit, starts, seed)
-    tried = f"from rest, sweeps up and down at {len(motions.speeds)} speeds" + (
-        f", {starts} random states at {tried_at}" if starts else "")
-    dataset = _dataset(motions).assign(by_standards(at_start, np.array(motions.speeds))).assign(
-        quasi_static_ratio=variable("quasi_static_ratio", (), np.array(ratio)),
-    ).assign_coords(torque=variable("torque", (), np.array(at_start.torque))).assign_attrs(
-        provenance("speeds_to_avoid", model, starts=starts, seed=seed, classification=asdict(options)))
-    windows = _windows(motions, dataset, severity)
-    edges = [edge for w in windows for edge in ((w.start, w.start_resolution), (w.stop, w.stop_resolution))]
-    coarse = [f"the edge near {edge:.0f} rpm is known to {width:.0f} rpm" for edge, width in edges
-              if width > 1.01 * RESOLUTION * edge]
-    zeta = model.value("zeta") or 0.0
+def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
+    """What was found at a torque."""
+    motions, criteria, model = found.motions, found.criteria, found.motions.model
+    tried = f"from rest, sweeps at {len(motions.speeds)} speeds" + (
+        f", {criteria.starts} random states at {tried_at[0]}" + (
+            f", {criteria.starts // FEWER} at {tried_at[1]}" if tried_at[1] else "")
+        if criteria.starts else "")
+    gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
+    dataset = _dataset(motions).assign(
+        quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
+    ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
+        "speeds_to_avoid", model, starts=criteria.starts, seed=criteria.seed,
+        classification=asdict(criteria.settings)))
+    windows = _windows(found, dataset)
+    coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
+    zeta = damping_ratio(model)
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
-        float(at_start.torque), windows, ", or ".join(criteria), ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
-        at_start.error_harmonics.source)
+        float(torque), windows, criteria.words, found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
+        gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
 
 
 def _dataset(motions: FollowedMotions) -> xr.Dataset:
@@ -288,39 +292,37 @@ def _dataset(motions: FollowedMotions) -> xr.Dataset:
         "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)})
 
 
-def _windows(motions: FollowedMotions, dataset: xr.Dataset, severity: Severity) -> tuple[Window, ...]:
+def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
     """The ranges of speed that are equally to be avoided."""
-    speeds, known = dataset["speed"].values, _largest_factors(dataset)
-    steps = np.concatenate([[0.0], np.diff(speeds), [0.0]])
+    motions, severity = found.motions, found.severity
+    speeds, known = dataset["speed"].values, largest_factors(dataset)
     severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    found, windows = [max(map(severity, motions.at[s])) for s in motions.speeds], []
-    for own, first, last in ((found[run[0]], run[0], run[-1]) for run in runs(found) if found[run[0]]):
-        part = dataset.isel(speed=slice(first, last + 1))
+    all_severities, windows = found.severities, []
+    parts = runs(all_severities)
+    ends = [Edge(float(speeds[0])), *found.edges, Edge(float(speeds[-1]))]
+    for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
+        first, last = part[0], part[-1]
+        before, own, after = ([0, *all_severities, 0][i] for i in (first, first + 1, last + 2))
+        if not own:
+            continue
+        within = dataset.isel(speed=slice(first, last + 1))
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)
         peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
         # of the share each speed counts half way to the next
-        weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
-        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, part["dynamic_factor"].values, strict=True)
+        weights = np.gradient(within["speed"].values) if within.sizes["speed"] > 1 else np.ones(1)
+        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
+                   strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for words, avoided, factors in rows if avoided.any()]
+        own_range = speed_range(within)
         windows.append(Window(
-            **asdict(_speed_range(part)), start_resolution=float(steps[first]), stop_resolution=float(steps[last + 1]),
-            reached=tuple(reached), criterion=_CRITERIA[own], contact=CONTACT_WORDS[int(part["contact"].max())],
-            from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1,
+            start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
+            start.resolution * (own > before), stop.resolution * (own > after),
+            reached=tuple(reached), criterion=_CRITERIA[own],
+            contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
+            to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
+            meshes=found.meshes(first, last, own), depends_on_history=any(
+                severity(m) < own for s in speeds[first : last + 1].tolist() for m in motions.at[s]),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)
-
-
-def _largest_factors(dataset: xr.Dataset) -> np.ndarray:
-    """The largest dynamic factor (N,) of the motions of each speed; −∞ where all diverge."""
-    factors = dataset["dynamic_factor"].values
-    return np.where(np.isfinite(factors), factors, -np.inf).max(axis=0)
-
-
-def _speed_range(part: xr.Dataset) -> SpeedRange:
-    """The range of all speeds of a Dataset."""
-    speeds, factors = part["speed"].values, _largest_factors(part)
-    at = int(np.argmax(factors))
-    largest = (float(factors[at]), float(speeds[at])) if np.isfinite(factors[at]) else (np.nan, np.nan)
-    return SpeedRange(float(speeds[0]), float(speeds[-1]), *largest)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears, operating_value
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -114,6 +114,8 @@ def load_study(
     options |= {key: str((Path(path or ".").parent / given).absolute()) for key, given in options.items()
                 if known[key].is_path and isinstance(given, str)}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
+    torques = [operating_value("torque", each) for each in options.get("torque", ())]  # a list of several
+    axes += [Axis("torque", each, each, 1) for each in torques]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if tables.train is not None:
         model = _train_model(tables, Path(path or ".").parent)

@@ -30,7 +30,9 @@ class Series(_Table):
 
 _KEY_TYPES: dict[str, Any] = {
     "int": int, "float": float, "bool": bool, "str": str, "axis": str, "values": dict[str, float],
-    "tuple[int, int]": list[int], "tuple[str, ...]": list[str], "table": str | dict[str, list[float]],
+    "tuple[int, int]": list[int], "tuple[str, ...]": list[str | dict[str, Any]],
+    "tuple[float, ...]": list[float | str], "tuple[tuple[str, str, float], ...]": list[list[str | float]],
+    "table": str | dict[str, list[float]],
 }
 """The types of keys of ``[study]``, by the type of an option in the catalogue of studies."""
 
@@ -39,11 +41,13 @@ def _study_keys() -> dict[str, Any]:
     """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
     keys: dict[str, Any] = {}
     leasts: dict[str, list[int | None]] = {}
+    types: dict[str, Any] = {}  # all that a key has in the studies that take it
     for entry in STUDIES.values():
         keys |= dict.fromkeys(entry["axes"], (str | None, None))
         for name, option in entry["options"].items():
             leasts.setdefault(name, []).append(option.get("least"))
             type_ = Literal[option["choices"]] if "choices" in option else _KEY_TYPES[option["type"]]
+            type_ = types[name] = type_ if types.get(name, type_) == type_ else types[name] | type_
             bounds = [least for least in leasts[name] if least is not None]
             bounded = len(bounds) == len(leasts[name])  # by all studies that take it
             keys[name] = (Annotated[type_, Field(ge=min(bounds))] | None if bounded else type_ | None, None)

@@ -25,6 +25,7 @@ from gearchaos.gears.operating import Gears, OperatingModel, is_train, operating
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.transmission_error import Quality, editions
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import RPM
 from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
@@ -108,7 +109,7 @@ def _digits(value: Any) -> float:
 
 def _quality(gears: Gears) -> Quality | None:
     """The accuracy grade, if the transmission error of the gears follows from it."""
-    return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error == "from quality" else None
+    return gears.quality if isinstance(gears, GearDesign) and gears.transmission_error in FROM_QUALITY else None
 
 
 def with_gear_value(gears: Any, name: str, value: float) -> Gears:

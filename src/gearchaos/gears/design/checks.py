@@ -15,6 +15,7 @@ from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
@@ -205,7 +206,7 @@ def _error_warnings(design: Drawing) -> list[str]:
             elif design.exact:
                 effect = ("tip_relief has no effect on the motion, since the teeth are taken to be exact: "
                           f"transmission_error is {design.transmission_error or 'left out'}.")
-            elif design.transmission_error != "from quality":
+            elif design.transmission_error not in FROM_QUALITY:
                 effect = ("tip_relief has no effect on the motion, since the transmission error comes from a file, "
                           "which must contain the relief.")
             elif design.path_relief is not None:

@@ -26,7 +26,7 @@ from gearchaos.gears.tooth_pairs import Relief, ToothPairs, back_phase
 from gearchaos.gears.train.parts import terms
 from gearchaos.gears.train.teeth import Fault
 from gearchaos.gears.transmission_error import Quality, tolerances
-from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, from_quality
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY, ErrorHarmonics, from_quality
 from gearchaos.gears.transmission_error.pitch import drawn_pitch
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
@@ -78,7 +78,7 @@ class Drawing:
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     load_sharing: str | None = field(default=None, metadata=read_by(name_of("prescribed", "tooth pairs")))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
-        values.Choice(("none", "from quality"), OrdersFile, ErrorTable)))
+        values.Choice(("none", *FROM_QUALITY), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
     pitch_errors: Any = field(default=((), ()), metadata=read_by(values.read_pitch_errors))
     faults: Any = field(default=(), metadata=read_by(terms(Fault)))
@@ -288,7 +288,8 @@ class Drawing:
         if self.exact:
             return NO_ERROR
         quality = self.given("quality")
-        found: list[ErrorHarmonics] = [from_quality(self.geometry, quality, tolerances(quality, self.geometry))]
+        found: list[ErrorHarmonics] = [
+            from_quality(self.geometry, quality, tolerances(quality, self.geometry), method=method)]
         if self.shares_load or self.path_relief is None:
             return found[0]
         found.append(from_tip_relief(self.geometry, self.path_relief))

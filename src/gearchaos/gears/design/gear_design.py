@@ -19,6 +19,7 @@ from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.train.teeth import check_faults, check_pitch
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel, ToothPairStiffness
 from gearchaos.quantities import POSITIVE
@@ -101,9 +102,9 @@ class GearDesign(Drawing, HasCard):
         Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own, as
         a tip relief makes it. By default ``"tooth pairs"`` for spur gears with a relief whose beginning is given.
     transmission_error : str or table, optional
-        ``"none"``, ``"from quality"``, an upper limit of the grade, ``{"orders": path}`` or ``{"table": path}``, with
-        ``columns`` as above and ``wheel`` for an error that is the angle of a wheel. Left out it is none as well, with
-        a warning beside a quality.
+        ``"none"``, ``"from quality"``, an upper limit of the grade, ``"from quality (typical)"``, a third of that,
+        ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and ``wheel`` for an error that is the
+        angle of a wheel. Left out it is none as well, with a warning beside a quality.
     eccentricity : length, one or two, optional
         Distance of the axis of the toothing from the axis of rotation; by default 0. With one, or with pitch errors or
         faults, studies take the pair as a `Train` that repeats with the turns of its wheels; see `to_train`.
@@ -233,7 +234,7 @@ class GearDesign(Drawing, HasCard):
             If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
         """
         weighed = self.mass is not None or (self.inertia is not None and self.supports is None)
-        needed = [*["quality"] * (self.transmission_error == "from quality"), *["bore"] * (not weighed),
+        needed = [*["quality"] * (self.transmission_error in FROM_QUALITY), *["bore"] * (not weighed),
                   *(() if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].needs),
                   "backlash", "damping_ratio", "speed", "torque"]
         self.require(dict.fromkeys(needed))

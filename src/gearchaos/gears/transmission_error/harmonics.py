@@ -76,13 +76,21 @@ class QualityError(ErrorHarmonics):
     tooth_to_tooth: tuple[float, float] = described(
         "f_i′", "K (4.3 2^((Q−5)/2) + f_pt + F_α), K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4", "ISO 1328-1:1995, annex A",
         "µm", 1e6)
-    peak_to_peak: float = described("", "√(f_i1′² + f_i2′²)", "assumption: independent deviations", "µm", 1e6)
+    peak_to_peak: float = described(
+        "", "√(f_i1′² + f_i2′²), a third of it for a typical pair", "assumption: independent deviations", "µm", 1e6)
+
+
+BOUND = "from quality"
+FROM_QUALITY = {BOUND: 1.0, "from quality (typical)": 1 / 3}
+"""What a design says for an error that follows from its grade, and the share of the permissible deviations in it."""
 
 
 def from_quality(
     geometry: Geometry, quality: Quality, tolerances: tuple[Tolerances, Tolerances], orders: int = 3,
+    method: str = BOUND,
 ) -> QualityError:
-    """Mesh harmonics of a pair from the permissible deviations of its accuracy grade: an upper limit of the grade.
+    """Mesh harmonics of a pair from the permissible deviations of its accuracy grade: an upper limit of the grade, or
+    with another ``method`` of `FROM_QUALITY` the root mean square of pairs of the grade.
 
     The peak-to-peak value over a mesh period is that of a single-flank test, the tooth-to-tooth tangential composite
     deviation f_i′ of ISO 1328-1:1995, annex A, which the standard derives from f_pt, F_α and the total contact ratio.
@@ -94,6 +102,10 @@ def from_quality(
 
     Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh: a pair of
     typical wheels has less, and other phases. Tip relief and misalignment, which the grade does not limit, come on top.
+    For those of typical wheels no standard has a value. Deviations of wheels are then assumed to be independent and
+    normal with a standard deviation of a third of the permissible one, as those of the pitch that are drawn within a
+    grade are: the root mean square of each harmonic is a third of its upper limit.
+
     The formula of annex A agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one
     source only. The edition of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of
     1995 is used all the same.
@@ -102,13 +114,17 @@ def from_quality(
     factor = 0.2 * (ratio + 4) / ratio if ratio < 4 else 0.4
     deviation = tuple(factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
                       for grade, t in zip(quality.grades, tolerances, strict=True))
-    total = math.hypot(*deviation)
+    total = math.hypot(*deviation) * FROM_QUALITY[method]
     numbers = range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
-    source = (f"{quality.standard}, grade {grades}: assumption, upper limit of the grade: the permissible "
-              "tooth-to-tooth deviation f_i′ as a parabola")
-    assumption = ("The accuracy grade gives no transmission error; this one is an assumption, an upper limit of the "
-                  "grade from its permissible deviations")
+    of, meant = ("upper limit of the grade: the permissible tooth-to-tooth deviation f_i′",
+                 "an upper limit of the grade from its permissible deviations")
+    if method != BOUND:
+        of, meant = ("typical of the grade: a third of the permissible tooth-to-tooth deviation f_i′",
+                     "typical of the grade: the root mean square of deviations that are normal, with a third of the "
+                     "permissible ones as standard deviation")
+    source = f"{quality.standard}, grade {grades}: assumption, {of} as a parabola"
+    assumption = f"The accuracy grade gives no transmission error; this one is an assumption, {meant}"
     if quality.standard == ISO_1995:
         assumption += "."
     else:  # both with the edition of the formula and of its values

@@ -1,0 +1,225 @@
+"""The command for decisions: which speeds gears are to avoid over the torque, which to use, and what it rests on."""
+
+from __future__ import annotations
+
+import textwrap
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.errors import load_kernels, say
+from gearchaos.cli.gears import GearsPath, torques_of
+from gearchaos.cli.options import Json, Plot, Sets, app, read_study
+from gearchaos.cli.output import (
+    DPI,
+    PLOT_SUFFIXES,
+    check_output,
+    plain_table,
+    print_json,
+    print_table,
+    say_written,
+    write_figure,
+)
+from gearchaos.errors import InputError
+from gearchaos.files import write_bytes
+
+if TYPE_CHECKING:
+    from gearchaos.datasheet.report import Report
+    from gearchaos.dynamics import Classification
+    from gearchaos.studies.axis import Axis
+
+_WIDTH = 80
+_MOST_TABLES, _MOST_JUMPS = 6, 6
+"""Torques of which the ranges are printed, and jumps."""
+
+Speeds = Annotated[str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, others are added.")]
+Torques = Annotated[
+    list[str] | None,
+    typer.Option("--torque", metavar="T1,T2,…|A:B:N",
+                 help="At wheel 1, in N m or with a unit; by default that of the gears."),
+]
+Factor = Annotated[
+    float | None,
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor over the quasi-static one above F."),
+]
+Page = Annotated[Path | None, typer.Option("--out", metavar="FILE.html", help="Report as a page.", readable=False)]
+Print = Annotated[Path | None, typer.Option("--pdf", metavar="FILE.pdf", help="Report for printing.", readable=False)]
+Other = Annotated[
+    Path | None, typer.Option("--against", metavar="OTHER", help="Other gears, assessed likewise.", readable=False)
+]
+
+
+@app.command(rich_help_panel="Gears")
+def assess(
+    gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
+    starts: Annotated[int | None, typer.Option(metavar="N", help="Random initial states at each speed.")] = None,
+    spacing: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Assess again with each assumed input varied.")
+    ] = False,
+    improve: Annotated[
+        bool, typer.Option("--improve", help="Assess again with each input that a designer can change.")
+    ] = False,
+    out: Page = None, pdf: Print = None, plot: Plot = None, against: Other = None, json_out: Json = False,
+) -> None:
+    """Decide over speed and torque: which speeds to avoid, which to use, and with what margin."""
+    check_output("--out", out, (".html",))
+    check_output("--pdf", pdf, (".pdf",))
+    check_output("--plot", plot, PLOT_SUFFIXES)
+    from gearchaos.datasheet.report import Report
+    from gearchaos.gears.operating import is_design
+    from gearchaos.studies.assess import assess as assessed
+    from gearchaos.studies.assess import speed_range
+
+    axis, torques = speed_range(speed, "--speed"), _torques(torque)
+    _refuse_without_effect(sets, torques)
+    described = [_described(gears, sets, axis, torques)]
+    if against is not None:
+        described.append(_described(against, None, axis, torques))
+    for option, given in (("--sensitivity", sensitivity), ("--improve", improve)):
+        if given and not is_design(described[0][0]):
+            raise InputError(option, "needs a [design]", str(gears), "Its inputs are varied by their names.")
+    load_kernels()
+    options: dict[str, Any] = {"factor": factor, "starts": starts, "spacing": spacing, "seed": seed, "progress": True}
+    names = [""] if against is None else [gears.name, against.name]
+    begun = time.monotonic()
+    reports = [Report(assessed(each, axis, torques, settings=settings, **options), name)
+               for name, (each, settings) in zip(names, described, strict=True)]
+    if sensitivity or improve:
+        options["settings"] = described[0][1]
+        reports[0] = _with_changes(reports[0], (sensitivity, improve), axis, torques, options,
+                                   (time.monotonic() - begun) / len(reports))
+    _write(reports, out, pdf, plot)
+    if json_out:
+        document = reports[0].document()
+        print_json(document if against is None else document | {"against": reports[1].document()})
+        return
+    for number, report in enumerate(reports):
+        print(end="\n" * (number > 0))
+        _print(report)
+
+
+def _torques(texts: list[str] | None) -> list[float] | None:
+    """The torques of ``--torque`` in N m, None for that of the gears."""
+    from gearchaos.gears.operating import operating_value
+    from gearchaos.studies.speed_and_torque import operating_axis
+    from gearchaos.studyfile import parse_value
+
+    if texts is None:
+        return None
+    if len(texts) == 1 and ":" in texts[0]:
+        return operating_axis("torque", texts[0], "--torque").values.tolist()
+    return [operating_value("torque", parse_value(text)) for text in torques_of(texts)]
+
+
+def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) -> None:
+    """Raise `InputError` for a value of ``--set`` that an option replaces."""
+    for text in sets or []:
+        table, _, name = text.partition("=")[0].strip().rpartition(".")
+        if table in ("", "operation", "gearpair") and (name == "speed" or (name == "torque" and torques is not None)):
+            raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
+
+
+def _described(
+    path: Path, sets: list[str] | None, axis: Axis, torques: list[float] | None
+) -> tuple[Any, Classification | None]:
+    """The gears of a file, a design or a model, and its settings of the classification, if it has some."""
+    from gearchaos.dynamics import Classification
+    from gearchaos.gears.operating import is_design
+    from gearchaos.studies.axis import Axis
+    from gearchaos.studyfile import load_design, load_study, parse_set
+
+    at_start = [] if torques is None else [Axis("torque", torques[0], torques[0], 1)]
+    loaded = load_study(path, parse_set(sets or []), axes=[axis, *at_start])
+    if loaded.gears is None:
+        raise InputError("study file", "must have a table [design], [gearpair] or [train]", str(path))
+    settings = replace(Classification(), **loaded.classification) if loaded.classification else None
+    if not is_design(loaded.design or loaded.gears):
+        return read_study(path, sets, [axis, *at_start]).model, settings
+    design = load_design(path, parse_set(sets or []))
+    for text in design.with_like_teeth().warnings:
+        say(f"warning: {text}")
+    return design, settings
+
+
+def _with_changes(
+    report: Report, asked: tuple[bool, bool], axis: Axis, torques: list[float] | None, options: dict[str, Any],
+    seconds: float,
+) -> Report:
+    """The report with the assessments of changed designs that are asked for: of what is assumed, of what can be better.
+
+    ``seconds`` is how long one assessment took.
+    """
+    from gearchaos.studies.changed_designs import assess_changes, assumptions, improvements
+
+    design = report.found.gears.at(torque=report.found.at[-1].torque)
+    changes = [list(of(design)) if given else None
+               for given, of in zip(asked, (assumptions, improvements), strict=True)]
+    count = sum(len(each) for each in changes if each)
+    say(f"{count} more assessments, about {count * seconds:.0f} s")
+    found = [None if each is None else list(assess_changes(design, each, axis, torques, **options)) for each in changes]
+    return replace(report, sensitivity=found[0], improvements=found[1])
+
+
+def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path | None) -> None:
+    """Write the page, the PDF and the picture, those that are asked for."""
+    if out is not None:
+        from gearchaos.datasheet.report import report_html
+
+        write_bytes(out, report_html(*reports).encode())
+    if pdf is not None:
+        from gearchaos.datasheet.printed import report_pdf
+
+        write_bytes(pdf, report_pdf(*reports))
+    if plot is not None:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from gearchaos.plot import assessment
+
+        figure = assessment(reports[0].found).get_figure(root=True)
+        assert figure is not None
+        write_figure(figure, plot, dpi=DPI, bbox_inches="tight")
+    say_written(*(path for path in (out, pdf) if path is not None))
+
+
+def _print(report: Report) -> None:
+    """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
+    from gearchaos.datasheet.report import changed_in_words, usable_share
+    from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, usable_in_words, verdict, worst
+
+    found = report.found
+    _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found))
+    for at in found.at if len(found.at) <= _MOST_TABLES else ():
+        nothing = " nothing" * (not at.windows)
+        print(f"\nAt {at.torque:.6g} N m, dynamic factor {at.quasi_static_ratio:.3g} at speed 0, avoid{nothing}")
+        table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
+        for row in rows(at):
+            table.add_row(*row)
+        if at.windows:
+            print_table(table)
+        if len(found.at) > 1:
+            _say_lines(f"usable: {', '.join(usable_in_words(at.usable)) or 'nothing'}")
+    if len(found.at) > _MOST_TABLES:
+        _say_lines(f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
+    met = jumps(found)
+    print()
+    for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
+        for each in changes or ():
+            _say_lines(f"{words}: {changed_in_words(each)}")
+    _say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
+               f"Tried: {tried(found)}.", *(f"Assumed: {text}" for text in found.assumptions[:-1]))
+
+
+def _say_lines(*texts: str) -> None:
+    """Print texts in lines of 80 columns."""
+    for text in texts:
+        whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+        print(textwrap.fill(whole, _WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
+            "\N{NO-BREAK SPACE}", " "))

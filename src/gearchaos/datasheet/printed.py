@@ -1,0 +1,104 @@
+"""The report of an assessment for printing: pages of a PDF, the verdict and the picture first, then tables of text."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Iterator
+from importlib import metadata
+from typing import Any
+
+import matplotlib
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+
+from gearchaos import plot
+from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
+from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, scanned, torques_in_words, verdict, worst
+
+_PAPER = (8.27, 11.69)  # A4, in inches
+_WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
+_COLUMNS = (9, 9, 30, 16, 16, 9, 9, 8)  # widths of a table of ranges to avoid
+
+
+def report_pdf(report: Report, against: Report | None = None) -> bytes:
+    """The report as a PDF of A4 pages; with another one, both on the first page."""
+    reports = [report] if against is None else [report, against]
+    content = io.BytesIO()
+    style: Any = {"pdf.fonttype": 42, "font.size": 9}
+    with matplotlib.rc_context(style), PdfPages(content, metadata={"CreationDate": None}) as pages:
+        pages.savefig(_first_page(reports))
+        lines = [line for each in reports for line in _lines(each)]
+        if against is not None:
+            lines[:0] = ["What differs in the inputs", *(line for name, *values in differing_inputs(
+                report.found.gears, against.found.gears) for line in _wrapped(f"{name}: {' / '.join(values)}")), ""]
+        lines.append(f"Computed by gearchaos {metadata.version('gearchaos')}.")
+        for first in range(0, len(lines), _LINES):
+            page = Figure(figsize=_PAPER)
+            page.text(0.08, 0.95, "\n".join(lines[first : first + _LINES]), family="monospace", fontsize=7, va="top",
+                      linespacing=1.35, parse_math=False)
+            pages.savefig(page)
+    return content.getvalue()
+
+
+def _first_page(reports: list[Report]) -> Figure:
+    """The verdict and the picture of each report, and below it what matters and what to change."""
+    page = Figure(figsize=_PAPER)
+    share = 0.92 / len(reports)
+    for number, report in enumerate(reports):
+        found, top = report.found, 0.96 - number * share
+        page.text(0.08, top, report.title, fontsize=14, va="top", parse_math=False)
+        sentences = [f"{text[0].upper()}{text[1:]}." for text in (verdict(found), worst(found))]
+        page.text(0.08, top - 0.03, "\n".join(line for text in sentences for line in textwrap.wrap(text, 95)),
+                  fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
+        ax = page.add_axes((0.14, top - 0.13 - 0.52 * (share - 0.17), 0.78, 0.42 * (share - 0.17)))
+        plot.assessment(found, ax)
+        page.text(0.08, top - 0.17 - 0.54 * (share - 0.17), "\n".join(_below(report)), fontsize=8.5, va="top",
+                  linespacing=1.4, parse_math=False)
+    return page
+
+
+def _below(report: Report) -> Iterator[str]:
+    """What the first page says below the picture."""
+    yield f"As given: {usable_share(report.found)}."
+    yield "Inputs that matter most"
+    if report.sensitivity is None:
+        yield "Not computed: --sensitivity."
+    for each in report.matters_most:
+        yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
+    if report.improvements is not None:
+        yield from ("", "What to change")
+        for each in report.helps_most:
+            yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
+        if not report.helps_most:
+            yield f"None of the {len(report.improvements)} changes that were tried widens the usable speeds."
+
+
+def _lines(report: Report) -> Iterator[str]:
+    """The evidence as lines of text."""
+    found = report.found
+    yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
+    for at in found.at:
+        yield from ("", f"To avoid at {at.torque:.6g} N m (dynamic factor at speed 0: {at.quasi_static_ratio:.3g})")
+        for row in [HEADINGS, *rows(at)] if at.windows else []:
+            yield "".join(f"{value.replace(chr(10), ' '):<{width}.{width - 1}}" for value, width in zip(
+                row, _COLUMNS, strict=True))
+        usable = ", ".join(f"{p.start:.1f} to {p.stop:.1f} rpm (±{100 * p.margin:.2f} %)" for p in at.usable)
+        yield from _wrapped(f"Usable: {usable or 'nothing'}")
+        yield from _wrapped(f"Tried: {at.tried}")
+    sections = {
+        "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],
+        "Assumed inputs varied one at a time": [changed_in_words(e) for e in report.sensitivity or ()],
+        "Changes of the design that were tried": [changed_in_words(e) for e in report.improvements or ()],
+        "Inputs": [f"{name}: {value}" for name, value in inputs_of(found.gears).items()],
+        "Assumptions": found.assumptions}
+    for heading, texts in sections.items():
+        if texts:
+            yield from ("", heading)
+            for text in texts:
+                yield from _wrapped(text)
+    yield ""
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(text, _WIDTH, subsequent_indent="   ")

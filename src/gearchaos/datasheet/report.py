@@ -1,0 +1,175 @@
+"""The report of an assessment: the page for a person who decides, and the evidence below it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from importlib import metadata
+from typing import Any
+
+from markupsafe import Markup
+from matplotlib.axes import Axes
+
+from gearchaos import plot
+from gearchaos.cards.card import card
+from gearchaos.cards.inputs import inputs_in_words
+from gearchaos.datasheet.html import environment, picture, template
+from gearchaos.datasheet.verdict import (
+    HEADINGS,
+    jumps,
+    rows,
+    scanned,
+    title,
+    torques_in_words,
+    usable_in_words,
+    verdict,
+    worst,
+)
+from gearchaos.gears.operating import is_design, is_train
+from gearchaos.gears.pair import GearPair
+from gearchaos.plot._assessment import height
+from gearchaos.plot._dynamic_factor import LARGE
+from gearchaos.plot.axes import draw_legend
+from gearchaos.studies.assess import Assessment
+from gearchaos.studies.changed_designs import Changed
+from gearchaos.studies.speed_windows import MOTIONS, SpeedsToAvoid
+
+_MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
+_WIDER = 1e-3  # least share of the speeds that a change must add to what is usable to be named
+_MOST_NAMED = 3  # changes that the first page names
+_WIDTH = 5.2  # of the picture of the decision, in inches
+
+
+@dataclass(frozen=True)
+class Report:
+    """An assessment, with those of designs that differ in one input, None if they were not asked for.
+
+    The ``name`` tells it from the one beside it.
+    """
+
+    found: Assessment
+    name: str = ""
+    sensitivity: Sequence[Changed] | None = None
+    improvements: Sequence[Changed] | None = None
+
+    def document(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        changes = {"sensitivity": self.sensitivity, "improvements": self.improvements}
+        return self.found.document() | {
+            name: [each.document(self.found) for each in found] for name, found in changes.items() if found is not None}
+
+    @property
+    def title(self) -> str:
+        return ": ".join(filter(None, (self.name, title(self.found.gears))))
+
+    @property
+    def matters_most(self) -> list[Changed]:
+        """The changes of the inputs to which the usable share is most sensitive, one of each, most first."""
+        ordered = sorted((each for each in self.sensitivity or () if each.assessment),
+                         key=lambda each: -abs(each.widening(self.found)))
+        first = [each for number, each in enumerate(ordered) if each.name not in {o.name for o in ordered[:number]}]
+        return first[:_MOST_NAMED]
+
+    @property
+    def helps_most(self) -> list[Changed]:
+        """The changes of the design that widen the usable share, most first."""
+        ordered = sorted(self.improvements or (), key=lambda each: -each.widening(self.found))
+        return [each for each in ordered if each.widening(self.found) > _WIDER][:_MOST_NAMED]
+
+
+def usable_share(found: Assessment) -> str:
+    """The share of the speeds that is usable at all torques, and the range with the largest margin."""
+    widest = next(iter(usable_in_words(found.usable_at_all[:1])), "")
+    margin = f", with the largest margin {widest}" * bool(widest)
+    return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}"
+
+
+def changed_in_words(each: Changed) -> str:
+    """A change, and what is usable after it."""
+    after = f"not possible, {each.reason}" if each.assessment is None else usable_share(each.assessment)
+    return f"{each.name} {each.given} to {each.value}: {after}"
+
+
+def inputs_of(gears: Any) -> dict[str, str]:
+    """All inputs that are given but the speed and the torque, in words with their units."""
+    if is_design(gears):
+        return inputs_in_words(replace(gears, speed=None, torque=None))
+    if isinstance(gears, GearPair):
+        return {"units": "SI"} | {f.name: f"{value:.6g}" if isinstance(value, float) else str(value)
+                                  for f in fields(gears) if f.name not in ("speed", "M10", "M20")
+                                  and (value := getattr(gears, f.name)) not in (None, (), 0.0)}
+    found: dict[str, str] = {}
+    for name, value in card(gears).rows:
+        if name != "operating point":
+            found[name] = f"{found[name]}; {value}" if name in found else value
+    return found
+
+
+def differing_inputs(one: Any, other: Any) -> list[tuple[str, str, str]]:
+    """The inputs of two gears that are not the same, by name, with both values."""
+    left, right = inputs_of(one), inputs_of(other)
+    return [(name, left.get(name, "–"), right.get(name, "–")) for name in {**left, **right}
+            if left.get(name) != right.get(name)]
+
+
+def report_html(report: Report, against: Report | None = None) -> str:
+    """The report as one self-contained HTML document without scripts; with another one, both beside each other."""
+    reports = [report] if against is None else [report, against]
+    sides = [_side(each, f"{number}-") for number, each in enumerate(reports)]
+    return environment().get_template("report.html.j2").render(
+        css=Markup(template("sheet.css") + template("report.css")), sides=sides, title=sides[0]["title"],
+        headings=[heading.replace("\n", " ") for heading in HEADINGS],
+        differing=[] if against is None else differing_inputs(report.found.gears, against.found.gears),
+        beside=against is not None, versions=", ".join(f"{name} {metadata.version(name)}" for name in (
+            "gearchaos", "numba", "numpy", "xarray")))
+
+
+def _side(report: Report, prefix: str) -> dict[str, Any]:
+    """What the template shows of an assessment on its first page, and below."""
+    found, changes = report.found, {"sensitivity": report.sensitivity, "improvements": report.improvements}
+    first = {"matters": None if report.sensitivity is None else report.matters_most,
+             "helps": None if report.improvements is None else report.helps_most}
+    return {
+        "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
+        "verdict": [verdict(found), worst(found)], "usable_share": usable_share(found),
+        "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
+                           "there, and the events at their edges. Blank is usable: ± is how far the speed may differ "
+                           "from the middle.", height(found), lambda ax: plot.assessment(found, ax), _WIDTH),
+        **{name: None if each is None else [changed_in_words(one) for one in each]
+           for name, each in {**first, **changes}.items()},
+        **_evidence(found, prefix)}
+
+
+def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
+    """What the template shows below the first page of an assessment."""
+    return {
+        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": f"{each.quasi_static_ratio:.3g}", "rows": rows(each)}
+                  for each in found.at],
+        "usable": [(f"{each.torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")
+                   for each in found.at for part in each.usable],
+        "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
+        "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
+                            "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
+                            partial(_factors, at=each))
+                    for number, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
+        "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
+        "kind": "train" if is_train(found.gears) else "pair"}
+
+
+def _factors(ax: Axes, at: SpeedsToAvoid) -> Axes:
+    """Draw the dynamic factor over the speed, by the motions, with the ranges to avoid."""
+    ds, handles = at.dataset, []
+    for window in at.windows:
+        ax.axvspan(window.start, window.stop, facecolor="#f3d3cb", linewidth=0, zorder=0)
+    for name, words in MOTIONS.items():
+        values = ds["dynamic_factor"].sel(motion=name).values
+        if (values == values).any():
+            style: Mapping[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 3} if name == "other" else {}
+            handles += ax.plot(ds["speed"].values, values, label=words, linewidth=1.1, **style)
+    ax.set(xlim=(ds["speed"].values[0], ds["speed"].values[-1]), xlabel="speed of wheel 1 [rpm]",
+           ylabel="dynamic factor")
+    if ax.get_ylim()[1] > LARGE:
+        ax.set_yscale("log", subs=(2, 5))
+    draw_legend(ax, handles)
+    return ax

@@ -1,0 +1,140 @@
+"""An assessment in words: the verdict, and the rows of its tables, with speeds rounded to the safe side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gearchaos.datasheet.answer import edges
+from gearchaos.gears.operating import is_design
+from gearchaos.gears.units import measured
+
+if TYPE_CHECKING:
+    from gearchaos.studies.assess import Assessment
+    from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
+
+_MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
+
+
+class Row(NamedTuple):
+    """A range to avoid as a table shows it."""
+
+    start: str
+    stop: str
+    happens: str
+    begins_with: str
+    ends_with: str
+    factor: str
+    at: str
+    history: str
+
+
+HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "begins\nwith", "ends\nwith", "dynamic\nfactor", "at\nrpm",
+               "history\ndecides")
+"""Of the columns of a table of ranges to avoid."""
+
+
+def torques_in_words(found: Assessment) -> str:
+    """The torques with their unit: "100 and 300 N m", or how many there are."""
+    torques = [f"{each.torque:.6g}" for each in found.at]
+    if len(torques) > _MOST_NAMED:
+        return f"{len(torques)} torques from {torques[0]} to {torques[-1]} N m"
+    return f"{_listed(torques)} N m"
+
+
+def scanned(found: Assessment) -> str:
+    """The range of speeds that was looked through."""
+    return f"{found.speeds[0]:.6g} to {found.speeds[1]:.6g} rpm"
+
+
+def usable_in_words(parts: Sequence[UsableRange]) -> list[str]:
+    """Usable ranges with their margins, rounded inwards to three digits, without those of which nothing is left."""
+    rounded = ((part, *_inwards(part)) for part in parts)
+    return [f"{low:.0f} to {high:.0f} rpm (±{100 * part.margin:.1f} %)" for part, low, high in rounded if low < high]
+
+
+def verdict(found: Assessment) -> str:
+    """What to use and what to avoid at all torques, in a sentence."""
+    where, torques, usable = scanned(found), torques_in_words(found), usable_in_words(found.usable_at_all)
+    criterion = found.at[0].criterion
+    if not found.avoid:
+        return (f"usable at {torques}: all of {where}; looked for were speeds at which {criterion}, and none found "
+                f"{tried(found)}")
+    if not usable:
+        some = usable_in_words([part for _, part in found.usable])  # of a single torque these are none either
+        return f"no speed from {where} is usable at {torques}: {criterion}{'; some are at single torques' * bool(some)}"
+    more = len(usable) - _MOST_NAMED
+    narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
+    return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where "
+            f"{criterion}")
+
+
+def worst(found: Assessment) -> str:
+    """The largest dynamic factor of all, and in how many of the ranges to avoid the history decides."""
+    largest = [(each.largest, each.torque) for each in found.at]
+    unbounded = [f"{torque:.6g}" for part, torque in largest if not math.isfinite(part.dynamic_factor)]
+    if unbounded:
+        return f"motions grow without bound at {_listed(unbounded[:_MOST_NAMED])} N m"
+    part, torque = max(largest, key=lambda pair: pair[0].dynamic_factor)
+    history = sum(window.depends_on_history for _, window in found.avoid)
+    of_all = f"{history} of {len(found.avoid)}"
+    decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
+    return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
+            f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
+
+
+def tried(found: Assessment) -> str:
+    """From which initial states motions were looked for, at all torques if they differ in numbers alone."""
+    return "; ".join(dict.fromkeys(
+        each.tried if len(found.at) == 1 else f"at {each.torque:.6g} N m {each.tried}"
+        for each in (found.at if len(found.at) <= _MOST_NAMED else (found.at[0], found.at[-1]))))
+
+
+def rows(at: SpeedsToAvoid) -> list[Row]:
+    """The ranges to avoid at a torque, rounded outwards."""
+    return [_row(window) for window in at.windows]
+
+
+def _row(window: Window) -> Row:
+    start, stop = edges(window)
+    factor, speed = (measured(value, 3) if math.isfinite(value) else "unbounded"
+                     for value in (window.dynamic_factor, window.speed_of_largest))
+    return Row(start, stop, window.cause, _event(window.begins_with, window.start_resolution, window.from_scan_start),
+               _event(window.ends_with, window.stop_resolution, window.to_scan_end), factor,
+               speed if math.isfinite(window.speed_of_largest) else "–", "yes" if window.depends_on_history else "no")
+
+
+def _event(kind: str, resolution: float, scan_end: bool) -> str:
+    """The event at an edge, and how well it is known; a dash where a motion that does not repeat ends."""
+    if scan_end:
+        return "end of scan"
+    return (kind or "–") + (f" ±{measured(resolution, 2)}" if resolution else "")
+
+
+def jumps(found: Assessment) -> list[str]:
+    """The jumps of slow run-ups and run-downs, each in words."""
+    ways = {"up": "run-up", "down": "run-down"}
+    return [f"{ways[jump.direction]} at {each.torque:.6g} N m: {jump.speed:.0f} rpm, {jump.event or 'no event'}, "
+            f"dynamic factor {measured(jump.factor_before, 3)} to {measured(jump.factor_after, 3)}"
+            for each in found.at for jump in each.jumps]
+
+
+def title(gears: Any) -> str:
+    """What was assessed."""
+    if is_design(gears):
+        kind = "Helical" if gears.helix_angle else "Spur"
+        return f"{kind} gear pair {gears.teeth[0]}/{gears.teeth[1]}, module {gears.module * 1e3:.6g} mm"
+    if hasattr(gears, "meshes"):
+        return f"Gear train, {len(gears.bodies)} bodies, {len(gears.meshes)} meshes"
+    return f"Gear pair {gears.n1}/{gears.n2}"
+
+
+def _inwards(part: UsableRange) -> tuple[float, float]:
+    """The ends of a usable range, rounded to three digits towards its inside."""
+    low, high = (10.0 ** max(math.floor(math.log10(max(end, 1.0))) - 2, 0) for end in (part.start, part.stop))
+    return math.ceil(part.start / low) * low, math.floor(part.stop / high) * high
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

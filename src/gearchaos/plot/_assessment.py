@@ -1,0 +1,166 @@
+"""What to avoid and what to use over speed and torque: the decision as a picture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from gearchaos.errors import InputError
+from gearchaos.plot._datasets import described
+from gearchaos.plot.axes import draw_legend
+from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
+from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
+from gearchaos.studies.assess import Assessment
+from gearchaos.studies.speed_windows import CONTACT_WORDS, FORCE_CRITERION, Window
+
+MOST_ROWS = 12
+"""Most torques that are drawn as rows of bars; more are areas."""
+
+_COLOURS = dict(zip(CONTACT_WORDS, [*(each.colour for each in CONTACT_CLASSES[:3]), MOTION_CLASSES[-1].colour],
+                    strict=True)) | {FORCE_CRITERION: CONTACT_CLASSES[0].colour}
+_USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
+_PALE = 0.45  # opacity of a range in which motions that are not to be avoided exist too
+_NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
+_BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
+_STRIP = 0.09  # height of the strip of the speeds that are usable at all torques, over that of all areas
+_HIGHEST = 4.6  # picture, in inches
+_MARGIN_WIDTH = 0.55  # least width of a usable range, in inches, in which its margin is written
+
+
+def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw what to avoid and what to use, the speed across and the torque up.
+
+    A colour says what happens in a range to avoid; where it is pale and hatched there are also motions that are not to
+    be avoided, and the history decides. Lines mark the edges by the event at which they lie. What is left blank is
+    usable, with its margin where there is room for it: by which share the speed may differ either way from the middle
+    of the range. Above several torques a row shows what is usable at all of them. Up to 12 torques are rows of bars, in
+    even distances, more are areas to scale.
+
+    Parameters
+    ----------
+    found : Assessment
+        From `gearchaos.assess`.
+    ax : Axes, optional
+        Where to draw; a new figure if left out.
+    legend : bool
+        Add a legend of what happens and of the events.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If it is not the result of `gearchaos.assess`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> ax = gc.plot.assessment(gc.assess(design, "500:700:10", [100, 300], starts=0))
+    >>> [label.get_text() for label in ax.get_yticklabels()]
+    ['100', '300', 'all']
+    """
+    if not isinstance(found, Assessment):
+        raise InputError("found", "must be the result of gearchaos.assess", described(found))
+    torques = np.array([each.torque for each in found.at])
+    rows = len(torques) <= MOST_ROWS
+    if ax is None:
+        import matplotlib.pyplot as plt
+
+        ax = plt.figure(figsize=(6.4, height(found)), layout="constrained").subplots()
+    edges = np.arange(len(torques) + 1) - 0.5 if rows else _between(torques)
+    top = edges[-1] + (len(torques) > 1) * (1.0 if rows else _STRIP * (edges[-1] - edges[0]))
+    ax.set(xlim=found.speeds, ylim=(edges[0], top), xlabel="speed of wheel 1 [rpm]", ylabel="torque at wheel 1 [N m]")
+    known: dict[str, Any] = {}
+    events: dict[str, Any] = {}
+    for number, each in enumerate(found.at):
+        low, high = edges[number : number + 2]
+        for window in each.windows:
+            known |= _bar(ax, window, low, high, _BAR if rows else 1.0)
+            events |= _marks(ax, window, low, high, _MARK if rows else 1.0)
+        if rows:
+            _margins(ax, each.usable, (low + high) / 2)
+    if rows:
+        ax.set_yticks(range(len(torques)), [f"{torque:g}" for torque in torques])
+        ax.tick_params(axis="y", length=0)
+    else:
+        ax.yaxis.set_major_locator(MaxNLocator(6))
+    if len(torques) > 1:
+        _usable_at_all(ax, found, edges[-1], top, rows)
+        known["usable at all torques"] = Patch(facecolor=adapt(_USABLE), alpha=0.3, label="usable at all torques")
+    if legend and (known or events):
+        draw_legend(ax, [*known.values(), *events.values()])
+    return ax
+
+
+def height(found: Assessment) -> float:
+    """The height of a picture in which there is room for all torques, in inches."""
+    return min(1.9 + 0.4 * len(found.at), _HIGHEST) if len(found.at) <= MOST_ROWS else _HIGHEST
+
+
+def _between(torques: np.ndarray) -> np.ndarray:
+    """The edges of the areas of torques, half way between them."""
+    middle = (torques[1:] + torques[:-1]) / 2
+    return np.concatenate([[2 * torques[0] - middle[0]], middle, [2 * torques[-1] - middle[-1]]])
+
+
+def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
+    """Draw a range to avoid, and return its legend handles by label."""
+    words = window.criterion if window.criterion == FORCE_CRITERION else window.contact
+    colour, margin = adapt(_COLOURS[words]), (1 - share) / 2 * (high - low)
+    start, stop = window.start - window.start_resolution, window.stop + window.stop_resolution
+    pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
+    style = {"facecolor": colour, "linewidth": 0, **(pale if window.depends_on_history else {})}
+    least = 1e-3 * (ax.get_xlim()[1] - ax.get_xlim()[0])  # a single speed is seen, too
+    ax.broken_barh([(start, max(stop - start, least))], (low + margin, high - low - 2 * margin), zorder=2, **style)
+    found = {words: Patch(facecolor=colour, label=words)}
+    return found | ({"history": Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": "the history decides"})}
+                    if window.depends_on_history else {})
+
+
+def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:
+    """Mark the edges of a range by their events, and return the legend handles by label."""
+    margin, found = (1 - share) / 2 * (high - low), dict[str, Line2D]()
+    for speed, kind, end in ((window.start, window.begins_with, window.from_scan_start),
+                             (window.stop, window.ends_with, window.to_scan_end)):
+        if end:
+            continue
+        label = event_words(kind) if kind else "no event"
+        style: dict[str, Any] = {"color": adapt(EVENT_COLOURS.get(kind, INK) if kind else _NO_EVENT), "linewidth": 1.8}
+        ax.plot([speed, speed], [low + margin, high - margin], zorder=3, solid_capstyle="butt", **style)
+        found[label] = Line2D([], [], label=label, **style)
+    return found
+
+
+def _usable_at_all(ax: Axes, found: Assessment, low: float, high: float, rows: bool) -> None:
+    """The speeds that are usable at all torques, in a row above them."""
+    ax.axhline(low, color=adapt("0.6"), linewidth=0.8)
+    height = high - low
+    for part in found.usable_at_all:
+        ax.broken_barh([(part.start, part.stop - part.start)], (low + 0.12 * height, 0.76 * height), linewidth=0,
+                       facecolor=adapt(_USABLE), alpha=0.3, zorder=2)
+    _margins(ax, found.usable_at_all, (low + high) / 2)
+    if rows:
+        ax.set_yticks([*ax.get_yticks(), (low + high) / 2], [*(t.get_text() for t in ax.get_yticklabels()), "all"])
+
+
+def _margins(ax: Axes, usable: list[Any], height: float) -> None:
+    """Write the margins of usable ranges where there is room."""
+    speeds = ax.get_xlim()
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    least = _MARGIN_WIDTH * (speeds[1] - speeds[0]) / (0.85 * figure.get_figwidth())
+    for part in usable:
+        if part.stop - part.start >= least:
+            ax.text((part.start + part.stop) / 2, height, f"±{100 * part.margin:.1f} %", ha="center", va="center",
+                    fontsize="small", color=adapt(INK), zorder=4)

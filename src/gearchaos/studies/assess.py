@@ -1,0 +1,213 @@
+"""The decision over speed and torque: which speeds to avoid, which to use, and with what margin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gearchaos.dynamics import Classification
+from gearchaos.errors import InputError
+from gearchaos.execute.machine import check_memory
+from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value
+from gearchaos.model import DAMPING_LAWS
+from gearchaos.studies.axis import Axis
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, operating_axis
+from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
+from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_torques, summarised
+
+SPEEDS = 60  # speeds of a range without a number: others are added between them
+_EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
+"""Random initial states, the spacing of their speeds, and the periods after which a motion that still looks chaotic
+counts as such: the first of which there are not too many states, or the last."""
+
+_MOST_STATES = 300_000  # random initial states of all torques
+_MOST_TORQUES = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """What to avoid and what to use, over speed and torque.
+
+    Attributes
+    ----------
+    gears : GearDesign, GearPair or Train
+        What was assessed, at its first speed and torque.
+    at : tuple of SpeedsToAvoid
+        What was found at each torque, in rising order of torque.
+    speeds : tuple of float
+        The first and the last speed, rpm.
+    like_teeth : bool
+        Whether faults, pitch errors and eccentricity of a design were left out.
+    """
+
+    gears: Any
+    at: tuple[SpeedsToAvoid, ...]
+    speeds: tuple[float, float]
+    like_teeth: bool = False
+
+    @property
+    def avoid(self) -> list[tuple[float, Window]]:
+        """All ranges to avoid, each with its torque."""
+        return [(each.torque, window) for each in self.at for window in each.windows]
+
+    @property
+    def usable(self) -> list[tuple[float, UsableRange]]:
+        """All ranges between them, each with its torque, those with the largest margin first."""
+        found = [(each.torque, part) for each in self.at for part in each.usable]
+        return sorted(found, key=lambda pair: -pair[1].margin)
+
+    @property
+    def usable_at_all(self) -> list[UsableRange]:
+        """The ranges of speed that are usable at all torques, those with the largest margin first."""
+        common = [self.speeds]
+        for each in self.at:
+            common = [(max(a, part.start), min(b, part.stop)) for a, b in common for part in each.usable
+                      if max(a, part.start) < min(b, part.stop)]
+        return sorted((UsableRange(a, b) for a, b in common), key=lambda part: -part.margin)
+
+    @property
+    def usable_share(self) -> float:
+        """The share of the speeds that is usable at all torques, from 0 to 1."""
+        return sum(part.stop - part.start for part in self.usable_at_all) / (self.speeds[1] - self.speeds[0])
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What the answer rests on, and what it leaves out."""
+        gears, first = self.gears, self.at[0]
+        out = [f"mesh damping {DAMPING_LAWS[as_model(gears).damping_law]}"]
+        if is_design(gears):
+            out = [f"mesh stiffness {_method(gears.stiffness)}", f"transmission error: {first.transmission_error}",
+                   f"damping ratio {gears.damping_ratio:g} {DAMPING_LAWS[gears.damping_law]}", *gears.assumptions]
+            out += [] if gears.shares_load else ["the load is not shared between the tooth pairs by their deflection"]
+        if self.like_teeth:
+            out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")
+        out.append("friction is left out, and all that is not among the inputs")
+        out += [f"at {each.torque:g} N m {each.coarse}" for each in self.at if each.coarse]
+        out.append(f"motions were looked for {first.tried}: one that few initial states reach, in a narrow range, can "
+                   "be missed")
+        return out
+
+    def document(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        return {
+            "speeds": list(self.speeds), "torques": [each.torque for each in self.at],
+            "units": {"speed": "rpm", "torque": "N*m"},
+            "criterion": self.at[0].criterion,
+            "avoid": [{
+                "torque": torque, "from": w.start, "to": w.stop, "cause": w.cause, "begins_with": w.begins_with,
+                "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
+                "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
+                "depends_on_history": w.depends_on_history, "meshes": list(w.meshes),
+                "motions": [each.motion for each in w.reached],
+            } for torque, w in self.avoid],
+            "usable": [{"torque": torque, "from": part.start, "to": part.stop, "margin": part.margin}
+                       for torque, part in self.usable],
+            "usable_share": self.usable_share,
+            "usable_at_all_torques": [{"from": part.start, "to": part.stop, "margin": part.margin}
+                                      for part in self.usable_at_all],
+            "jumps": [{"torque": each.torque, "speed": jump.speed, "direction": jump.direction, "event": jump.event,
+                       "from": jump.factor_before, "to": jump.factor_after} for each in self.at for jump in each.jumps],
+            "quasi_static_ratio": [each.quasi_static_ratio for each in self.at],
+            "tried": [each.tried for each in self.at], "assumptions": self.assumptions,
+        }
+
+
+def assess(
+    gears: AnyModel, speed: Axis | str, torque: Any = None, *, factor: float | None = None, starts: int | None = None,
+    spacing: float | None = None, seed: int = 0, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
+) -> Assessment:
+    """Assess gears over speed and torque: which speeds to avoid, which to use, and with what margin.
+
+    As `speeds_to_avoid` at several torques side by side, and for trains too.
+
+    Parameters
+    ----------
+    gears : GearDesign, GearPair or Train, or the model of one
+    speed : Axis or str
+        The range of speeds of wheel 1 in rpm: "500:6000", or with a number of first speeds "500:6000:120".
+    torque : torques, optional
+        At wheel 1, one or several: numbers in N m, texts such as "60 N*m", or a text "20:400:12" for twelve of them; by
+        default that of the gears.
+    factor, starts, spacing, seed, settings, progress, threads
+        As in `speeds_to_avoid`; by default there are fewer and wider spaced random states at many torques.
+
+    Returns
+    -------
+    Assessment
+
+    Raises
+    ------
+    InputError
+        If the gears are not known, a torque is given twice or has no effect, or as in `speeds_to_avoid`.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> design = gc.GearDesign(
+    ...     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05,
+    ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    >>> found = gc.assess(design, "500:700:10", [100, 300], starts=4)
+    >>> [(torque, window.words, window.begins_with) for torque, window in found.avoid[1:3]]
+    [(100.0, '594 to 627 rpm', 'graze'), (300.0, '559 to 586 rpm', 'graze')]
+    >>> [round(part.margin, 3) for part in found.usable_at_all[:3]]
+    [0.032, 0.03, 0.006]
+    """
+    axis = speed_range(speed)
+    torques = _torques(torque)
+    width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
+    usual = next((each for each in _EFFORTS if each[0] * width / each[1] <= _MOST_STATES), _EFFORTS[-1])
+    criteria = Criteria.checked(factor, True, usual[0] if starts is None else starts,
+                                usual[1] if spacing is None else spacing, seed,
+                                settings or Classification(longest_transient=usual[2]))
+    like_teeth = is_design(gears) and gears.turning
+    if is_design(gears):
+        gears = loaded(gears, torques[0])
+    gears = gears.at(speed=axis.start) if is_design(gears) else gears
+    base = checked_operating_model(as_model(gears)).with_values(
+        {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
+    check_memory("speeds times starts", axis.count * max(1, criteria.starts) * len(torques))
+    Bifurcation(base, axis, points=0, settings=criteria.settings).cost.check_time()
+    own = base.value("torque") if base.kind != "train" else None
+    found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
+                           progress=progress, threads=threads)
+    at = tuple(summarised(each, tried) for each, tried in found)
+    return Assessment(gears_of(base), at, (axis.start, axis.stop), like_teeth)
+
+
+def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
+    """A range of speeds as an axis, with a number of them; raises `InputError` for a single speed."""
+    given = f"{speed}:{SPEEDS}" if isinstance(speed, str) and speed.count(":") == 1 else speed
+    axis = operating_axis("speed", given, field)
+    if axis.count < 2:
+        raise InputError(field, "must be a range of speeds", str(speed), "E.g. 500:6000.")
+    return axis
+
+
+def _torques(given: Any) -> Sequence[float | None]:
+    """The torques in N m in rising order; raises `InputError` for one that is given twice."""
+    if given is None:
+        return [None]
+    if isinstance(given, str) and ":" in given:
+        return operating_axis("torque", given).values.tolist()
+    parts = [given] if isinstance(given, (str, int, float)) or not isinstance(given, Sequence) else list(given)
+    torques = [operating_value("torque", part) for part in parts]
+    for value in torques:
+        if value == 0 or not math.isfinite(value):
+            raise InputError("torque", "must be finite and not 0", value, "Without load there is no ratio of forces.")
+        if torques.count(value) > 1:
+            raise InputError("torque", "must be given once", value)
+    if not 0 < len(torques) <= _MOST_TORQUES:
+        raise InputError("torque", f"must be 1 to {_MOST_TORQUES} values", len(torques))
+    return sorted(torques)
+
+
+def _method(given: Any) -> str:
+    """By which method something is computed, or from which file."""
+    if isinstance(given, str):
+        return given if given.startswith("from") else f"by {given}"
+    return "from a table"

@@ -1,0 +1,236 @@
+"""Ranges of speed to avoid, and those between them, at one torque."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.gears.dynamic_factor import standards
+from gearchaos.studies.followed_motions import runs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CRITERION = "the teeth separate"
+"""What makes a speed one to avoid; a motion that diverges counts as separated."""
+
+FORCE_CRITERION = "the dynamic factor is too high"
+"""What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
+
+MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
+"""The motions of a result, and how a reader wants them named."""
+
+CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
+"""The contact states of `CONTACTS`, as a reader wants them named."""
+
+MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local peak of the dynamic factor: a computed speed, rpm, with a larger factor than its neighbours."""
+
+    speed: float
+    dynamic_factor: float
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A motion that is to be avoided in a range of speeds, by one of the words of `MOTIONS`.
+
+    ``share`` is that of the range, between 0 and 1, in which it is; ``dynamic_factor`` is the largest one there, NaN if
+    the motion diverges at a speed.
+    """
+
+    motion: str
+    share: float
+    dynamic_factor: float
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
+
+    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion, at the speed
+    ``speed_of_largest``; both are NaN if all motions of the range diverge.
+    """
+
+    start: float
+    stop: float
+    dynamic_factor: float
+    speed_of_largest: float
+
+
+@dataclass(frozen=True)
+class Window(SpeedRange):
+    """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
+
+    The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
+    neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
+    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. In a range that
+    ``depends_on_history`` there are also motions that are not to be avoided. ``meshes`` are those of a train at which
+    the teeth separate. ``contact`` is the worst
+    contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
+    ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
+    most the `MOST_PEAKS` largest, in rising order of speed.
+    """
+
+    start_resolution: float
+    stop_resolution: float
+    reached: tuple[Reached, ...]
+    criterion: str
+    contact: str
+    from_scan_start: bool
+    to_scan_end: bool
+    begins_with: str
+    ends_with: str
+    depends_on_history: bool
+    meshes: tuple[str, ...]
+    peaks: tuple[Peak, ...]
+
+    @property
+    def cause(self) -> str:
+        """What happens in the range, in words."""
+        if self.criterion == FORCE_CRITERION:
+            return self.criterion
+        where = f" in {', '.join(self.meshes)}" if self.meshes else ""
+        return f"{self.contact}{where}"
+
+    @property
+    def words(self) -> str:
+        """The range as a reader wants it: "1453 to 8000 rpm", or "near 575 rpm" if it is a single computed speed."""
+        if self.start == self.stop:
+            return f"near {self.start:.0f} rpm"
+        return f"{self.start:.0f} to {self.stop:.0f} rpm"
+
+
+@dataclass(frozen=True)
+class UsableRange:
+    """Speeds, rpm, at which no motion to avoid was found, between two edges or ends of the computed speeds."""
+
+    start: float
+    stop: float
+
+    @property
+    def margin(self) -> float:
+        """By which share the speed may differ either way from the middle of the range."""
+        return (self.stop - self.start) / (self.stop + self.start)
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Where a slow run-up or run-down leaves its motion: the speed, rpm, the direction, "up" or "down", the event at
+    which the motion ends, "" for none, and the dynamic factors before and after."""
+
+    speed: float
+    direction: str
+    event: str
+    factor_before: float
+    factor_after: float
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedsToAvoid:
+    """What `speeds_to_avoid` found at one torque.
+
+    Attributes
+    ----------
+    torque : float
+        At wheel 1, N m.
+    windows : tuple of Window
+        The ranges to avoid, in rising order; empty if none was found by what was `tried`.
+    criterion : str
+        What makes a speed one to avoid, in words.
+    quasi_static_ratio : float
+        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps.
+    dataset : xarray.Dataset
+        Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
+        ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
+        worst of the motions that are reached from random initial states, or followed from such a motion to other
+        speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
+    tried, coarse, transmission_error : str
+        From which initial states motions were computed; what is not known to the resolution, empty if all is; where
+        the transmission error is from.
+    resolution : float
+        The edges are known to this share of the speed.
+    """
+
+    torque: float
+    windows: tuple[Window, ...]
+    criterion: str
+    quasi_static_ratio: float
+    dataset: xr.Dataset
+    tried: str
+    resolution: float
+    coarse: str
+    transmission_error: str
+    jumps: tuple[Jump, ...] = ()
+
+    @property
+    def usable(self) -> list[UsableRange]:
+        """The ranges between those to avoid, as far as these may reach, in rising order."""
+        ends = [float(self.dataset["speed"][0])]
+        for each in self.windows:
+            ends += [each.start - each.start_resolution, each.stop + each.stop_resolution]
+        pairs = zip(ends[::2], [*ends[1::2], float(self.dataset["speed"][-1])], strict=True)
+        return [UsableRange(start, stop) for start, stop in pairs if start < stop]
+
+    @property
+    def largest(self) -> SpeedRange:
+        """The whole range of computed speeds, with the largest dynamic factor in it."""
+        return speed_range(self.dataset)
+
+    @property
+    def elsewhere(self) -> tuple[SpeedRange, bool] | None:
+        """The computed speeds outside the ranges to avoid, as far as these may reach, and whether teeth separate there.
+
+        None if there are no such speeds.
+        """
+        speeds = self.dataset["speed"].values
+        outside = np.ones(len(speeds), dtype=bool)
+        for each in self.windows:
+            outside &= (speeds < each.start - each.start_resolution) | (speeds > each.stop + each.stop_resolution)
+        part = self.dataset.isel(speed=outside)
+        return (speed_range(part), bool((part["contact"] > 0).any())) if outside.any() else None
+
+    @property
+    def in_contact_from_rest(self) -> list[tuple[float, float]]:
+        """The computed speeds, rpm, from first to last, at which teeth separate, but not in the motion from rest."""
+        contact, speeds = self.dataset["contact"].values, self.dataset["speed"].values
+        history = (contact[0] == 0) & (contact > 0).any(axis=0)
+        return [(float(speeds[run[0]]), float(speeds[run[-1]])) for run in runs(history.tolist()) if history[run[0]]]
+
+    @property
+    def main_resonance(self) -> float:
+        """The speed, rpm, at which the mesh frequency is the natural frequency at the mean mesh stiffness."""
+        return float(self.dataset["speed"][-1] / self.dataset["resonance_ratio"][-1])
+
+    def document(self) -> dict[str, Any]:
+        """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
+        ds = self.dataset
+        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards()))}
+        factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
+        return {
+            "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
+            "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
+            "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
+            "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
+            "ranges": [asdict(each) for each in self.windows],
+            "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
+        }
+
+
+def largest_factors(dataset: xr.Dataset) -> np.ndarray:
+    """The largest dynamic factor (N,) of the motions of each speed; −∞ where all diverge."""
+    factors = dataset["dynamic_factor"].values
+    return np.where(np.isfinite(factors), factors, -np.inf).max(axis=0)
+
+
+def speed_range(part: xr.Dataset) -> SpeedRange:
+    """The range of all speeds of a Dataset."""
+    speeds, factors = part["speed"].values, largest_factors(part)
+    at = int(np.argmax(factors))
+    largest = (float(factors[at]), float(speeds[at])) if np.isfinite(factors[at]) else (np.nan, np.nan)
+    return SpeedRange(float(speeds[0]), float(speeds[-1]), *largest)

@@ -1,0 +1,166 @@
+"""Edges, jumps and usable speeds of an assessment against branches, and motions that are lost between speeds."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from benchmarks.speeds_to_avoid import random_design
+from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import as_model
+from gearchaos.studies.assess import Assessment
+from gearchaos.studies.followed_motions import FollowedMotions, Motion
+from gearchaos.studies.speed_windows import UsableRange
+from gearchaos.studies.window_edges import Way, continue_orbits, ends_of_orbits
+
+SPUR = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
+    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
+    backlash={"value": "0.12 mm", "of": "line of action, total"})
+EDGE = 1e-8  # relative: what an edge is to agree with the event of a branch
+
+
+def events(design, speed, state, period, axis):
+    """The events by speed on the branch of the motion from a state at a speed, from rest for None."""
+    start = None
+    if state is not None:
+        family = ParameterFamily(as_model(design.at(speed=speed)), ("speed",))
+        initial = as_initial_values(family, np.array([[speed]]), np.array([[state]]))
+        start = {name: float(value[0, 0]) for name, value in initial.items()}
+    found = gc.branch(design.at(speed=speed), axis, start=start, period=period)
+    return dict(zip(found.event_value.values.tolist(), found.event_kind.values.tolist(), strict=True))
+
+
+def nearest(found, speed):
+    """The event nearest to a speed: how far it is, relatively, and its kind."""
+    at = min(found, key=lambda each: abs(each - speed))
+    return abs(at - speed) / speed, found[at]
+
+
+def other_motion(design, speed, period):
+    """The state of a motion of a period with separating teeth that random initial states reach."""
+    there = gc.attractors(design.at(speed=speed), 64)
+    i = np.flatnonzero((there.attractor_contact.values > 0) & (there.attractor_period.values == period))[0]
+    return np.array([there[f"attractor_section_{name}"].values[i, 0] for name in ("z", "z_dot")])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return gc.assess(SPUR, "750:1330:30", [100.0, 300.0], starts=16, spacing=0.02)
+
+
+def test_a_range_of_a_motion_that_no_sweep_reaches_begins_at_the_fold_of_its_branch(found):
+    (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
+    assert (window.begins_with, window.start_resolution, window.depends_on_history) == ("fold", 0.0, True)
+    design = replace(SPUR, torque=100.0)
+    far, kind = nearest(events(design, 800.0, other_motion(design, 800.0, 2), 2, "speed=780:830"), window.start)
+    assert far < EDGE and kind == "fold"
+    assert window.ends_with == "" and 0 < window.stop_resolution < 5e-4 * window.stop  # chaos ends
+
+
+def test_the_jumps_of_slow_sweeps_are_at_the_folds_of_the_branch_between_them(found):
+    jumps = {jump.direction: jump for jump in found.at[0].jumps if jump.speed > 1200}
+    design = replace(SPUR, torque=100.0)
+    along = events(design, 1300.0, None, 1, "speed=1200:1330")
+    for direction in ("up", "down"):
+        far, kind = nearest(along, jumps[direction].speed)
+        assert far < EDGE and (kind, jumps[direction].event) == ("fold", "fold")
+    assert jumps["up"].speed > jumps["down"].speed and jumps["down"].factor_before > jumps["down"].factor_after
+
+
+def test_torques_side_by_side_are_as_each_alone(found):
+    for torque, own in zip((100.0, 300.0), found.at, strict=True):
+        alone = gc.speeds_to_avoid(SPUR, "750:1330:30", torque, starts=16, spacing=0.02)
+        assert alone.windows == own.windows and alone.jumps == own.jumps and alone.tried == own.tried
+
+
+def test_usable_ranges_are_between_those_to_avoid_and_shared_by_all_torques(found):
+    for own in found.at:
+        ends = sorted([750.0, 1330.0, *(v for w in own.windows for v in (
+            w.start - w.start_resolution, w.stop + w.stop_resolution))])
+        inner = [pair for pair in zip(ends[::2], ends[1::2], strict=True) if pair[0] < pair[1]]
+        assert [(part.start, part.stop) for part in own.usable] == inner
+    for part in found.usable_at_all:
+        middle = (part.start + part.stop) / 2
+        assert all(any(each.start < middle < each.stop for each in own.usable) for own in found.at)
+    margins = [part.margin for _, part in found.usable]
+    assert margins == sorted(margins, reverse=True)
+    assert UsableRange(900.0, 1100.0).margin == pytest.approx(0.1)  # 10 % either way of 1000 rpm
+
+
+def test_the_document_is_json_with_the_names_that_others_read(found):
+    document = json.loads(json.dumps(found.document()))
+    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history"} <= {
+        *document["avoid"][0]}
+    assert {*document["usable"][0]} == {"torque", "from", "to", "margin"}
+    assert document["torques"] == [100, 300] and any("friction" in each for each in document["assumptions"])
+    assert [each["from"] for each in document["avoid"]] == [w.start for _, w in found.avoid]
+
+
+ISOLA, TORQUE = 394.06281334269397, 1420.7565772023154
+"""rpm and N m, at which one of 64 initial states of the random design 16 reaches a closed branch of motions."""
+
+
+def isola_motion():
+    """The model of that design at that speed, and the motion on the closed branch."""
+    design = random_design(16)
+    model = as_model(design.at(speed=ISOLA, torque=TORQUE))
+    there = gc.attractors(model, 64, seed=1016)
+    (i,) = np.flatnonzero(there.attractor_contact.values > 0)
+    state = np.array([there[f"attractor_section_{name}"].values[i, 0] for name in ("z", "z_dot")])
+    factor = float(there.attractor_dynamic_factor.values[i])
+    return model, Motion(1, 1, 2, factor, -0.1, tuple(state), state)
+
+
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")
+def test_an_orbit_is_followed_to_both_folds_of_a_closed_branch():
+    model, motion = isola_motion()
+    ways = [Way(None, ISOLA, to, motion) for to in (0.9 * ISOLA, 1.1 * ISOLA)]
+    (low, _), (high, _) = ends_of_orbits(model, ways)
+    along = events(model.gears, ISOLA, motion.w, 1, "speed=300:500")
+    for end in (low, high):
+        far, kind = nearest(along, end.speed)
+        assert far < EDGE and (kind, end.kind, end.resolution) == ("fold", "fold", 0.0)
+
+
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")
+def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
+    model, motion = isola_motion()
+    speeds = [384.0, 387.0, 390.0, ISOLA, 397.0, 400.0, 403.0]
+    found = FollowedMotions(model)
+    found.speeds = speeds
+    quiet = {speed: Motion(1, 1, 0, 1.7, 0.5, (9.0, 9.0), np.zeros(2)) for speed in speeds}
+    found.at = {speed: [quiet[speed]] for speed in speeds}
+    found.at[ISOLA].append(motion)
+    for here, there in [*pairwise(speeds), *pairwise(speeds[::-1])]:
+        for each in found.at[here]:
+            each.leads_to[there] = quiet[there]  # so that the motion is lost on both sides
+    continue_orbits(model, [found])
+    assert [len(found.at[speed]) for speed in speeds] == [1, 1, 2, 2, 2, 2, 1]
+    assert all(found.at[speed][1].contact == 2 for speed in speeds[2:6])
+    assert motion.leads_to[397.0].leads_to[400.0] is found.at[400.0][1]
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
+    ({"torque": 0}, "torque must be finite and not 0"), ({"speed": "900"}, "speed must read"),
+    ({"speed": "900:800"}, "axis speed must run"), ({"spacing": 0.001}, "spacing must lie in"),
+    ({"starts": -1}, "starts must be"),
+    ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be"), ({"torque": [100, float("nan")]}, "torque"),
+])
+def test_bad_input_is_refused(options, message):
+    with pytest.raises(InputError) as error:
+        gc.assess(**{"gears": SPUR, "speed": "1000:1100", "torque": 100, **options})
+    assert str(error.value).startswith(message)
+
+
+def test_nothing_to_avoid_says_what_was_tried():
+    exact = replace(SPUR, transmission_error="none")
+    found = gc.assess(exact, "200:220:2", 400.0, starts=4, spacing=0.1)
+    assert isinstance(found, Assessment) and found.avoid == []
+    assert [(part.start, part.stop) for part in found.usable_at_all] == [(200.0, 220.0)]
+    assert any(found.at[0].tried in each for each in found.assumptions)

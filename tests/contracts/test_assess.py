@@ -1,0 +1,305 @@
+"""The decision over speed and torque: command, words, JSON, picture and report, all from one assessment."""
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.datasheet.printed import report_pdf
+from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
+from gearchaos.datasheet.verdict import rows, usable_in_words, verdict, worst
+from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.plot.theme import EVENT_COLOURS
+from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
+from gearchaos.studies.speed_windows import UsableRange
+from gearchaos.studyfile import load_design
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SPUR = EXAMPLES / "spur_50_50.toml"
+SCAN = ("--speed", "500:700:8", "--starts", 0)
+WIDTH = 80
+
+
+def assess(*arguments, code=0):
+    result = CliRunner().invoke(app, ["assess", *(str(a) for a in arguments)])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+@pytest.fixture(scope="module")
+def found():
+    return gc.assess(load_design(SPUR), "500:700:8", [100, 300], starts=0)
+
+
+@pytest.fixture(scope="module")
+def command(tmp_path_factory):
+    """A run of the command with all it writes, and the folder with the files."""
+    folder = tmp_path_factory.mktemp("assess")
+    files = [part for n in ("out.html", "pdf.pdf", "plot.svg")
+             for part in (f"--{n.partition('.')[0]}", folder / n)]
+    return assess(SPUR, *SCAN, "--torque", "100,300", *files), folder
+
+
+def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
+    document = json.loads(assess(SPUR, *SCAN, "--torque", "100,300", "--json").stdout)
+    assert {"avoid", "usable", "assumptions"} <= document.keys()
+    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history"} <= document[
+        "avoid"][0].keys()
+    assert document["usable"][0].keys() == {"torque", "from", "to", "margin"}
+    assert document == json.loads(json.dumps(found.document())) and len(document["avoid"]) == 4
+
+
+def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
+    lines = command[0].stdout.splitlines()
+    assert lines[0].startswith("usable at 100 and 300 N m: 657 to 700 rpm (±3.2 %), 500 to 531 rpm (±3.0 %), ")
+    assert "avoid the rest of 500 to 700 rpm, where the teeth separate" in " ".join(" ".join(lines[:3]).split())
+    assert max(map(len, lines)) <= WIDTH
+    for low, high, margin in re.findall(r"(\d+) to (\d+) rpm \(±([\d.]+) %\)", verdict(found)):
+        (inside,) = [part for part in found.usable_at_all if part.start <= float(low) < float(high) <= part.stop]
+        assert float(margin) == pytest.approx(100 * inside.margin, abs=0.051)
+
+
+def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
+    shown = [line.split() for line in command[0].stdout.splitlines() if re.match(r" *\d+ +\d+ ", line)]
+    expected = [window for _, window in found.avoid]
+    assert len(shown) == len(expected) == 4
+    for row, window in zip(shown, expected, strict=True):
+        assert float(row[0]) <= window.start < float(row[0]) + 1 and float(row[1]) - 1 < window.stop <= float(row[1])
+        assert row[-5:-2] == ["graze", "graze", f"{window.dynamic_factor:.3g}"] and row[-1] == "no"
+
+
+def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
+    (window, *_) = found.at[0].windows
+    open_ = replace(window, begins_with="", start_resolution=0.25, to_scan_end=True, depends_on_history=True)
+    (row,) = rows(replace(found.at[0], windows=(open_,)))
+    assert row.begins_with == "– ±0.25" and row.ends_with == "end of scan" and row.stop.startswith("≥ ")
+    assert row.history == "yes"
+
+
+def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():
+    assert usable_in_words([UsableRange(626.73, 626.91), UsableRange(656.9, 1124.4)]) == [
+        "657 to 1120 rpm (±26.2 %)"]
+
+
+def made_up(found, *usable):
+    """The assessment of one torque with ranges to avoid around these usable ones."""
+    window, at = found.at[0].windows[0], found.at[0]
+    edges = [500.0, *(edge for part in usable for edge in part), 700.0]
+    windows = tuple(replace(window, start=a, stop=b) for a, b in zip(edges[::2], edges[1::2], strict=True))
+    return replace(found, at=(replace(at, windows=windows),))
+
+
+def test_without_a_usable_speed_this_is_said_plainly(found):
+    assert verdict(made_up(found)) == "no speed from 500 to 700 rpm is usable at 100 N m: the teeth separate"
+    one, other = made_up(found, (510, 540)).at[0], made_up(found, (600, 640)).at[0]
+    assert verdict(replace(found, at=(one, replace(other, torque=300.0)))) == (
+        "no speed from 500 to 700 rpm is usable at 100 and 300 N m: the teeth separate; some are at single torques")
+    many = [(500 + 20 * k, 505 + 20 * k) for k in range(1, 6)]
+    assert " and 2 narrower ranges; avoid the rest" in verdict(made_up(found, *many))
+
+
+def test_none_found_says_what_was_tried():
+    options = ("--speed", "5500:6000:2", "--torque", 1200, "--starts", 1, "--set", "design.transmission_error=none")
+    text = " ".join(assess(SPUR, *options).stdout.split())
+    assert text.startswith("usable at 1200 N m: all of 5500 to 6000 rpm; looked for were speeds at which the teeth "
+                           "separate, and none found from rest, sweeps at")
+    assert "At 1200 N m, dynamic factor 1.75 at speed 0, avoid nothing" in text
+
+
+def test_of_many_torques_the_merged_answer_is_printed_alone():
+    text = assess(SPUR, "--speed", "500:520:2", "--starts", 0, "--torque", "100:160:7").stdout
+    assert text.startswith("usable at 7 torques from 100 to 160 N m: all of 500 to 520 rpm")
+    assert "At 1" not in text and "0 ranges to avoid at 7 torques: --json or --out has all" in text
+
+
+def test_the_report_has_the_numbers_of_json_and_loads_nothing(command, found):
+    page = (command[1] / "out.html").read_text()
+    for each in found.document()["usable"]:
+        cells = [f"{each[key]:{form}}" for key, form in (("torque", "g"), ("from", ".1f"), ("to", ".1f"))]
+        cells.append(f"±{100 * each['margin']:.2f} %")
+        assert re.search("".join(f"<td[^>]*>{cell}</td>" for cell in cells), page)
+    for at in found.at:
+        for row in rows(at):
+            assert re.search(r"\s*".join(f"<td [^>]*>{re.escape(value)}</td>" for value in row), page)
+    sentence = verdict(found)
+    assert f"{sentence[0].upper()}{sentence[1:]}." in page and worst(found)[1:] in page
+    assert "Not computed: --sensitivity" in page and "What to change" not in page
+    assert not re.search(r"<script|<link|<img|(?:src|href)=\"(?!#)", page)
+    for name, value in inputs_of(found.gears).items():
+        assert name in page and value.split("_")[0] in page
+
+
+def test_the_pdf_and_the_picture_are_whole(command):
+    assert (command[1] / "pdf.pdf").read_bytes().startswith(b"%PDF-")
+    assert "</svg>" in (command[1] / "plot.svg").read_text(encoding="utf-8")
+
+
+def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_events(found):
+    ax = gc.plot.assessment(found)
+    spans = sorted(tuple(path.get_extents().intervalx) for bars in ax.collections for path in bars.get_paths())
+    expected = [(w.start, w.stop) for _, w in found.avoid] + [(p.start, p.stop) for p in found.usable_at_all]
+    assert np.allclose(spans, sorted(expected), rtol=1e-12)
+    marks = [line for line in ax.lines if line.get_color() == EVENT_COLOURS["graze"]]
+    assert sorted(line.get_xdata()[0] for line in marks) == sorted(e for _, w in found.avoid for e in (w.start, w.stop))
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["loss of contact", "usable at all torques", "graze"]
+    assert CONTACT_CLASSES[1].colour in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
+    assert "±5.6 %" in [text.get_text() for text in ax.texts]
+
+
+def test_where_the_history_decides_bars_are_pale_and_hatched(found):
+    at = found.at[0]
+    ax = gc.plot.assessment(replace(found, at=(replace(at, windows=tuple(
+        replace(w, depends_on_history=True, contact="both flanks", begins_with="") for w in at.windows)),)))
+    assert {(bars.get_hatch(), bars.get_alpha()) for bars in ax.collections} == {("////", 0.45)}
+    assert {to_hex(bars.get_facecolor()[0]) for bars in ax.collections} == {CONTACT_CLASSES[2].colour}
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "both flanks", "the history decides", "no event", "graze"]
+
+
+def test_many_torques_are_areas_that_touch(found):
+    many = replace(found, at=tuple(replace(found.at[0], torque=float(t)) for t in (10, 20, *range(40, 400, 30))))
+    ax = gc.plot.assessment(many)
+    heights = sorted({tuple(path.get_extents().intervaly) for bars in ax.collections for path in bars.get_paths()})
+    assert [a[1] for a in heights[:-2]] == [b[0] for b in heights[1:-1]] and heights[0] == (5.0, 15.0)
+    with pytest.raises(gc.InputError, match=re.escape("found must be the result of gearchaos.assess")):
+        gc.plot.assessment(found.at[0].dataset)
+
+
+@pytest.mark.parametrize(("name", "options"), [
+    ("physical_pair.toml", ("--speed", "10300:10400:2", "--torque", "50,80")),
+    ("train_idler.toml", ("--speed", "3000:3060:2", "--torque", "15")),
+])
+def test_pairs_in_si_and_trains_have_a_report_too(tmp_path, name, options):
+    path = tmp_path / "report.html"
+    result = assess(EXAMPLES / name, *options, "--starts", 2, "--out", path, "--pdf", tmp_path / "report.pdf", "--json")
+    document, page = json.loads(result.stdout), path.read_text()
+    assert document["avoid"] and "Not drawn" not in page
+    assert ("motor: 0.002 kg m²" if "train" in name else "c0") in page
+    refused = assess(EXAMPLES / name, *options, "--sensitivity", code=2).stderr
+    assert "--sensitivity needs a [design]" in refused
+
+
+def test_the_inputs_that_matter_most_are_those_with_the_largest_effect(found):
+    def share(value):
+        return made_up(found, *[(500, 500 + 200 * value)] * (value > 0))
+
+    base = share(0.5)
+    changes = [Changed(name, "1", value, share(usable)) for name, value, usable in (
+        ("a", "2", 0.6), ("b", "2", 0.2), ("a", "0", 0.05), ("d", "2", 0.5), ("e", "2", 0.9))]
+    changes.insert(3, Changed("c", "1", "2", reason="no"))
+    report = Report(base, sensitivity=changes, improvements=changes)
+    assert [(each.name, each.value) for each in report.matters_most] == [("a", "0"), ("e", "2"), ("b", "2")]
+    assert [each.name for each in report.helps_most] == ["e", "a"], "that alone which widens what is usable"
+    document = report.document()["improvements"]
+    assert document[0]["usable_share"] == pytest.approx([0.5, 0.6])
+    assert document[3]["usable_share"][1] is None and document[3]["reason"] == "no"
+    page = report_html(report)
+    assert "<li>e 1 to 2: usable 90.0 % of the speeds" in page and "c 1 to 2: not possible, no" in page
+    assert "None of the 1 changes" in report_html(Report(base, improvements=changes[4:5]))
+    assert report_pdf(report).startswith(b"%PDF")
+
+
+def test_each_assumed_input_is_varied_alone():
+    design = load_design(SPUR)
+    changes = list(assumptions(design))
+    assert [(each.name, each.value) for each in changes] == [
+        ("damping ratio", "0.03"), ("damping ratio", "0.08"), ("accuracy grade", "5"), ("accuracy grade", "7"),
+        ("mesh stiffness", "potential energy"), ("load sharing", "tooth pairs"), ("backlash", "0.084 mm"),
+        ("backlash", "0.156 mm")]
+    for each in changes:
+        other, (name,) = replace(design, **each.fields), each.fields
+        assert getattr(other, name) != getattr(design, name)
+        assert replace(other, **{name: getattr(design, name)}) == design
+    assert replace(design, **changes[-1].fields).backlash_line_of_action == pytest.approx(1.3 * 0.12e-3)
+    assert {each.name for each in improvements(design)} == {
+        "tip relief", "backlash", "profile shift", "addendum in modules"}
+    for each in improvements(design):
+        assert replace(design, **each.fields).geometry.centre_distance == design.geometry.centre_distance
+    relieved = replace(design, tip_relief="10 um")
+    assert [each.value for each in improvements(relieved)][:3] == ["0 µm", "7 µm", "13 µm"]
+
+
+def test_a_change_that_is_not_possible_is_a_reason():
+    design = load_design(SPUR)
+    best = replace(design, quality=replace(design.quality, grade=0))
+    (worse, *_) = (each for each in assumptions(best) if each.name == "accuracy grade")
+    (changed,) = assess_changes(best, [worse], "500:520:2", 100, starts=0)
+    assert changed.assessment is None and "grade" in changed.reason
+
+
+def test_two_designs_are_beside_each_other(tmp_path):
+    other, page = tmp_path / "other.toml", tmp_path / "report.html"
+    other.write_text(SPUR.read_text().replace("damping_ratio = 0.05", "damping_ratio = 0.08"))
+    document = json.loads(assess(SPUR, *SCAN, "--torque", "100", "--against", other, "--out", page, "--json",
+                                 "--pdf", tmp_path / "report.pdf").stdout)
+    assert document["avoid"] and not document["against"]["avoid"]
+    text = page.read_text()
+    for part in ("spur_50_50.toml: Spur gear pair", "other.toml: Spur gear pair", "What differs in the inputs",
+                 "0.05, in contact alone", "0.08, in contact alone"):
+        assert part in text
+    one, two = load_design(SPUR), load_design(other)
+    assert [name for name, *_ in differing_inputs(one, two)] == ["damping ratio of the mesh"]
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(ids) == len(set(ids))
+
+
+def test_the_command_assesses_again_with_inputs_varied():
+    options = ("--speed", "530:560:2", "--torque", 100, "--starts", 0, "--sensitivity", "--improve")
+    result = assess(SPUR, *options)
+    assert "more assessments, about" in result.stderr
+    text = " ".join(result.stdout.split())
+    assert "Input: damping ratio 0.05 to 0.08: usable 100.0 % of the speeds" in text and "Change: addendum" in text
+    assert max(map(len, result.stdout.splitlines())) <= WIDTH
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    (("--speed", "500:700", "--torque", "100,100"), "--torque must rise from one to the next"),
+    (("--speed", "500:700", "--torque", "300,100"), "--torque must rise from one to the next"),
+    (("--speed", "500:700", "--torque", "100", "--torque", "100"), "torque must be given once"),
+    (("--speed", "500:700", "--torque", "300:100:3"), "must run from a smaller to a larger value"),
+    (("--speed", "500:700", "--torque", "100:300"), "--torque must read start:stop:count"),
+    (("--speed", "500:700", "--torque", "0"), "torque must be finite and not 0"),
+    (("--speed", "500:700", "--torque", "x"), "torque must be a torque"),
+    (("--speed", "700:500"), "must run from a smaller to a larger value"),
+    (("--speed", "500:500"), "must run from a smaller to a larger value"),
+    (("--speed", "500:500:1"), "--speed must be a range of speeds"),
+    (("--speed", "500"), "--speed must read start:stop:count"),
+    (("--speed", "500:60000"), "must keep the pitch line velocity below 300 m/s"),
+    (("--speed", "500:700", "--out", "x.pdf"), "--out must end in .html"),
+    (("--speed", "500:700", "--pdf", "x.html"), "--pdf must end in .pdf"),
+    (("--speed", "500:700", "--plot", "x.html"), "--plot must end in"),
+    (("--speed", "500:700", "--factor", "0"), "factor must be"),
+    (("--speed", "500:700", "--starts", "-1"), "starts must be"),
+    (("--speed", "500:700", "--set", "operation.speed=500"), "--set must leave out speed"),
+    (("--speed", "500:700", "--torque", "50", "--set", "torque=60"), "--set must leave out torque"),
+])
+def test_bad_input_is_one_message_and_exit_code_2(options, message):
+    result = assess(SPUR, *options, code=2)
+    assert message in result.stderr and result.stdout == "" and "Traceback" not in result.stderr
+
+
+def test_a_file_without_gears_is_refused():
+    message = "study file must have a table [design], [gearpair] or [train]"
+    assert message in assess(EXAMPLES / "fig02.toml", "--speed", "500:510", code=2).stderr
+
+
+def test_teeth_that_differ_are_said_to_be_left_out():
+    result = assess(SPUR, "--speed", "500:510:2", "--torque", 100, "--starts", 0, "--set", "design.eccentricity=20 um")
+    text = " ".join(result.stdout.split())
+    assert "Assumed: all teeth are taken to be alike: faults, pitch errors and eccentricity are left out" in text
+    assert "train" not in result.stderr and "eccentricity" not in result.stderr
+
+
+def test_an_unbounded_motion_is_said(found):
+    at = found.at[0]
+    dataset = at.dataset.assign(dynamic_factor=at.dataset["dynamic_factor"] * math.nan)
+    assert worst(replace(found, at=(replace(at, dataset=dataset),))) == "motions grow without bound at 100 N m"

@@ -1,0 +1,255 @@
+"""Scatters from outside: inputs, bad input, designs that are not possible, records, stores, command, picture."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.store.record import from_record, to_record
+from gearchaos.studies.distributions import Scattered
+
+DESIGN = gc.GearDesign(
+    teeth=(25, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100,
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    quality={"standard": "ISO 1328-1:1995", "grade": 6})
+PAIR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", chi1=0, chi2=0,
+                   k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
+MODEL = gc.MeshModel.of(kind="single", omega=0.8, q0=0.1, chi0=0, zeta=0.05, eps1=0.045)
+VARY, SPEED = ["damping_ratio=0.03:0.1"], "speed=1000:3000:2"
+
+
+def study(vary=VARY, speed=SPEED, torque=None, model=DESIGN, **options) -> gc.Scatter:
+    return gc.Scatter(model, vary, speed, torque, **{"samples": 32, "indices": False, **options})
+
+
+@pytest.mark.parametrize(("text", "expected"), [
+    ("x=0.1:0.25 mm", Scattered("x", "mm", 0.1, 0.25)), ("x = 0.1 mm : 0.25 mm", Scattered("x", "mm", 0.1, 0.25)),
+    ("x=-1e-3:2E-3", Scattered("x", "", -1e-3, 2e-3)), ("x=5±1 N*s/m", Scattered("x", "N*s/m", mean=5, sd=1)),
+    ("x=5 +- .5", Scattered("x", mean=5, sd=0.5)), ("x=5+/-1 um", Scattered("x", "um", mean=5, sd=1)),
+    ("x=normal(5, 1) um", Scattered("x", "um", mean=5, sd=1)),
+    ("x=normal(5, 1, 3, inf) um", Scattered("x", "um", 3, mean=5, sd=1)),
+    ("a.b=1,2.5,4 mm", Scattered("a.b", "mm", items=(1.0, 2.5, 4.0))),
+    ("stiffness=ISO 6336-1,potential energy", Scattered("stiffness", items=("ISO 6336-1", "potential energy")))])
+def test_distributions_are_read_as_engineers_write_them(text, expected):
+    found = Scattered.parse(text)
+    assert found == expected and Scattered.parse(f"{found.name}={found.words}") == expected
+
+
+@pytest.mark.parametrize(("table", "text"), [
+    ({"name": "backlash", "low": 0.1, "high": 0.2, "unit": "mm"}, "backlash=0.1:0.2 mm"),
+    ({"name": "damping_ratio", "distribution": "normal", "mean": 0.05, "sd": 0.005, "low": 0.01},
+     "damping_ratio=normal(0.05, 0.005, 0.01, inf)"),
+    ({"name": "quality.grade", "distribution": "list", "values": [5, 7]}, "quality.grade=5,7")])
+def test_tables_are_distributions_too(table, text):
+    assert study([table]).inputs == study([text]).inputs
+
+
+def test_inputs_set_what_their_names_say():
+    made = study(["backlash=0.1:0.2 mm", "quality.grade=5:7", "face_width.1=18:20 mm", "bore=30,40 mm"])
+    assert [each.path or each.name for each in made.inputs] == [
+        "backlash.value", "quality.grade", "face_width.1", "bore"]
+    assert made.inputs[1].items == (5, 6, 7)
+    (model,) = made.models.models((0.15, 2.0, 19.0, 1.0))
+    expected = replace(DESIGN, backlash={"value": "0.15 mm", "of": "line of action, total"}, bore="40 mm", speed=1000,
+                       quality={"standard": "ISO 1328-1:1995", "grade": 7}, face_width=["19 mm", "20 mm"])
+    assert model == expected.to_model()
+    two = study(["k=1000:3000 N*s/m", "error_amplitudes.1=1:3 um"], model=PAIR, torque="60,85")
+    light, heavy = two.models.models((2000.0, 1.5))
+    assert heavy == replace(PAIR, k=2000, error_amplitudes=["1.5 um"], speed=1000).to_model()
+    assert light.q1 == pytest.approx(heavy.q1 * 60 / 85)
+    assert gc.Scatter(MODEL, ["q0=0.1:0.2"], "omega=0.7:0.9:2", samples=32).models.models((0.15,))[0].q2 == 0.15
+
+
+@pytest.mark.parametrize(("changes", "field", "rule"), [
+    ({"vary": []}, "vary", "must name one input or more"), ({"vary": [*VARY, *VARY]}, "vary", "must name one input"),
+    ({"vary": ["damping_ratio"]}, "vary", "must read name=low:high"),
+    ({"vary": ["damping_ratio=0.05"]}, "vary", "must read name=low:high"),
+    ({"vary": ["damping_ratio=0,05:0,1"]}, "vary: damping_ratio", "must be a number"),
+    ({"vary": ["damping_ratio=0.1:0.05"]}, "damping_ratio", "must have a lower limit below"),
+    ({"vary": ["damping_ratio=0.05:0.05"]}, "damping_ratio", "must have a lower limit below"),
+    ({"vary": ["damping_ratio=0:inf"]}, "damping_ratio", "must have finite limits"),
+    ({"vary": ["damping_ratio=0.05±0"]}, "damping_ratio", "must have a standard deviation greater than 0"),
+    ({"vary": ["damping_ratio=normal(0.05, 0.001, 0.5, 0.6)"]}, "damping_ratio", "must have limits that keep 1 %"),
+    ({"vary": ["bore=30,30 mm"]}, "bore", "must have each value once"),
+    ({"vary": ["bore=30 mm,3 in"]}, "bore", "must have one unit"),
+    ({"vary": ["backlash=0.1 um:0.2 mm"]}, "backlash", "must have one unit"),
+    ({"vary": ["backlash=-0.1:0.2 mm"]}, "vary: backlash.value", "must be greater than 0"),
+    ({"vary": ["backlash=0.1:0.2 N"]}, "vary: backlash.value", "must be a length"),
+    ({"vary": ["backlash=0.1±0.06 mm"]}, "vary: backlash.value", "must be greater than 0"),
+    ({"vary": ["backlash.width=0.1:0.2 mm"]}, "vary: backlash", "must be one of of, value"),
+    ({"vary": ["quality=5:7"]}, "vary", "must name one value of quality"),
+    ({"vary": ["quality.grade=6±1"]}, "quality.grade", "must be a range or a list of whole numbers"),
+    ({"vary": ["quality.grade=6:14"]}, "vary: quality.grade", "must be a whole number from 0 to 12"),
+    ({"vary": ["stiffness=ISO 6336-1,finite elements"]}, "vary: stiffness", "must be one of"),
+    ({"vary": ["damping=0.05:0.1"]}, "vary", "must be one of application_factor"),
+    ({"vary": ["module.x=1:2 mm"]}, "vary", "must name a value: module has no x"),
+    ({"vary": ["torque=90:110"]}, "vary", "must not name the speed or the torque"),
+    ({"vary": ["face_width=-2:-1 mm"]}, "vary: face_width", "must be greater than 0"),
+    ({"vary": ["centre_distance=200:300 mm"]}, "vary: ", ""),  # impossible in the middle
+    ({"vary": [{"name": "bore", "distribution": "beta"}]}, "distribution", "must be one of list, normal, uniform"),
+    ({"vary": [{"name": "bore", "a": 1}]}, "key of vary", "must be one of distribution"),
+    ({"vary": [{"distribution": "normal", "mean": 1, "sd": 1}]}, "vary.name", "must be given for normal"),
+    ({"vary": [{"name": "bore", "low": 1, "high": 2, "mean": 3}]}, "vary.mean", "must be left out for uniform"),
+    ({"vary": [{"name": "bore", "distribution": "list"}]}, "vary", "must have a list of values"),
+    ({"speed": "omega=0.5:1:3"}, "speed", "must be an axis of speed"), ({"speed": "speed=5"}, "speed", "must read"),
+    ({"torque": "50,50"}, "torque", "must be one positive torque or more, each once"),
+    ({"torque": "0"}, "torque", "must be one positive torque or more"),
+    ({"torque": "5 mm"}, "torque", "must be a torque"),
+    ({"samples": 48}, "samples", "must be 16 times a power of two"),
+    ({"samples": 16}, "samples", "must be a whole number"),
+    ({"factor": 0}, "factor", "must be greater than 0"), ({"start": "anywhere"}, "start", "must be one of rest"),
+    ({"budget": 50}, "budget", "must be at least 64, the motions of 32 designs at 2 points"),
+    ({"correlations": [["damping_ratio", "backlash", 0.5]]}, "correlations", "must be one of damping_ratio"),
+    ({"correlations": [["damping_ratio", "damping_ratio", 0.5]]}, "correlations", "must name two different inputs"),
+    ({"correlations": ["damping_ratio"]}, "correlations", "must be a list of"),
+    ({"vary": [*VARY, "bore=20:30 mm"], "correlations": [["damping_ratio", "bore", 1.0]]}, "correlations",
+     "must be more than -1 and less than 1"),
+    ({"vary": [*VARY, "bore=20,30 mm"], "correlations": [["damping_ratio", "bore", 0.5]]}, "correlations",
+     "must be of inputs with a range"),
+    ({"vary": [*VARY, "bore=20:30 mm", "face_width=15:20 mm"], "correlations": [
+        ["damping_ratio", "bore", 0.9], ["bore", "face_width", 0.9], ["damping_ratio", "face_width", -0.9]]},
+     "correlations", "must be positive definite together"),
+    ({"model": replace(DESIGN, faults=[{"wheel": 1, "tooth": 1, "stiffness_loss": 0.3}], speed=1000)}, "model",
+     "must be a single pair"),
+    ({"model": MODEL}, "speed", "must be an axis of omega"),
+    ({"model": MODEL, "speed": "omega=0.7:0.9:2", "torque": 5}, "torque", "must be left out"),
+    ({"model": MODEL, "speed": "omega=0.7:0.9:2", "vary": ["omega=1:2"]}, "vary", "must name parameters other than"),
+    ({"model": MODEL, "speed": "omega=0.7:0.9:2", "vary": ["zeta=0.1:0.2 mm"]}, "zeta", "must have numbers without"),
+    ({"model": MODEL, "speed": "omega=0.7:0.9:2", "vary": ["zeta=-0.1:0.2"]}, "zeta", "must not be negative"),
+    ({"model": MODEL, "speed": "omega=0.7:0.9:2", "vary": ["damping=0.1:0.2"]}, "parameter", "must be one of")])
+def test_bad_input_is_named(changes, field, rule):
+    with pytest.raises(InputError) as error:
+        study(**changes)
+    assert error.value.field.startswith(field) and rule in error.value.rule
+
+
+def test_a_price_too_high_is_named_with_smaller_choices():
+    with pytest.raises(InputError) as error:
+        study(samples=1024, indices=True, budget=2500)
+    assert "at least 3,072, the motions of 1,536 designs at 2 points" in error.value.rule
+    assert error.value.advice == "Or choose --samples 512 (1,536 motions) or --no-indices (2,048) or fewer speeds."
+
+
+def test_impossible_values_of_a_normal_distribution_say_their_share():
+    with pytest.raises(InputError, match=r"About [45]\.?\d* % of 0\.1±0\.06 mm are impossible\. Give limits"):
+        study(["backlash=0.1±0.06 mm"], samples=256)
+    made = study(["backlash=normal(0.1, 0.06, 0.02, 0.3) mm"], samples=256)
+    assert made.values.min() >= 0.02
+
+
+def test_designs_that_are_not_possible_are_counted():
+    found = gc.scatter(DESIGN, ["bore=30:80 mm"], SPEED, samples=64)
+    share = float(found.impossible)
+    assert 0.1 < share < 0.9 and "bore" in found.attrs["impossible_because"]
+    assert np.array_equal(found.sample_possible == 0, np.isnan(found.sample_factor[0]))
+    assert share == pytest.approx(float((found.sample_possible == 0).mean()))
+    possible = found.sample_share_lost.values[0][found.sample_possible.values == 1]
+    anywhere = found.anywhere.sel(outcome="contact loss")[0]
+    assert float(anywhere) == pytest.approx(np.mean(possible > 0), abs=0.02)
+    assert np.isnan(found.total_index).all() and "not possible" in found.attrs["indices_refused"]
+
+
+def test_samples_say_what_probabilities_say():
+    vary = ["damping_ratio=0.03:0.1", "quality.grade=5:8"]
+    found = gc.scatter(DESIGN, vary, "speed=1500:5500:3", "60,150", samples=64)
+    lost = found.probability.sel(outcome="contact loss")
+    np.testing.assert_allclose(lost.mean("speed"), found.sample_share_lost.mean("sample"), atol=1e-12)
+    largest = found.sample_factor.values
+    np.testing.assert_allclose(
+        found.anywhere.sel(outcome="force over limit"), np.mean(largest > 1.5, axis=1), atol=1e-12)
+    i = 5
+    damping, grade = found.sample_value.values[:, i]
+    own = replace(DESIGN, damping_ratio=damping, quality={"standard": "ISO 1328-1:1995", "grade": 5 + int(grade)})
+    beside = gc.dynamic_factor(own, "speed=1500:5500:3", 150)
+    ratio = float(beside.quasi_static_ratio)
+    assert largest[1, i] == pytest.approx(float(beside.dynamic_factor.max()) / ratio, rel=1e-6)
+    assert found.sample_share_lost.values[1, i] == pytest.approx(float((beside.contact != 0).mean()))
+    assert found.first_index.sel(output="share of speeds with contact loss", varied="quality.grade").max() > 0.4
+    assert "two" not in found.attrs["indices_refused"] and found.cut_share.values.tolist() == [0, 0]
+
+
+def test_other_items_change_no_bit():
+    made = study([*VARY, "face_width=18:22 mm", "stiffness=ISO 6336-1,potential energy"], torque=[60.0, 150.0])
+    whole = made.compute(np.arange(made.count), threads=1)
+    part = made.compute(np.arange(8, 20), threads=1)
+    for name, values in part.items():
+        np.testing.assert_array_equal(values, whole[name][8:20])
+
+
+def test_records_and_stores_hold_what_the_study_finds(tmp_path):
+    made = study(["backlash=0.1:0.2 mm", "damping_ratio=0.05±0.01"], torque=[60.0],
+                 correlations=[["backlash", "damping_ratio", 0.5]])
+    assert from_record(to_record(made)) == made
+    assert gc.run(made, tmp_path / "s.zarr", threads=1, tile=16).finished
+    found = gc.load(tmp_path / "s.zarr")
+    assert found.identical(made.run()) and "correlated" in found.attrs["indices_refused"]
+    assert np.isnan(found.if_best).all()
+
+
+TOML = """
+[design]
+teeth = [25, 50]
+module = "3 mm"
+face_width = "20 mm"
+bore = "30 mm"
+damping_ratio = 0.05
+backlash = { value = "0.12 mm", of = "line of action, total" }
+transmission_error = "from quality"
+quality = { standard = "ISO 1328-1:1995", grade = 6 }
+[study]
+kind = "scatter"
+vary = ["quality.grade=5:8", { name = "damping_ratio", distribution = "normal", mean = 0.05, sd = 0.01, low = 0.02 }]
+speed = "speed=1500:5500:3"
+torque = [60, "150 N*m"]
+samples = 64
+correlations = []
+"""
+
+
+def test_the_command_says_what_the_function_finds(tmp_path):
+    path = tmp_path / "design.toml"
+    path.write_text(TOML)
+    said = CliRunner().invoke(app, ["scatter", str(path), "--plot", str(tmp_path / "s.png"), "--out",
+                                    str(tmp_path / "s.nc")])
+    assert said.exit_code == 0, said.output
+    assert (tmp_path / "s.png").stat().st_size > 0 and max(map(len, said.stdout.splitlines())) <= 80
+    found = gc.load(tmp_path / "s.nc")
+    value = float(found.anywhere.sel(outcome="contact loss", torque=60))
+    assert said.stdout.startswith(f"60 N m: contact is lost from rest with probability {value:.2f} (")
+    assert "0.13 % cut off" in said.stdout and "150 N m: which input matters" in said.stdout
+    document = json.loads(CliRunner().invoke(app, ["scatter", str(path), "--json"]).stdout)
+    assert document["torques"][0]["anywhere"]["contact loss"]["value"] == value
+    assert document["inputs"]["quality.grade"]["items"] == ["5", "6", "7", "8"]
+    assert document["speed"] == [1500, 3500, 5500]
+    stored = CliRunner().invoke(app, ["run", str(path), "--out", str(tmp_path / "s.zarr")])
+    assert stored.exit_code == 0 and gc.load(tmp_path / "s.zarr").identical(found)
+    other = CliRunner().invoke(app, [
+        "scatter", str(path), "--vary", "backlash=0.1:0.2 mm", "--vary", "damping_ratio=0.03:0.1", "--speed",
+        "1000:2000:2", "--torque", "80", "--samples", "32", "--correlation", "backlash,damping_ratio=0.5", "--start",
+        "steady contact", "--no-indices"])
+    assert other.exit_code == 0 and other.stdout.startswith("80 N m: contact is lost from steady contact with")
+    for missing in (["--speed", ""], ["--correlation", "a=b"]):
+        assert CliRunner().invoke(app, ["scatter", str(path), *missing]).exit_code == 2
+    path.write_text(TOML.partition("[study]")[0] + "[operation]\ntorque = 60\n")
+    assert "speed must be given" in CliRunner().invoke(app, ["scatter", str(path), "--vary", VARY[0]]).stderr
+    assert "--vary" in CliRunner().invoke(app, ["scatter", str(path), "--speed", "1000:2000:2"]).stderr
+
+
+def test_the_picture_has_probabilities_and_indices():
+    found = gc.scatter(MODEL, ["eps1=0.045±0.005", "zeta=0.04:0.06"], "omega=0.7:0.9:4", samples=64)
+    above, below = gc.plot.scatter(found).axes
+    np.testing.assert_array_equal(above.lines[0].get_ydata(), found.probability.sel(outcome="contact loss")[0])
+    heights = [bar.get_height() for bar in below.patches]
+    output = {"output": "share of speeds with contact loss"}
+    expected = [found[n].sel(output)[0] for n in ("first_index", "total_index")]
+    np.testing.assert_array_equal(heights, np.concatenate(expected))
+    assert len(gc.plot.scatter(study().run()).axes) == 1
+    with pytest.raises(InputError, match=r"must be a result of scatter"):
+        gc.plot.scatter(found.drop_vars("probability"))
