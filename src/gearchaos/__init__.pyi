@@ -512,7 +512,7 @@ def fit(
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, with their torque.
     measured : str
-        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak; or such spectra as .uff.
+        A table of speed, order of wheel 1 and amplitude, rms or peak to peak, or such spectra, .uff.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
     quantity : {"mesh force", "deflection", "transmission error", "acceleration"}
@@ -577,7 +577,7 @@ class Fit(_Fit):
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, with their torque.
     measured : str
-        A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak; or such spectra as .uff.
+        A table of speed, order of wheel 1 and amplitude, rms or peak to peak, or such spectra, .uff.
     vary : (str, ...)
         Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.
     quantity : {"mesh force", "deflection", "transmission error", "acceleration"}

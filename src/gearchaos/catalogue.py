@@ -92,7 +92,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {
             'measured': {
                 'type': 'str',
-                'help': 'A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak; or such spectra as .uff.',
+                'help': 'A table of speed, order of wheel 1 and amplitude, rms or peak to peak, or such spectra, .uff.',
                 'required': True,
             },
             'vary': {

@@ -101,7 +101,7 @@ class Fit(WholeStudy):
     model_words: ClassVar[str] = "A single pair of given gears, with their torque."
 
     measured: str = option(
-        MISSING, "A table of speed, order of the turn of wheel 1, and amplitude, rms or peak to peak; or such spectra as .uff.",
+        MISSING, "A table of speed, order of wheel 1 and amplitude, rms or peak to peak, or such spectra, .uff.",
         keyword=False)
     vary: tuple[str, ...] = option(
         MISSING, "Parameters and their bounds: damping_ratio=0.02:0.15, backlash=0.05:0.25 mm, error1=1:20 um.",
