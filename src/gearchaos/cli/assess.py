@@ -35,7 +35,9 @@ _WIDTH = 80
 _MOST_TABLES, _MOST_JUMPS = 6, 6
 """Torques of which the ranges are printed, and jumps."""
 
-Speeds = Annotated[str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, others are added.")]
+Speeds = Annotated[
+    str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, by default 60; others are added.")
+]
 Torques = Annotated[
     list[str] | None,
     typer.Option("--torque", metavar="T1,T2,…|A:B:N",
@@ -55,9 +57,13 @@ Other = Annotated[
 @app.command(rich_help_panel="Gears")
 def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
-    starts: Annotated[int | None, typer.Option(metavar="N", help="Random initial states at each speed.")] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Random initial states at each speed; 64, 32 or 16 by the number of torques."),
+    ] = None,
     spacing: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed.")
+        float | None,
+        typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed; 0.005, 0.01 or 0.025."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
     sensitivity: Annotated[
@@ -195,7 +201,8 @@ def _print(report: Report) -> None:
     from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, usable_in_words, verdict, worst
 
     found = report.found
-    _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found))
+    _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found),
+               f"tried: {tried(found)}")
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
         nothing = " nothing" * (not at.windows)
         print(f"\nAt {at.torque:.6g} N m, dynamic factor {at.quasi_static_ratio:.3g} at speed 0, avoid{nothing}")
@@ -205,7 +212,7 @@ def _print(report: Report) -> None:
         if at.windows:
             print_table(table)
         if len(found.at) > 1:
-            _say_lines(f"usable: {', '.join(usable_in_words(at.usable)) or 'nothing'}")
+            _say_lines(f"usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
     if len(found.at) > _MOST_TABLES:
         _say_lines(f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
     met = jumps(found)
@@ -214,7 +221,7 @@ def _print(report: Report) -> None:
         for each in changes or ():
             _say_lines(f"{words}: {changed_in_words(each)}")
     _say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
-               f"Tried: {tried(found)}.", *(f"Assumed: {text}" for text in found.assumptions[:-1]))
+               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
 
 
 def _say_lines(*texts: str) -> None:

@@ -63,8 +63,8 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         print_wrapped(content["status"])
     step = float(dataset["speed"][:2].diff("speed").sum())
     print_wrapped(f"dynamic factor: {', '.join(words_beside(dataset, 'dynamic_factor'))}; the largest in each "
-                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are those from or to a steady "
-                 f"motion.{_steps_of_train(model)}")
+                 f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are changes of the force's range "
+                 f"by a quarter or more, from or to a steady motion.{_steps_of_train(model)}")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:

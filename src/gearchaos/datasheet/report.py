@@ -80,7 +80,7 @@ class Report:
 
 def usable_share(found: Assessment) -> str:
     """The share of the speeds that is usable at all torques, and the range with the largest margin."""
-    widest = next(iter(usable_in_words(found.usable_at_all[:1])), "")
+    widest = next(iter(usable_in_words(found.usable_at_all[:1], found.speeds)), "")
     margin = f", with the largest margin {widest}" * bool(widest)
     return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}"
 

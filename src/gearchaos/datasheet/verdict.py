@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearchaos.datasheet.answer import edges
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
+from gearchaos.studies.speed_windows import MOTIONS
 
 if TYPE_CHECKING:
     from gearchaos.studies.assess import Assessment
@@ -48,26 +48,30 @@ def scanned(found: Assessment) -> str:
     return f"{found.speeds[0]:.6g} to {found.speeds[1]:.6g} rpm"
 
 
-def usable_in_words(parts: Sequence[UsableRange]) -> list[str]:
-    """Usable ranges with their margins, rounded inwards to three digits, without those of which nothing is left."""
-    rounded = ((part, *_inwards(part)) for part in parts)
-    return [f"{low:.0f} to {high:.0f} rpm (±{100 * part.margin:.1f} %)" for part, low, high in rounded if low < high]
+def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -> list[str]:
+    """Usable ranges with their margins, rounded inwards, without those of which nothing is left.
+
+    An end of the ``speeds`` that were looked through is marked: the range may go on beyond.
+    """
+    rounded = ((part, _rounded(part.start, math.ceil), _rounded(part.stop, math.floor)) for part in parts)
+    return [f"{'≤ ' * (part.start == speeds[0])}{low:g} to {'≥ ' * (part.stop == speeds[1])}{high:g} rpm "
+            f"(±{100 * part.margin:.1f} %)" for part, low, high in rounded if low < high]
 
 
 def verdict(found: Assessment) -> str:
     """What to use and what to avoid at all torques, in a sentence."""
-    where, torques, usable = scanned(found), torques_in_words(found), usable_in_words(found.usable_at_all)
+    where, torques, usable = scanned(found), torques_in_words(found), usable_in_words(found.usable_at_all, found.speeds)
     criterion = found.at[0].criterion
     if not found.avoid:
         return (f"usable at {torques}: all of {where}; looked for were speeds at which {criterion}, and none found "
                 f"{tried(found)}")
     if not usable:
-        some = usable_in_words([part for _, part in found.usable])  # of a single torque these are none either
+        some = usable_in_words([part for _, part in found.usable], found.speeds)  # none, too, of a single torque
         return f"no speed from {where} is usable at {torques}: {criterion}{'; some are at single torques' * bool(some)}"
     more = len(usable) - _MOST_NAMED
     narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
-    return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where "
-            f"{criterion}")
+    return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where in "
+            f"some motion {criterion}")
 
 
 def worst(found: Assessment) -> str:
@@ -79,7 +83,9 @@ def worst(found: Assessment) -> str:
     part, torque = max(largest, key=lambda pair: pair[0].dynamic_factor)
     history = sum(window.depends_on_history for _, window in found.avoid)
     of_all = f"{history} of {len(found.avoid)}"
+    others = sum(_by_others(window) for _, window in found.avoid)
     decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
+    decides += f", {others} of these only other initial states lead to" * bool(others)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
             f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
 
@@ -97,12 +103,20 @@ def rows(at: SpeedsToAvoid) -> list[Row]:
 
 
 def _row(window: Window) -> Row:
-    start, stop = edges(window)
+    low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
+    start = f"{'≤ ' * window.from_scan_start}{_rounded(low, math.floor):g}"
+    stop = f"{'≥ ' * window.to_scan_end}{_rounded(high, math.ceil):g}"
     factor, speed = (measured(value, 3) if math.isfinite(value) else "unbounded"
                      for value in (window.dynamic_factor, window.speed_of_largest))
     return Row(start, stop, window.cause, _event(window.begins_with, window.start_resolution, window.from_scan_start),
                _event(window.ends_with, window.stop_resolution, window.to_scan_end), factor,
-               speed if math.isfinite(window.speed_of_largest) else "–", "yes" if window.depends_on_history else "no")
+               speed if math.isfinite(window.speed_of_largest) else "–",
+               "others" if _by_others(window) else "yes" if window.depends_on_history else "no")
+
+
+def _by_others(window: Window) -> bool:
+    """Whether neither the motion from rest nor those of slow sweeps are to be avoided in a range."""
+    return [each.motion for each in window.reached] == [MOTIONS["other"]]
 
 
 def _event(kind: str, resolution: float, scan_end: bool) -> str:
@@ -130,10 +144,10 @@ def title(gears: Any) -> str:
     return f"Gear pair {gears.n1}/{gears.n2}"
 
 
-def _inwards(part: UsableRange) -> tuple[float, float]:
-    """The ends of a usable range, rounded to three digits towards its inside."""
-    low, high = (10.0 ** max(math.floor(math.log10(max(end, 1.0))) - 2, 0) for end in (part.start, part.stop))
-    return math.ceil(part.start / low) * low, math.floor(part.stop / high) * high
+def _rounded(speed: float, direction: Callable[[float], int]) -> float:
+    """A speed rounded up or down to whole rpm, below 100 rpm to three digits."""
+    unit = 10.0 ** min(math.floor(math.log10(max(speed, 1e-3))) - 2, 0)
+    return direction(speed / unit) * unit
 
 
 def _listed(words: Sequence[str]) -> str:
