@@ -59,10 +59,10 @@ def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
 
 def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
     lines = command[0].stdout.splitlines()
-    assert lines[0].startswith("usable at 100 and 300 N m: 657 to 700 rpm (±3.2 %), 500 to 531 rpm (±3.0 %), ")
-    assert "avoid the rest of 500 to 700 rpm, where the teeth separate" in " ".join(" ".join(lines[:3]).split())
+    assert lines[0].startswith("usable at 100 and 300 N m: 657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %),")
+    assert "avoid the rest of 500 to 700 rpm, where in some motion the teeth separate" in " ".join(" ".join(lines[:4]).split())
     assert max(map(len, lines)) <= WIDTH
-    for low, high, margin in re.findall(r"(\d+) to (\d+) rpm \(±([\d.]+) %\)", verdict(found)):
+    for low, high, margin in re.findall(r"(\d+) to (?:≥ )?(\d+) rpm \(±([\d.]+) %\)", verdict(found)):
         (inside,) = [part for part in found.usable_at_all if part.start <= float(low) < float(high) <= part.stop]
         assert float(margin) == pytest.approx(100 * inside.margin, abs=0.051)
 
@@ -85,8 +85,8 @@ def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
 
 
 def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():
-    assert usable_in_words([UsableRange(626.73, 626.91), UsableRange(656.9, 1124.4)]) == [
-        "657 to 1120 rpm (±26.2 %)"]
+    parts = [UsableRange(626.73, 626.91), UsableRange(656.9, 1124.4), UsableRange(12.345, 12.987)]
+    assert usable_in_words(parts, (500.0, 1124.4)) == ["657 to ≥ 1124 rpm (±26.2 %)", "12.4 to 12.9 rpm (±2.5 %)"]
 
 
 def made_up(found, *usable):
