@@ -19,7 +19,7 @@ from gearchaos.datasheet.verdict import rows, usable_in_words, verdict, worst
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
-from gearchaos.studies.speed_windows import UsableRange
+from gearchaos.studies.speed_windows import Reached, UsableRange
 from gearchaos.studyfile import load_design
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -82,6 +82,10 @@ def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
     (row,) = rows(replace(found.at[0], windows=(open_,)))
     assert row.begins_with == "– ±0.25" and row.ends_with == "end of scan" and row.stop.startswith("≥ ")
     assert row.history == "yes"
+    alone = replace(open_, reached=(Reached("other initial states", 1.0, 2.0),))
+    only = replace(found.at[0], windows=(alone,))
+    assert rows(only)[0].history == "others"
+    assert worst(replace(found, at=(only,))).endswith("1 of these only other initial states lead to")
 
 
 def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():
