@@ -60,7 +60,8 @@ def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
 def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
     lines = command[0].stdout.splitlines()
     assert lines[0].startswith("usable at 100 and 300 N m: 657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %),")
-    assert "avoid the rest of 500 to 700 rpm, where in some motion the teeth separate" in " ".join(" ".join(lines[:4]).split())
+    head = " ".join(" ".join(lines[:4]).split())
+    assert "avoid the rest of 500 to 700 rpm, where in some motion the teeth separate" in head
     assert max(map(len, lines)) <= WIDTH
     for low, high, margin in re.findall(r"(\d+) to (?:≥ )?(\d+) rpm \(±([\d.]+) %\)", verdict(found)):
         (inside,) = [part for part in found.usable_at_all if part.start <= float(low) < float(high) <= part.stop]

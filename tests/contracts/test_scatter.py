@@ -86,6 +86,8 @@ def test_inputs_set_what_their_names_say():
     ({"vary": ["backlash.width=0.1:0.2 mm"]}, "vary: backlash", "must be one of of, value"),
     ({"vary": ["quality=5:7"]}, "vary", "must name one value of quality"),
     ({"vary": ["quality.grade=6±1"]}, "quality.grade", "must be a range or a list of whole numbers"),
+    ({"vary": ["quality.grade=5.5:6.5"]}, "quality.grade", "must hold at least two whole numbers"),
+    ({"vary": ["quality.grade=5.2:5.8"]}, "quality.grade", "must hold at least two whole numbers"),
     ({"vary": ["quality.grade=6:14"]}, "vary: quality.grade", "must be a whole number from 0 to 12"),
     ({"vary": ["stiffness=ISO 6336-1,finite elements"]}, "vary: stiffness", "must be one of"),
     ({"vary": ["damping=0.05:0.1"]}, "vary", "must be one of application_factor"),
@@ -253,3 +255,11 @@ def test_the_picture_has_probabilities_and_indices():
     assert len(gc.plot.scatter(study().run()).axes) == 1
     with pytest.raises(InputError, match=r"must be a result of scatter"):
         gc.plot.scatter(found.drop_vars("probability"))
+
+
+def test_scatter_without_a_possible_design_is_refused_with_the_reason():
+    square = replace(DESIGN, teeth=(50, 50), centre_distance="150 mm")
+    with pytest.raises(InputError) as error:
+        gc.scatter(square, ["centre_distance=148:152 mm"], "speed=1000:1100:2", samples=32, indices=False)
+    assert str(error.value).startswith("vary must leave some designs possible; got 'centre_distance'")
+    assert "profile_shift must be given with this centre distance" in str(error.value)

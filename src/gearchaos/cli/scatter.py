@@ -85,7 +85,7 @@ def print_scatter(content: dict[str, Any]) -> None:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.3g} %"
 
 
 def _chance(found: dict[str, Any]) -> str:

@@ -114,8 +114,11 @@ class Scattered:
             return replace(self, items=tuple(int(v) if isinstance(v, float) and v == int(v) else v for v in self.items))
         if self.mean is not None:
             raise InputError(self.name, "must be a range or a list of whole numbers", self.words)
-        return replace(self, low=-np.inf, high=np.inf,
-                       items=tuple(range(int(np.ceil(self.low)), int(np.floor(self.high)) + 1)))
+        items = tuple(range(int(np.ceil(self.low)), int(np.floor(self.high)) + 1))
+        if len(items) < 2:
+            raise InputError(self.name, "must hold at least two whole numbers", self.words,
+                             "A single value is no scatter: set it in the gears.")
+        return replace(self, low=-np.inf, high=np.inf, items=items)
 
     @property
     def _tails(self) -> tuple[float, float]:

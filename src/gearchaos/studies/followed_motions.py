@@ -224,7 +224,7 @@ class FollowedMotions:
         avoided = [s for s in speeds if any(map(severity, self.at[s]))]
         free = [s for s in speeds if s not in avoided]
         yield from self.add(free, starts, seed)
-        yield from self.add(avoided, starts // FEWER, seed)
+        yield from self.add(avoided, -(-starts // FEWER), seed)
         return np.array([len(free), len(avoided)])
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:

@@ -298,6 +298,9 @@ class Scatter(ClassifyingStudy):
         coords = variables((self.speed.name,), {self.speed.name: self.speed.values})
         if self.torque is not None:
             coords |= variables(("torque",), {"torque": np.array(self.torque)})
+        if not results.possible.any():
+            raise InputError("vary", "must leave some designs possible", ", ".join(each.name for each in self.inputs),
+                             self._why(results))
         attributes = {"indices_refused": self._why_no_indices(results), "impossible_because": self._why(results)}
         coords |= results.coordinates()
         return new_dataset(data, coords, {**self.provenance(**self.recorded), **attributes})

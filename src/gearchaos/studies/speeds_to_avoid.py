@@ -269,7 +269,7 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     motions, criteria, model = found.motions, found.criteria, found.motions.model
     tried = f"from rest, sweeps at {len(motions.speeds)} speeds" + (
         f", {criteria.starts} random states at {tried_at[0]}" + (
-            f", {criteria.starts // FEWER} at {tried_at[1]}" if tried_at[1] else "")
+            f", {-(-criteria.starts // FEWER)} at {tried_at[1]}" if tried_at[1] else "")
         if criteria.starts else "")
     gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
     dataset = _dataset(motions).assign(
