@@ -36,7 +36,7 @@ _MOST_TABLES, _MOST_JUMPS = 6, 6
 """Torques of which the ranges are printed, and jumps."""
 
 Speeds = Annotated[
-    str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, by default 60; others are added.")
+    str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, by default 40; others are added.")
 ]
 Torques = Annotated[
     list[str] | None,

@@ -18,7 +18,7 @@ from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, 
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_torques, summarised
 
-SPEEDS = 60  # speeds of a range without a number: others are added between them
+SPEEDS = 40  # speeds of a range without a number: others are added between them
 _EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
 """Random initial states, the spacing of their speeds, and the periods after which a motion that still looks chaotic
 counts as such: the first of which there are not too many states, or the last."""
