@@ -125,7 +125,7 @@ class Visit:
         return self.page.wait_for_selector(".error").inner_text()
 
     def close(self):
-        assert (self.errors, self.strangers) == ([], [])
+        assert (self.errors, self.strangers) == ([], []), (self.errors, self.strangers)
         self.context.close()
 
 

@@ -114,7 +114,8 @@ def load_study(
     options |= {key: str((Path(path or ".").parent / given).absolute()) for key, given in options.items()
                 if known[key].is_path and isinstance(given, str)}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
-    torques = [operating_value("torque", each) for each in options.get("torque", ())]  # a list of several
+    several = options.get("torque")  # or a table, of which there is none at first
+    torques = [operating_value("torque", each) for each in several] if isinstance(several, list) else []
     axes += [Axis("torque", each, each, 1) for each in torques]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if tables.train is not None:

@@ -45,7 +45,10 @@ function replace_content(element, html) {
 }
 updates.properties.data.change.connect(() => {
   for (const [id, attributes] of entries(updates.data.models[0])) set_attributes(id, attributes)
-  for (const [name, html] of entries(updates.data.html[0])) replace_content(document.getElementById(name), html)
+  for (const [name, html] of entries(updates.data.html[0])) {
+    const element = document.getElementById(name)
+    if (element) replace_content(element, html)  // a page without gears has no run-up
+  }
   show_values(Object.fromEntries(entries(updates.data.values[0])))
 })
 

@@ -59,6 +59,7 @@ function stop_playing() {
 }
 const plain = (value) => value instanceof Map ? Object.fromEntries(value) : value
 run_up.properties.data.change.connect(() => {
+  if (!play_button) return  // a page without gears
   if (run.runner_id) set_attributes(run.runner_id, {data: {x: [], y: []}})
   stop_playing()
   run = plain(run_up.data.run[0])
