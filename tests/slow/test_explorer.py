@@ -196,7 +196,8 @@ def is_picture(path):
 
 
 def test_downloads(visit, tmp_path):
-    found = taken(visit(f"?{CALM}&at=1.0,0.206"), tmp_path, FILES.values())
+    names = [words for name, words in FILES.items() if not name.startswith("runup")]  # those are of gears
+    found = taken(visit(f"?{CALM}&at=1.0,0.206"), tmp_path, names)
     for what, study in (("map", "zones"), ("motion", "simulate")):
         assert is_picture(found[f"{what} PNG"]) and found[f"{what} SVG"].read_bytes().startswith(b"<?xml")
         assert gc.load(found[f"{what} data"]).attrs["study"] == study
