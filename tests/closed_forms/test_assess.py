@@ -142,6 +142,7 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
     continue_orbits(model, [found])
     assert [len(found.at[speed]) for speed in speeds] == [1, 1, 2, 2, 2, 2, 1]
     assert all(found.at[speed][1].contact == 2 for speed in speeds[2:6])
+    assert all(list(found.at[speed][1].meshes) == [2] for speed in (390.0, 397.0, 400.0))  # their own, not the first's
     assert motion.leads_to[397.0].leads_to[400.0] is found.at[400.0][1]
 
 

@@ -189,6 +189,7 @@ def test_pairs_in_si_and_trains_have_a_report_too(tmp_path, name, options):
     document, page = json.loads(result.stdout), path.read_text()
     assert document["avoid"] and "Not drawn" not in page
     assert ("motor: 0.002 kg m²" if "train" in name else "c0") in page
+    assert ("at speed 0" in page) == ("train" not in name)  # not known of a train
     refused = assess(EXAMPLES / name, *options, "--sensitivity", code=2).stderr
     assert "--sensitivity needs a [design]" in refused
 

@@ -198,14 +198,14 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 def _print(report: Report) -> None:
     """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
     from gearchaos.datasheet.report import changed_in_words, usable_share
-    from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, tried, usable_in_words, verdict, worst
+    from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, tried, usable_in_words, verdict, worst
 
     found = report.found
     _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found),
-               f"tried: {tried(found)}")
+               f"tried: {tried(found)}; a motion that few states lead to can be missed")
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
         nothing = " nothing" * (not at.windows)
-        print(f"\nAt {at.torque:.6g} N m, dynamic factor {at.quasi_static_ratio:.3g} at speed 0, avoid{nothing}")
+        print("\n" + ", ".join(filter(None, [f"At {at.torque:.6g} N m", at_no_speed(at), f"avoid{nothing}"])))
         table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
         for row in rows(at):
             table.add_row(*row)

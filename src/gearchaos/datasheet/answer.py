@@ -6,14 +6,13 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.datasheet.quantities import Entry, datasheet, with_scanned_speeds
 from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.values import DataFile
+from gearchaos.gears.design.values import DataFile, method_in_words
 from gearchaos.gears.units import RPM, measured
 from gearchaos.model import DAMPING_LAWS
 
@@ -80,12 +79,12 @@ class Answer:
         known = self.entries["resonance_speed"].value is not None
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
-        error = "no transmission error" if d.exact else f"error {_method(d.transmission_error)}"
+        error = "no transmission error" if d.exact else f"error {method_in_words(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         if d.shares_load:
             variation = self._value("loaded_error_peak_to_peak")
             yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak{self._best_relief}"
-        yield "assumed", f"stiffness {_method(d.stiffness)}, {error}{damping}: vary each"
+        yield "assumed", f"stiffness {method_in_words(d.stiffness)}, {error}{damping}: vary each"
         if d.turning:
             yield "left out", LIKE_TEETH
 
@@ -221,10 +220,3 @@ def edges(window: Window) -> tuple[str, str]:
 def _both(values: tuple[float, float], factor: float = 1.0) -> str:
     """The value of both wheels, or both if they differ."""
     return "/".join(dict.fromkeys(f"{v * factor:.6g}" for v in values))
-
-
-def _method(given: str | DataFile) -> str:
-    """By which method something is computed, or from which file."""
-    if isinstance(given, str):
-        return given if given.startswith("from") else f"by {given}"
-    return f"from {Path(given.path).name}"

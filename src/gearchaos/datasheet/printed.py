@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
-from gearchaos.datasheet.verdict import HEADINGS, jumps, rows, scanned, torques_in_words, verdict, worst
+from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, scanned, torques_in_words, verdict, worst
 
 _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
@@ -79,7 +79,7 @@ def _lines(report: Report) -> Iterator[str]:
     found = report.found
     yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
     for at in found.at:
-        yield from ("", f"To avoid at {at.torque:.6g} N m (dynamic factor at speed 0: {at.quasi_static_ratio:.3g})")
+        yield from ("", f"To avoid at {at.torque:.6g} N m{f' ({at_no_speed(at)})' if at_no_speed(at) else ''}")
         for row in [HEADINGS, *rows(at)] if at.windows else []:
             yield "".join(f"{value.replace(chr(10), ' '):<{width}.{width - 1}}" for value, width in zip(
                 row, _COLUMNS, strict=True))

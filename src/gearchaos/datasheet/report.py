@@ -17,6 +17,7 @@ from gearchaos.cards.inputs import inputs_in_words
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.verdict import (
     HEADINGS,
+    at_no_speed,
     jumps,
     rows,
     scanned,
@@ -144,7 +145,7 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
 def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
     """What the template shows below the first page of an assessment."""
     return {
-        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": f"{each.quasi_static_ratio:.3g}", "rows": rows(each)}
+        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each)}
                   for each in found.at],
         "usable": [(f"{each.torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")
                    for each in found.at for part in each.usable],

@@ -102,6 +102,11 @@ def rows(at: SpeedsToAvoid) -> list[Row]:
     return [_row(window) for window in at.windows]
 
 
+def at_no_speed(at: SpeedsToAvoid) -> str:
+    """The dynamic factor that the jumps of the stiffness make at any speed; empty where it is not known."""
+    return "" if math.isnan(at.quasi_static_ratio) else f"dynamic factor {at.quasi_static_ratio:.3g} at speed 0"
+
+
 def _row(window: Window) -> Row:
     low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
     start = f"{'≤ ' * window.from_scan_start}{_rounded(low, math.floor):g}"

@@ -10,6 +10,7 @@ from typing import Any
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
+from gearchaos.gears.design.values import method_in_words
 from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
@@ -79,7 +80,8 @@ class Assessment:
         gears, first = self.gears, self.at[0]
         out = [f"mesh damping {DAMPING_LAWS[as_model(gears).damping_law]}"]
         if is_design(gears):
-            out = [f"mesh stiffness {_method(gears.stiffness)}", f"transmission error: {first.transmission_error}",
+            out = [f"mesh stiffness {method_in_words(gears.stiffness)}",
+                   f"transmission error: {first.transmission_error}",
                    f"damping ratio {gears.damping_ratio:g} {DAMPING_LAWS[gears.damping_law]}", *gears.assumptions]
             out += [] if gears.shares_load else ["the load is not shared between the tooth pairs by their deflection"]
         if self.like_teeth:
@@ -204,10 +206,3 @@ def _torques(given: Any) -> Sequence[float | None]:
     if not 0 < len(torques) <= _MOST_TORQUES:
         raise InputError("torque", f"must be 1 to {_MOST_TORQUES} values", len(torques))
     return sorted(torques)
-
-
-def _method(given: Any) -> str:
-    """By which method something is computed, or from which file."""
-    if isinstance(given, str):
-        return given if given.startswith("from") else f"by {given}"
-    return "from a table"

@@ -61,12 +61,14 @@ class Motion:
 
 
 class Asked(NamedTuple):
-    """Motions to be classified, from states w (d, L) at speeds (L,); ``brief`` ones for `_BRIEF` periods at most."""
+    """Motions to be classified, from states w (d, L) at speeds (L,): ``brief`` ones for `_BRIEF` periods at most,
+    ``random`` ones from random states."""
 
     torque: float | None  # that of the model for None
     speed: np.ndarray
     w: np.ndarray
     brief: bool = False
+    random: bool = False
 
 
 _T = TypeVar("_T")
@@ -80,7 +82,8 @@ def side_by_side(
 ) -> list[_T]:
     """Run searches at several torques: what all of them ask for next is classified in one batch.
 
-    The motions are those of the model at the torques and speeds that are asked for.
+    The motions are those of the model at the torques and speeds that are asked for. The progress is that of those from
+    random states, which take the most time.
     """
     running, done = dict(enumerate(searches)), dict[int, _T]()
     answers: dict[int, list[Motion] | None] = dict.fromkeys(running)
@@ -96,7 +99,8 @@ def side_by_side(
         for short in (True, False):
             group = {i: each for i, each in asked.items() if each.brief == short}
             if group:
-                found = classified(model, list(group.values()), brief if short else settings, progress, threads)
+                words = progress if any(each.random for each in group.values()) else None
+                found = classified(model, list(group.values()), brief if short else settings, words, threads)
                 answers |= dict(zip(group, found, strict=True))
     return [done[i] for i in running]
 
@@ -181,7 +185,7 @@ class FollowedMotions:
             base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
             values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
             w = initial_value_problems(base, values, self._names).w
-            yield from self._add(each, w)
+            yield from self._add(each, w, random=True)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
         while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
                           if there not in motion.leads_to]:
@@ -222,7 +226,7 @@ class FollowedMotions:
         """
         yield from self.add(speeds)
         avoided = [s for s in speeds if any(map(severity, self.at[s]))]
-        free = [s for s in speeds if s not in avoided]
+        free = sorted(set(speeds) - set(avoided))
         yield from self.add(free, starts, seed)
         yield from self.add(avoided, -(-starts // FEWER), seed)
         return np.array([len(free), len(avoided)])
@@ -249,9 +253,9 @@ class FollowedMotions:
             max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
             for each in others]}
 
-    def _add(self, speeds: np.ndarray, w: np.ndarray) -> Search[list[Motion]]:
+    def _add(self, speeds: np.ndarray, w: np.ndarray, random: bool = False) -> Search[list[Motion]]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
-        found, at = (yield Asked(self.torque, speeds, w, True)), speeds.tolist()
+        found, at = (yield Asked(self.torque, speeds, w, True, random)), speeds.tolist()
         first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):

@@ -265,8 +265,6 @@ def quasi_static_ratio(model: AnyModel) -> float:
     their gaps; where a relief lets each pair begin and end without load, nothing jumps.
     """
     model = as_model(model)
-    if model.kind == "train":
-        return 1.0
     system = switched_system(vary(model, {}))
     static, level = float(system.static_force[0, 0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)

@@ -144,7 +144,8 @@ class SpeedsToAvoid:
     criterion : str
         What makes a speed one to avoid, in words.
     quasi_static_ratio : float
-        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps.
+        The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps. NaN for a
+        train.
     dataset : xarray.Dataset
         Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
         ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the

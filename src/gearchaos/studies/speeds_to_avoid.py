@@ -87,20 +87,20 @@ class Criteria:
         check_rule("spacing", spacing, _SPACINGS)
         return cls(factor, separation, starts, spacing, seed, as_settings(settings) or Classification())
 
-    @property
-    def words(self) -> str:
-        """They as words."""
+    def words(self, ratio: float) -> str:
+        """They as words, where the quasi-static ratio is this, or not known, NaN."""
+        over = "" if np.isnan(ratio) else " over the quasi-static ratio"
         return ", or ".join([CRITERION] * self.separation + ([] if self.factor is None else [
-            f"the dynamic factor over the quasi-static ratio exceeds {self.factor:g}"]))
+            f"the dynamic factor{over} exceeds {self.factor:g}"]))
 
     def limit(self, ratio: float) -> float:
-        """The largest dynamic factor that is accepted, where the quasi-static ratio is this."""
-        return np.inf if self.factor is None else self.factor * ratio
+        """The largest dynamic factor that is accepted, where the quasi-static ratio is this, or not known, NaN."""
+        return np.inf if self.factor is None else self.factor * (1.0 if np.isnan(ratio) else ratio)
 
 
 @dataclass
 class _AtTorque:
-    """The motions of a pair at one torque, None for that of the model, and its quasi-static ratio."""
+    """The motions of gears at one torque, None for that of the model, and the quasi-static ratio, NaN for a train."""
 
     criteria: Criteria
     motions: FollowedMotions
@@ -166,7 +166,7 @@ def search_torques(
     Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
-    at = [_AtTorque(criteria, FollowedMotions(each, t), quasi_static_ratio(each))
+    at = [_AtTorque(criteria, FollowedMotions(each, t), np.nan if each.kind == "train" else quasi_static_ratio(each))
           for each, t in zip(models, torques, strict=True)]
     count = sum(parts_between(models[0], low, high, criteria.spacing) for low, high in pairwise(speeds))
     if count > MOST_SPEEDS:
@@ -275,7 +275,7 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     dataset = _dataset(motions).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
-        "speeds_to_avoid", model, starts=criteria.starts, seed=criteria.seed,
+        "speeds_to_avoid", model, starts=criteria.starts, spacing=criteria.spacing, seed=criteria.seed,
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
     coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
@@ -283,7 +283,7 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
-        float(torque), windows, criteria.words, found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
+        float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
         gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
 
 

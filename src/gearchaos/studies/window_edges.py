@@ -84,8 +84,8 @@ class Way(NamedTuple):
 
 @dataclass
 class _Orbits:
-    """L orbits: states (d, L), multipliers (L, d), contact states, dynamic factors, least compressions, (L,), and
-    whether each has a shorter period than the motion whose continuation it is to be."""
+    """L orbits: states (d, L), multipliers (L, d), contact states, dynamic factors, least compressions, (L,), contact
+    states of the K meshes (L, K), and whether each has a shorter period than the motion that it is to continue."""
 
     w: np.ndarray
     multipliers: np.ndarray
@@ -94,6 +94,7 @@ class _Orbits:
     contact: np.ndarray
     factor: np.ndarray
     compression: np.ndarray
+    meshes: np.ndarray
     shorter: np.ndarray
 
     def take(self, which: np.ndarray) -> _Orbits:
@@ -118,7 +119,8 @@ class _Orbits:
     def motion(self, number: int, before: Motion) -> Motion:
         """An orbit as a motion, the continuation of one before."""
         return replace(before, contact=int(self.contact[number]), dynamic_factor=float(self.factor[number]),
-                       compression=float(self.compression[number]), w=self.w[:, number].copy(), leads_to={})
+                       compression=float(self.compression[number]), meshes=self.meshes[number].tolist(),
+                       w=self.w[:, number].copy(), leads_to={})
 
 
 def _orbits(model: MeshModel, ways: Sequence[Way], speed: np.ndarray, w: np.ndarray) -> _Orbits:
@@ -131,9 +133,9 @@ def _orbits(model: MeshModel, ways: Sequence[Way], speed: np.ndarray, w: np.ndar
     found = polish(flow, np.ascontiguousarray(w), points, period, reach=2 * _REACH)
     state = np.ascontiguousarray(np.where(np.isfinite(found.w), found.w, w))
     measures = flow.advance(state, period, points=points, measured=True).measures
-    response, _ = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
+    response, meshes = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
     return _Orbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
-                   response.dynamic_factor, measures[Measure.Z_MIN] - 1,
+                   response.dynamic_factor, measures[Measure.Z_MIN] - 1, meshes.mesh_contact,
                    minimal_period(flow, state, points, period) < period)
 
 

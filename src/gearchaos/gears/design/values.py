@@ -254,3 +254,10 @@ class Choice:
             error = unknown_name(field, str(value), self.names)
             raise InputError(field, error.rule, value, f"{error.advice} Or name a file: {tables}.".lstrip())
         return value
+
+
+def method_in_words(given: str | DataFile) -> str:
+    """By which method something is computed, or from which file."""
+    if isinstance(given, str):
+        return given if given.startswith("from") else f"by {given}"
+    return f"from {Path(given.path).name}"
