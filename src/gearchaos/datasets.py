@@ -234,7 +234,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
     if target.suffix and target.suffix.lower() not in (*DATA_SUFFIXES, *UFF_SUFFIXES):
         known = ", ".join((*DATA_SUFFIXES, *UFF_SUFFIXES))
         raise InputError("path", f"must end in {known}, or have no ending", str(target),
-                         "It is NetCDF that is written, or with .csv a table.")
+                         "It is NetCDF that is written, with .csv a table, with .uff spectra and signals.")
     check_target("path", target)
     if target.suffix.lower() == CSV_SUFFIX:
         return save_csv(dataset, target)

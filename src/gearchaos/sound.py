@@ -10,13 +10,20 @@ import numpy as np
 
 from gearchaos.dynamics.time_series import evenly
 from gearchaos.errors import InputError
+from gearchaos.execute.machine import check_memory
 from gearchaos.files import check_target, write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
 
 RATE = 44_100  # samples per second of a file
+_BYTES = 200  # of memory for each sample: four instants of 50 bytes
 _SILENCE = 1e-6  # of the largest force: what varies by less is none
+
+
+def check_sound(duration: float) -> None:
+    """Raise `InputError` if the sound of a run of this duration, s, does not fit in the memory."""
+    check_memory("samples of the sound", int(duration * RATE), _BYTES)
 
 
 def write_wav(dataset: xr.Dataset, path: Path) -> float:

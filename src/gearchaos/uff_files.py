@@ -94,6 +94,8 @@ def _signals(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     for way in dataset["direction"].values.tolist():
         one = dataset.sel(direction=way)
         known = np.isfinite(one["signal_force"].values)
+        if np.count_nonzero(known) < 2:  # the run did not come here
+            continue
         for name in ("signal_force", "signal_speed"):
             instants, values = evenly(one["signal_time"].values[known], one[name].values[known], rate)
             even = xr.DataArray(values, name=name, attrs=one[name].attrs)

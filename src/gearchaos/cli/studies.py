@@ -195,6 +195,9 @@ def runup(
     for option, path, suffixes in (("--out", out, _SPECTRUM_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
             "--wav", wav, (".wav",)), ("--uff", uff, UFF_SUFFIXES)):
         check_output(option, path, suffixes)
+    for option, path, others in (("--out", out, (against,)), ("--uff", uff, (out, against))):
+        if path is not None and path.resolve() in {each.resolve() for each in others if each is not None}:
+            raise InputError(option, "must be a file of its own", str(path))
     from gearchaos.cli.summaries import Found, report
     from gearchaos.gears.units import DURATION, to_si
     from gearchaos.studies.axis import as_range
@@ -207,7 +210,7 @@ def runup(
     axes = [] if speed is None else [as_range(f"speed={speed}", "--speed", options.RANGE)]
     seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
     profile = None
-    if torque is not None and not re.match(r"\s*[-+]?\.?\d", torque):
+    if torque is not None and (Path(torque).is_file() or not re.match(r"\s*[-+]?\.?\d", torque)):
         profile, notes = read_profile(torque)
         for note in notes:
             say(note)
@@ -219,6 +222,10 @@ def runup(
     given = options.given(duration=seconds, mesh=mesh, down=down or None, torque=profile, events=events or None,
                           **({"speed": axes[0]} if axes else {}))
     study = loaded.study(RunUp, **given, signal=wav is not None or uff is not None)
+    if wav is not None:
+        from gearchaos.sound import check_sound
+
+        check_sound((1 + study.down) * study.duration)
     if against is None and column:
         raise InputError("--column", "needs --against", column[0])
     bench = None

@@ -36,6 +36,8 @@ _LINE_SHARE = 1 / 6
 _FINER, _LENGTH = 4, 40
 """Of a signal at even instants: how many times as many are averaged, and half the length of filters in instants."""
 
+KEPT = 0.47  # highest frequency that `resampled` keeps, over the fewer instants
+
 
 def time_last(series: np.ndarray) -> np.ndarray:
     """A time series (N, ..., L) as a contiguous array (..., L, N)."""
@@ -172,7 +174,7 @@ def evenly(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarra
 def resampled(values: np.ndarray, up: int, down: int) -> np.ndarray:
     """A signal (N,) at ``up``/``down`` times as many instants, filtered so that no frequency folds into another one.
 
-    Frequencies up to 0.47 of the fewer instants keep their size to 1e-4, but for some 40 instants at both ends.
+    Frequencies up to `KEPT` of the fewer instants keep their size to 1e-4, but for some 40 instants at both ends.
     """
     from scipy.signal import firwin, resample_poly  # here, since they take a third of a second to load
 

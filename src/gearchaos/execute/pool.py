@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
+OTHER_CALL = "It keeps what an earlier call began: repeat that call, delete the file, or choose another one."
+"""Advice where a file that keeps finished work is of another call."""
+
 RESUME_ADVICE = "What is done is kept; the same command goes on from there."  # ends the message of an interrupted run
 CHECK_INTERVAL = 2.0  # seconds between two checks that the workers can still be reached, and how many they are
 

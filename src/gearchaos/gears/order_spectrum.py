@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.gears import units
 from gearchaos.gears.measured_quantities import MEASURED, MeasuredQuantity
-from gearchaos.gears.tables import Column, read_table
+from gearchaos.gears.tables import SPEED, Column, read_table
 from gearchaos.quantities import quantity
 from gearchaos.validation import MAX_HARMONICS
 
@@ -75,9 +74,8 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: float, co
     advice = "A column 'amplitude' has peak values, 'rms' root mean squares. Units stand in the header or in columns."
     kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice)
              for name, (_, own, other) in _COLUMNS.items()]
-    speed = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
     order = Column("order", aliases=("ordnung", "orders"))
-    table = read_table(path, ((speed,), (order,), kinds), field=field, chosen=columns)
+    table = read_table(path, ((SPEED,), (order,), kinds), field=field, chosen=columns)
     kind = next(name for name in _COLUMNS if name in table.columns)
     values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
     *_, least, most = quantity("speed").range or (0.0, math.inf)

@@ -89,6 +89,11 @@ class Column:
         return self.fits(unit) and not (self.other and re.search(self.other, _plain(name)))
 
 
+SPEED = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
+TIME = Column("time", {units.DURATION: 1.0}, ("t", "zeit"), r"\btime|zeit")
+"""Columns of measurements and of profiles."""
+
+
 @dataclass(frozen=True, eq=False)
 class Table:
     """The numbers of a table: columns (rows,) in SI by their names, in the order of the groups.
@@ -379,12 +384,11 @@ def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _F
 
 def _numbers(cells: _Cells, taken: list[int]) -> np.ndarray:
     """The numbers of the columns that are taken, (rows, columns)."""
-    texts = [(n, cell) for n, row in cells.rows for cell in row]
-    commas = [(n, cell) for n, cell in texts if _DECIMAL_COMMA.fullmatch(cell)]
+    commas = [(n, cell) for n, row in cells.rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
     if commas:
         line, first = commas[0]
         cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
-        if any(_NUMBER.fullmatch(cell) and "." in cell for _, cell in texts):
+        if any(_NUMBER.fullmatch(cell) and "." in cell for _, row in cells.rows for cell in row):
             raise _line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
                               cure)
         if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):

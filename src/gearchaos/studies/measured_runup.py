@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import new_dataset, variable
-from gearchaos.dynamics.time_series import resampled
+from gearchaos.dynamics.time_series import KEPT, resampled
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears import units
 from gearchaos.gears.measured_quantities import MEASURED
 from gearchaos.gears.order_spectrum import OrderSpectrum, read_order_spectrum
-from gearchaos.gears.tables import Column, Table, read_table
+from gearchaos.gears.tables import SPEED, TIME, Column, Table, read_table
 from gearchaos.gears.uff_tables import is_uff, over
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ _HEAD = 4096  # bytes in which the header of a table is
 _MOST_BYTES = 200_000_000  # of a file with a signal
 _GAP = 1.5  # largest distance of instants over the usual one
 _FINER = 4  # times as many instants, between which the signal is interpolated over the angle
-_KEPT = 0.47  # highest frequency that interpolation keeps, over the samples per second
 _PER_ORDER = 2.56  # instants per turn over the highest order
 _REVERSAL = 0.05  # least share of the range of speeds after the largest one in a run-down
 
@@ -82,7 +81,7 @@ class MeasuredSignal:
         for i, part in enumerate(ways.values()):
             for b in np.unique(at[part]):
                 out[i, b] = np.sqrt(np.mean(spectra[part][at[part] == b] ** 2, axis=0))
-        out[:, centres[:, None] * order / 60 > _KEPT * self.rate] = np.nan
+        out[:, centres[:, None] * order / 60 > KEPT * self.rate] = np.nan
         kept = [i for i, way in enumerate(ways) if way in own]
         return _dataset([*ways][kept[0] : kept[-1] + 1], centres, order, out[kept])
 
@@ -205,12 +204,14 @@ def compared_orders(computed: xr.Dataset, measured: xr.Dataset) -> list[dict[str
     are, over the speeds that both have."""
     first, rows = computed.attrs["mesh_order"], list[dict[str, float]]()
     both = computed.sel(direction=measured["direction"]), measured
-    low, high = max(each["speed"].values.min() for each in both), min(each["speed"].values.max() for each in both)
     for order in first * np.arange(1, round(computed["order"].values[-1] / first) + 1):
-        row = {"order": float(order)}
-        for name, each in zip(("computed", "measured"), both, strict=True):
-            cut = order_cut(each, order)
-            cut = cut.sel(speed=(cut["speed"] >= low) & (cut["speed"] <= high))
+        row, cuts = {"order": float(order)}, [order_cut(each, order).dropna("speed", how="all") for each in both]
+        if not all(cut.sizes["speed"] for cut in cuts):
+            continue
+        speeds = [cut["speed"].values for cut in cuts]  # that have this order
+        low, high = max(each.min() for each in speeds), min(each.max() for each in speeds)
+        for name, whole in zip(("computed", "measured"), cuts, strict=True):
+            cut = whole.sel(speed=(whole["speed"] >= low) & (whole["speed"] <= high))
             if cut.notnull().any():
                 at = cut[cut.argmax(...)]
                 row |= {name: float(at), f"{name}_speed": float(at["speed"])}
@@ -229,11 +230,9 @@ def order_cut(dataset: xr.Dataset, order: float) -> xr.DataArray:
 def _read_signal(path: str | Path, columns: Mapping[str, str] | None) -> Table:
     """The columns time, speed and force of a signal; raises `InputError` where the time has a gap or the wheel does not
     turn."""
-    time = Column("time", {units.DURATION: 1.0}, ("t", "zeit"), r"\btime|zeit")
-    speed = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
     force = Column("force", {units.FORCE: 1.0}, ("mesh force", "kraft"), MEASURED["mesh force"].words,
                    advice="The run-up has the orders of the mesh force.")
-    table = read_table(path, ((time,), (speed,), (force,)), field="against", chosen=columns, increasing=True,
+    table = read_table(path, ((TIME,), (SPEED,), (force,)), field="against", chosen=columns, increasing=True,
                        most=_MOST_BYTES)
     step = np.diff(table.columns["time"])
     usual = float(np.median(step)) if len(step) else 0.0

@@ -152,7 +152,7 @@ class RunUp(MeshStudy):
             largest = largest_torque(self._profile)
             if (model := self.model).value("torque") != largest:
                 self._set(model=model.with_values({"torque": abs(largest) if model.kind == "train" else largest}))
-        check_memory("periods in the duration", self._periods * self.signal, 24 * self._samples)
+        check_memory("periods in the duration", (1 + self.down) * self._periods * self.signal, 40 * self._samples)
         _ = self.cost
 
     @property

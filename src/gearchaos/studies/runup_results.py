@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.execute.pool import OTHER_CALL
 from gearchaos.files import check_target, write_bytes
 from gearchaos.flow import Measure
 
@@ -160,7 +161,7 @@ class Journal:
                              "Delete it, or choose another file.") from error
         if settings != self._settings:
             raise InputError("journal", "must be one of the same model, axes, settings and versions", str(self._path),
-                             "Delete it, or choose another file.")
+                             OTHER_CALL)
         return found
 
     def write(self, arrays: Mapping[str, np.ndarray]) -> None:

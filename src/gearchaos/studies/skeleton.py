@@ -24,7 +24,7 @@ from gearchaos.continuation.skeleton import Search, find_curves
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
-from gearchaos.execute.pool import RESUME_ADVICE
+from gearchaos.execute.pool import OTHER_CALL, RESUME_ADVICE
 from gearchaos.execute.pools import process_pool, thread_pool
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.curve import curve_ends, point_variables, special_variables
@@ -194,7 +194,7 @@ class SkeletonJournal(dict[str, Any]):
                              "Delete it, or choose another file.") from None
         if first != own:
             raise InputError("journal", "must be one of the same model, axes, settings and versions", str(path),
-                             "Delete it, or choose another file.")
+                             OTHER_CALL)
         self.update(found)
 
     def _write(self, document: Any) -> None:

@@ -10,17 +10,14 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.tables import Column, read_table
+from gearchaos.gears.tables import SPEED, TIME, Column, read_table
 from gearchaos.validation import to_float
 
 Profile = dict[str, list[float]]
 """The rows of a table: ``time``, s, or ``speed``, rpm, and ``torque``, N m."""
 
 _STEPS = 4000  # steps from the least to the largest torque: gears are made anew for each that differs
-_OVER = {
-    "time": Column("time", {units.DURATION: 1.0}, ("t", "zeit"), r"\btime\b|zeit"),
-    "speed": Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl"), r"speed|drehzahl|\brpm\b"),
-}
+_OVER = {"time": TIME, "speed": SPEED}
 _TORQUE = Column("torque", {units.TORQUE: 1.0}, ("m", "m1", "t1", "moment", "drehmoment"), r"torque|moment")
 
 

@@ -92,7 +92,8 @@ class Computations:
             self.clear_skeleton()
         if before.map_key != view.map_key:
             self._ask_map()
-        if before.run_key != view.run_key or (view.sounds and not before.sounds):
+        silent = self.run_up is None or not self.run_up.sound
+        if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
             self.clear_run_up()
 
     def update_rest(self, before: View) -> None:

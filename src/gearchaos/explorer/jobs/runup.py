@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 import xarray as xr
 
+from gearchaos.errors import InputError
 from gearchaos.execute.progress import on_progress
 from gearchaos.explorer.view.run import Run
 from gearchaos.model import MeshModel
@@ -48,6 +50,8 @@ def run_up(model: MeshModel, run: Run, mesh: str) -> Generator[float | RunUpResu
 
 
 def _wav(dataset: xr.Dataset) -> bytes:
-    with TemporaryDirectory() as folder:
+    """The sound as a file, empty if nothing is heard since the force does not vary."""
+    with TemporaryDirectory() as folder, suppress(InputError):
         write_wav(dataset, path := Path(folder) / "runup.wav")
         return path.read_bytes()
+    return b""

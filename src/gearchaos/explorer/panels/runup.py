@@ -89,8 +89,6 @@ def run_up_text(found: xr.Dataset, name: str) -> RunUpText:
         speeds = found["speed_of_jump"].values[found["direction_of_jump"].values == way]
         if len(speeds):
             sentences.append(f"Jumps, {WAYS[way][2]}: {', '.join(f'{speed:.0f}' for speed in speeds)} rpm.")
-    if "mesh" in found.coords:
-        sentences.append(f"Of {found['mesh'].item()}.")
     return RunUpText(lines, _MARK, [*sentences, *words_beside(found, name)])
 
 
