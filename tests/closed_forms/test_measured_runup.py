@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
@@ -75,6 +76,21 @@ def test_the_signal_of_a_run_up_has_its_own_orders(computed):
     rows = compared_orders(computed, found)
     assert len(rows) == 3 and [row["order"] for row in rows] == sorted(row["order"] for row in rows)
     assert all(row["measured"] == pytest.approx(row["computed"], rel=0.1) for row in rows if row["order"] <= 100)
+
+
+def test_amplitudes_are_compared_at_speeds_at_which_both_have_the_order(computed):
+    speeds, orders = [500.0, 600.0, 700.0, 800.0], [50.0, 100.0]
+
+    def made_up(values):
+        return xr.Dataset({"order_force": (("direction", "speed", "order"), [values])}, {
+            "direction": ["up"], "speed": speeds, "order": orders}, {"mesh_order": 50.0})
+
+    ours = made_up([[1, 1], [1, 1], [1, 1], [1, 9]])
+    theirs = made_up([[2, 1], [2, 1], [2, np.nan], [2, np.nan]])
+    first, second = compared_orders(ours, theirs)
+    assert (first["computed"], first["measured"]) == (1, 2)
+    assert (second["computed"], second["measured"], second["computed_speed"]) == (1, 1, 500)
+    assert len(compared_orders(ours, made_up([[2, np.nan]] * 4))) == 1
 
 
 def test_the_windows_of_a_run_down_are_told_from_those_of_the_run_up(computed):

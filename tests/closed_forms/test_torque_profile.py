@@ -92,12 +92,13 @@ def test_where_the_torque_jumps_the_motion_does_not():
 
 def test_files_are_read_as_other_tables_and_found_beside_the_study(tmp_path):
     (tmp_path / "load.csv").write_text("Zeit [min];Wellenmoment [kN m]\n0;0,06\n0,05;0,06\n1;0,06\n", encoding="utf-8")
+    (tmp_path / "60_Nm.csv").write_bytes((tmp_path / "load.csv").read_bytes())
     text = DESIGN.read_text().replace('torque = "100 N*m"', 'torque = "60 N*m"')
     study = '[study]\nkind = "runup"\nspeed = "speed=1250:1262"\nduration = 1\n'
     (tmp_path / "run.toml").write_text(text + study + 'torque = "load.csv"\n')
     (tmp_path / "plain.toml").write_text(text + study)
     (tmp_path / "bare.toml").write_text(text.split("[operation]")[0] + study)
-    for file, options in (("run", []), ("plain", []), ("bare", ["--torque", str(tmp_path / "load.csv")])):
+    for file, options in (("run", []), ("plain", []), ("bare", ["--torque", str(tmp_path / "60_Nm.csv")])):
         result = CliRunner().invoke(
             app, ["runup", str(tmp_path / f"{file}.toml"), *options, "--out", str(tmp_path / f"{file}.nc")])
         assert result.exit_code == 0, result.stderr

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics.time_series import evenly
+from gearchaos.sound import check_sound
 from gearchaos.uff_files import even_rate
 
 PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
@@ -65,6 +66,36 @@ def test_the_signals_of_a_run_up_have_the_force_and_the_speed_at_even_instants(t
     one = [s for s in spectra if s["id1"].endswith("speed falling")][3]
     assert one["z_axis_value"] == pytest.approx(float(plain.speed[3]), rel=1e-5) and one["z_axis_spec_data_type"] == 19
     np.testing.assert_allclose(one["data"], plain[3], rtol=1e-6)
+
+
+def test_a_direction_that_never_came_has_no_signal(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    model = gc.studyfile.load_study(PAIR_FILE).model
+    found = gc.physical(gc.runup(model, "speed=500:700", 0.2, down=True, signal=True))
+    found["signal_force"][1] = np.nan  # as after a divergence
+    gc.save(found.drop_vars("order_force"), tmp_path / "r.uff")
+    _, *signals = pyuff.UFF(str(tmp_path / "r.uff")).read_sets()
+    assert len(signals) == 2 and all(one["id1"].endswith("speed rising") for one in signals)
+
+
+@pytest.mark.parametrize("options", [("--out", "x.uff", "--uff", "x.uff"), ("--against", "b.csv", "--uff", "b.uff")])
+def test_no_file_is_written_over_another(tmp_path, monkeypatch, options):
+    pytest.importorskip("pyuff")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "b.uff").write_text("measured")
+    options = tuple(each.replace("b.csv", "./b.uff") for each in options)
+    result = CliRunner().invoke(app, ["runup", str(PAIR_FILE), "--speed", "500:700", *options])
+    assert result.exit_code == 2 and "--uff must be a file of its own" in result.stderr
+    assert (tmp_path / "b.uff").read_text() == "measured" and not (tmp_path / "x.uff").exists()
+
+
+def test_a_sound_that_does_not_fit_in_the_memory_is_refused_before_the_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gearchaos.execute.machine.memory", lambda: 1 << 32)
+    arguments = ["runup", str(PAIR_FILE), "--speed", "20:30", "--wav", "r.wav", "--duration"]
+    result = CliRunner().invoke(app, [*arguments, "3600 s"])
+    assert result.exit_code == 2 and "samples of the sound must be at most" in result.stderr
+    check_sound(60.0)
 
 
 def test_a_sine_at_uneven_instants_is_the_same_at_even_ones():

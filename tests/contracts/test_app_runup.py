@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.io import wavfile
 
 import gearchaos as gc
@@ -17,7 +18,7 @@ from gearchaos.datasets import from_netcdf_bytes
 from gearchaos.errors import InputError
 from gearchaos.execute.progress import on_progress
 from gearchaos.explorer.jobs.export import exported
-from gearchaos.explorer.jobs.runup import RunUpResult, run_up
+from gearchaos.explorer.jobs.runup import RunUpResult, _wav, run_up
 from gearchaos.explorer.panels.runup import played, run_up_text
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.run import Run
@@ -192,6 +193,21 @@ def test_a_run_without_sound_goes_when_sound_is_asked_for():
     page.branches.jobs["run-up"].show(RunUpResult(silent, b""))
     page.move(VIEW)
     assert page.computations.run_up is None
+
+
+def test_a_run_with_its_sound_stays_when_this_is_switched_off_and_on():
+    page = Computed(VIEW)
+    page.computations.ask_run_up()
+    page.branches.jobs["run-up"].show(RunUpResult(VIEW, b"RIFF"))
+    for view in (VIEW.with_run(sound=False), VIEW):
+        page.move(view)
+    assert page.computations.run_up is not None and "clear_run_up" not in page.display.shown
+
+
+def test_a_force_that_does_not_vary_is_shown_without_sound():
+    dims = ("direction", "instant")
+    constant = xr.Dataset({"signal_time": (dims, [[0.0, 0.5, 1.0]]), "signal_force": (dims, [[1.0, 1.0, 1.0]])})
+    assert _wav(constant) == b""
 
 
 # --- sent and saved ------------------------------------------------------------------------------------------------
