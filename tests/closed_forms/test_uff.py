@@ -12,6 +12,7 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.dynamics.time_series import evenly
 from gearchaos.sound import check_sound
+from gearchaos.studyfile import load_study
 from gearchaos.uff_files import even_rate
 
 PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
@@ -48,7 +49,7 @@ def test_the_signals_of_a_run_up_have_the_force_and_the_speed_at_even_instants(t
     labels = [(s["ordinate_axis_lab"].strip(), s["ordinate_axis_units_lab"].strip(), s["id1"]) for s in signals]
     assert labels == [(name, unit, f"{what}, speed {way}") for way in ("rising", "falling") for name, unit, what in (
         ("force", "N", "mesh force"), ("speed", "rpm", "speed of wheel 1"))]
-    design = gc.runup(gc.studyfile.load_study(PAIR_FILE).model, "speed=500:700", 0.5, down=True, signal=True)
+    design = gc.runup(load_study(PAIR_FILE).model, "speed=500:700", 0.5, down=True, signal=True)
     found = gc.physical(design)
     force, speed = signals[0], signals[1]
     rate = 1 / force["abscissa_inc"]
@@ -70,7 +71,7 @@ def test_the_signals_of_a_run_up_have_the_force_and_the_speed_at_even_instants(t
 
 def test_a_direction_that_never_came_has_no_signal(tmp_path):
     pyuff = pytest.importorskip("pyuff")
-    model = gc.studyfile.load_study(PAIR_FILE).model
+    model = load_study(PAIR_FILE).model
     found = gc.physical(gc.runup(model, "speed=500:700", 0.2, down=True, signal=True))
     found["signal_force"][1] = np.nan  # as after a divergence
     gc.save(found.drop_vars("order_force"), tmp_path / "r.uff")
