@@ -148,6 +148,7 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
 
 @pytest.mark.parametrize(("options", "message"), [
     ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
+    ({"torque": "150,60"}, "torque must rise"),
     ({"torque": 0}, "torque must be finite and not 0"), ({"speed": "900"}, "speed must read"),
     ({"speed": "900:800"}, "axis speed must run"), ({"spacing": 0.001}, "spacing must lie in"),
     ({"starts": -1}, "starts must be"),

@@ -63,7 +63,7 @@ def test_intervals_cover_as_often_as_they_say():
         return at_half(lost, all_of_them, u[..., 0], Scattered("x", low=0.0, high=1.0))
 
     for estimate, truth in ((likely, 0.32), (index, 0.2), (held, 0.3)):
-        assert 178 <= _covered(estimate, truth) <= 200
+        assert 180 <= _covered(estimate, truth) <= 199
 
 
 def test_rare_events_have_an_interval_that_is_not_empty():
@@ -90,13 +90,14 @@ def test_the_best_part_is_not_flattered():
     rng, u = np.random.default_rng(2), probabilities(512, 1, 0, False)[0][..., 0]
     every, found = np.ones(u.shape, bool), []
     for _ in range(200):
-        estimate, ends = at_best(rng.random(u.shape), every, u, Scattered("x", low=0.0, high=8.0))
+        estimate, _ = at_best(rng.random(u.shape), every, u, Scattered("x", low=0.0, high=8.0))
         found.append(estimate)
-        assert ends[1] - ends[0] == pytest.approx(1, rel=1e-3)
     value, low, high = np.transpose(found)
-    assert value.mean() == pytest.approx(0.5, abs=0.01) and 178 <= np.sum((low <= 0.5) & (high >= 0.5)) <= 199
+    assert value.mean() == pytest.approx(0.5, abs=0.01) and 180 <= np.sum((low <= 0.5) & (high >= 0.5)) <= 199
     (value, low, high), ends = at_best(u > 0.2, every, u, Scattered("x", low=0.0, high=8.0))
     assert value == low == 0 and high < 0.12 and ends == pytest.approx((0, 1), abs=1e-3)
+    (value, *_), ends = at_best(u < 0.6, every, u, Scattered("x", low=0.0, high=8.0))
+    assert value == 0 and ends == pytest.approx((5, 8), abs=1e-3)  # all that are as good
     _, ends = at_best(u < 0.6, every, u, Scattered("x", items=("a", "b", "c")))
     assert ends == (2, 2)
 

@@ -13,13 +13,13 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.datasheet.printed import report_pdf
+from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
-from gearchaos.datasheet.verdict import rows, usable_in_words, verdict, worst
+from gearchaos.datasheet.verdict import HEADINGS, rows, usable_in_words, verdict, worst
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
-from gearchaos.studies.speed_windows import Reached, UsableRange
+from gearchaos.studies.speed_windows import FORCE_CRITERION, Reached, UsableRange
 from gearchaos.studyfile import load_design
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -219,8 +219,12 @@ def test_each_assumed_input_is_varied_alone():
     changes = list(assumptions(design))
     assert [(each.name, each.value) for each in changes] == [
         ("damping ratio", "0.03"), ("damping ratio", "0.08"), ("accuracy grade", "5"), ("accuracy grade", "7"),
+        ("transmission error", "from quality (typical)"),
         ("mesh stiffness", "potential energy"), ("load sharing", "tooth pairs"), ("backlash", "0.084 mm"),
         ("backlash", "0.156 mm")]
+    typical = list(assumptions(replace(design, transmission_error="from quality (typical)")))
+    assert [(each.name, each.value) for each in typical if each.name in ("accuracy grade", "transmission error")] == [
+        ("accuracy grade", "5"), ("accuracy grade", "7"), ("transmission error", "from quality")]
     for each in changes:
         other, (name,) = replace(design, **each.fields), each.fields
         assert getattr(other, name) != getattr(design, name)
@@ -305,7 +309,41 @@ def test_teeth_that_differ_are_said_to_be_left_out():
     assert "train" not in result.stderr and "eccentricity" not in result.stderr
 
 
-def test_an_unbounded_motion_is_said(found):
-    at = found.at[0]
-    dataset = at.dataset.assign(dynamic_factor=at.dataset["dynamic_factor"] * math.nan)
-    assert worst(replace(found, at=(replace(at, dataset=dataset),))) == "motions grow without bound at 100 N m"
+def test_a_motion_without_bound_in_one_range_is_said_first(found):
+    window = replace(found.at[0].windows[0], reached=(Reached("from rest", 0.1, math.nan),))
+    at = replace(found.at[0], windows=(window, *found.at[0].windows[1:]))
+    assert worst(replace(found, at=(at, found.at[1]))) == "motions grow without bound at 100 N m"
+    many = tuple(replace(at, torque=float(torque)) for torque in (1, 2, 3, 4))
+    assert worst(replace(found, at=many)).endswith("at 1, 2 and 3 N m and more")
+
+
+def test_inputs_without_effect_do_not_matter_most(found):
+    report = Report(found, sensitivity=[Changed("backlash", "a", "b", found)])
+    assert report.matters_most == [] and "None of the 1 changes alters it." in report_html(report)
+
+
+def test_what_was_tried_stands_on_the_first_page_for_all_torques(found):
+    page = report_html(Report(found))
+    assert page.index(found.at[1].tried) < page.index("Evidence")
+    assert all(f"at {each.torque:g} N m {each.tried}" in found.assumptions[-1] for each in found.at)
+
+
+def test_the_tables_of_the_print_have_every_word(found):
+    window = replace(found.at[0].windows[0], criterion=FORCE_CRITERION, begins_with="neimark-sacker")
+    one = replace(found, at=(replace(found.at[0], windows=(window,)),))
+    words = set(" ".join(_lines(Report(one))).split())
+    assert {word for row in (HEADINGS, *rows(one.at[0])) for cell in row for word in cell.split()} <= words
+
+
+def test_a_torque_is_given_once_and_holds_for_both_gears():
+    pair = EXAMPLES / "physical_pair.toml"
+    refused = assess(pair, "--speed", "3000:3010:2", "--torque", 50, "--set", "gearpair.M10=60", code=2).stderr
+    assert "--set must leave out torque" in refused
+    options = ("--speed", "3000:3010:2", "--starts", 0, "--against", pair, "--json")
+    result = assess(pair, *options, "--set", "gearpair.M10=60")
+    document = json.loads(result.stdout)
+    assert document["torques"] == document["against"]["torques"] == [60]
+
+
+def test_the_result_at_a_torque_has_a_document_of_its_own(found):
+    assert json.loads(json.dumps(found.at[0].document()))["torque"] == 100

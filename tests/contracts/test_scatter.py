@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.cli.scatter import _most
 from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.distributions import Scattered
+from gearchaos.studies.scatter import torques_of
+from gearchaos.studies.scatter_results import OUTPUTS
 
 DESIGN = gc.GearDesign(
     teeth=(25, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100,
@@ -101,7 +104,7 @@ def test_inputs_set_what_their_names_say():
     ({"vary": [{"name": "bore", "low": 1, "high": 2, "mean": 3}]}, "vary.mean", "must be left out for uniform"),
     ({"vary": [{"name": "bore", "distribution": "list"}]}, "vary", "must have a list of values"),
     ({"speed": "omega=0.5:1:3"}, "speed", "must be an axis of speed"), ({"speed": "speed=5"}, "speed", "must read"),
-    ({"torque": "50,50"}, "torque", "must be one positive torque or more, each once"),
+    ({"torque": "50,50"}, "torque", "must rise from one to the next"),
     ({"torque": "0"}, "torque", "must be one positive torque or more"),
     ({"torque": "5 mm"}, "torque", "must be a torque"),
     ({"samples": 48}, "samples", "must be 16 times a power of two"),
@@ -174,7 +177,7 @@ def test_samples_say_what_probabilities_say():
     assert largest[1, i] == pytest.approx(float(beside.dynamic_factor.max()) / ratio, rel=1e-6)
     assert found.sample_share_lost.values[1, i] == pytest.approx(float((beside.contact != 0).mean()))
     assert found.first_index.sel(output="share of speeds with contact loss", varied="quality.grade").max() > 0.4
-    assert "two" not in found.attrs["indices_refused"] and found.cut_share.values.tolist() == [0, 0]
+    assert found.attrs["indices_refused"] == "" and found.cut_share.values.tolist() == [0, 0]
 
 
 def test_other_items_change_no_bit():
@@ -263,3 +266,14 @@ def test_scatter_without_a_possible_design_is_refused_with_the_reason():
         gc.scatter(square, ["centre_distance=148:152 mm"], "speed=1000:1100:2", samples=32, indices=False)
     assert str(error.value).startswith("vary must leave some designs possible; got 'centre_distance'")
     assert "profile_shift must be given with this centre distance" in str(error.value)
+
+
+def test_torques_with_one_unit_have_it_all():
+    assert torques_of("1,2 kN*m") == (1000, 2000)
+
+
+def test_inputs_that_the_indices_do_not_tell_apart_are_both_named():
+    total = {"a": (0.5, 0.4, 0.6), "b": (0.45, 0.3, 0.55), "c": (0.1, 0.0, 0.2)}
+    one = {"indices": {OUTPUTS[0]: {
+        name: {"total": dict(zip(("value", "low", "high"), values, strict=True))} for name, values in total.items()}}}
+    assert _most(one) == "; most by a or b (S_T 0.50)"

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli.errors import load_kernels, say
-from gearchaos.cli.gears import GearsPath, torques_of
-from gearchaos.cli.options import Json, Plot, Sets, app, read_study
+from gearchaos.cli.gears import GearsPath
+from gearchaos.cli.options import Json, Plot, Sets, app, operating_point, read_study
 from gearchaos.cli.output import (
     DPI,
     PLOT_SUFFIXES,
@@ -50,7 +50,9 @@ Factor = Annotated[
 Page = Annotated[Path | None, typer.Option("--out", metavar="FILE.html", help="Report as a page.", readable=False)]
 Print = Annotated[Path | None, typer.Option("--pdf", metavar="FILE.pdf", help="Report for printing.", readable=False)]
 Other = Annotated[
-    Path | None, typer.Option("--against", metavar="OTHER", help="Other gears, assessed likewise.", readable=False)
+    Path | None,
+    typer.Option("--against", metavar="OTHER", readable=False,
+                 help="Other gears, assessed likewise; a --set of the torque holds for both."),
 ]
 
 
@@ -87,7 +89,7 @@ def assess(
     _refuse_without_effect(sets, torques)
     described = [_described(gears, sets, axis, torques)]
     if against is not None:
-        described.append(_described(against, None, axis, torques))
+        described.append(_described(against, operating_point(sets), axis, torques))
     for option, given in (("--sensitivity", sensitivity), ("--improve", improve)):
         if given and not is_design(described[0][0]):
             raise InputError(option, "needs a [design]", str(gears), "Its inputs are varied by their names.")
@@ -113,7 +115,7 @@ def assess(
 
 def _torques(texts: list[str] | None) -> list[float] | None:
     """The torques of ``--torque`` in N m, None for that of the gears."""
-    from gearchaos.gears.operating import operating_value
+    from gearchaos.gears.operating import operating_value, separated_torques
     from gearchaos.studies.speed_and_torque import operating_axis
     from gearchaos.studyfile import parse_value
 
@@ -121,14 +123,14 @@ def _torques(texts: list[str] | None) -> list[float] | None:
         return None
     if len(texts) == 1 and ":" in texts[0]:
         return operating_axis("torque", texts[0], "--torque").values.tolist()
-    return [operating_value("torque", parse_value(text)) for text in torques_of(texts)]
+    return [operating_value("torque", parse_value(text)) for text in separated_torques(texts, "--torque")]
 
 
 def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) -> None:
     """Raise `InputError` for a value of ``--set`` that an option replaces."""
-    for text in sets or []:
-        table, _, name = text.partition("=")[0].strip().rpartition(".")
-        if table in ("", "operation", "gearpair") and (name == "speed" or (name == "torque" and torques is not None)):
+    for text in operating_point(sets):
+        name = text.partition("=")[0]
+        if name == "speed" or torques is not None:
             raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
 
 
@@ -167,9 +169,11 @@ def _with_changes(
     design = report.found.gears.at(torque=report.found.at[-1].torque)
     changes = [list(of(design)) if given else None
                for given, of in zip(asked, (assumptions, improvements), strict=True)]
-    count = sum(len(each) for each in changes if each)
-    say(f"{count} more assessments, about {count * seconds:.0f} s")
-    found = [None if each is None else list(assess_changes(design, each, axis, torques, **options)) for each in changes]
+    distinct = {(each.name, each.value): each for group in changes for each in group or ()}  # some are in both
+    say(f"{len(distinct)} more assessments, about {len(distinct) * seconds:.0f} s")
+    results = assess_changes(design, list(distinct.values()), axis, torques, **options)
+    assessed = dict(zip(distinct, results, strict=True))
+    found = [None if group is None else [assessed[each.name, each.value] for each in group] for group in changes]
     return replace(report, sensitivity=found[0], improvements=found[1])
 
 
@@ -198,11 +202,11 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 def _print(report: Report) -> None:
     """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
     from gearchaos.datasheet.report import changed_in_words, usable_share
-    from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, tried, usable_in_words, verdict, worst
+    from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, usable_in_words, verdict, worst
 
     found = report.found
     _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found),
-               f"tried: {tried(found)}; a motion that few states lead to can be missed")
+               f"tried: {found.tried}; a motion that few states lead to can be missed")
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
         nothing = " nothing" * (not at.windows)
         print("\n" + ", ".join(filter(None, [f"At {at.torque:.6g} N m", at_no_speed(at), f"avoid{nothing}"])))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,7 +62,9 @@ def gear(
         raise InputError("--factor", "must be a finite number greater than 0", factor)
     if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
-    torques = [None] if torque is None else torques_of(torque)
+    from gearchaos.gears.operating import separated_torques
+
+    torques = [None] if torque is None else separated_torques(torque, "--torque")
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
     from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
@@ -108,22 +109,6 @@ def gear(
     for problem in problems:
         raise problem
 
-
-_NUMBER = r"[-+]?[.\d]+(?:[eE][-+]?\d+)?"
-
-
-def torques_of(texts: list[str]) -> list[str]:
-    """The torques of ``--torque``; of several with commas between them those without a unit have that of the last."""
-    out = []
-    for text in texts:
-        parts = [part.strip() for part in text.split(",")]
-        numbers = [float(n) for part in parts for n in re.findall(_NUMBER, part)[:1]]
-        if numbers != sorted(set(numbers)):
-            raise InputError("--torque", "must rise from one to the next", text,
-                             "A comma stands between two torques; a decimal number has a point.")
-        unit = re.sub(_NUMBER, "", parts[-1]) if re.match(_NUMBER, parts[-1]) else ""
-        out += [f"{part} {unit}".strip() if re.fullmatch(_NUMBER, part) else part for part in parts]
-    return out
 
 
 def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:

@@ -107,16 +107,18 @@ def _print_answer(content: dict[str, Any], one: dict[str, Any]) -> None:
     speeds, unit = content[content["along"]], _unit(content)
     lost, best = one["anywhere"][OUTCOMES[0]], _most(one)
     print_wrapped(
-        f"{_head(one)}contact is lost {STARTS[content['start']]} with probability {_chance(lost)} somewhere in "
-        f"{speeds[0]:g} to {speeds[-1]:g}{unit}, at {_percent(one['mean_share_lost'])} of the speeds on average{best}")
+        f"{_head(one)}contact is lost {STARTS[content['start']]} with probability {_chance(lost)} at one or "
+        f"more of {len(speeds)} speeds from {speeds[0]:g} to {speeds[-1]:g}{unit}, at "
+        f"{_percent(one['mean_share_lost'])} of them on average{best}")
     low, middle, high = one["lowest_speed_lost"]
     if np.isfinite(middle):
         share = one["share_lost"]
-        print_wrapped(f"  lowest speed with loss {middle:.5g}{unit} (median; 5 to 95 %: {low:.5g} to {high:.5g}); "
-                      f"share of the speeds {_percent(share[1])} ({_percent(share[0])} to {_percent(share[2])})")
+        print_wrapped(f"  designs that lose it do so from {middle:.5g}{unit} on (median; 5 to 95 %: {low:.5g} to "
+                      f"{high:.5g}); of all designs, share of the speeds {_percent(share[1])} ({_percent(share[0])} to "
+                      f"{_percent(share[2])})")
     words = {OUTCOMES[1]: "both flanks hit", OUTCOMES[2]: "no repetition",
              OUTCOMES[3]: f"force over {content['factor']:g} times the quasi-static peak"}
-    print_wrapped("  somewhere: " + ", ".join(f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()
+    print_wrapped("  at one or more: " + ", ".join(f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()
                                               if np.isfinite(one["anywhere"][n]["value"])))
     tightened = _best_tightening(content, one)
     if tightened:
@@ -124,10 +126,14 @@ def _print_answer(content: dict[str, Any], one: dict[str, Any]) -> None:
 
 
 def _most(one: dict[str, Any]) -> str:
-    """Which input moves the share of the speeds with contact loss most, if indices are known."""
-    totals = {name: each["total"]["value"] for name, each in one["indices"][OUTPUTS[0]].items()}
-    known = {name: value for name, value in totals.items() if np.isfinite(value)}
-    return f"; most by {max(known, key=known.__getitem__)} (S_T {max(known.values()):.2f})" if known else ""
+    """Which inputs move the share of the speeds with contact loss most, as far as indices tell them apart."""
+    totals = {name: each["total"] for name, each in one["indices"][OUTPUTS[0]].items()
+              if np.isfinite(each["total"]["value"])}
+    if not totals:
+        return ""
+    most = max(totals.values(), key=lambda each: each["value"])
+    alike = [name for name, each in totals.items() if each["high"] >= most["low"]]
+    return f"; most by {' or '.join(alike)} (S_T {most['value']:.2f})"
 
 
 def _aim(one: dict[str, Any]) -> tuple[str, float, str]:
@@ -170,7 +176,9 @@ def _print_inputs(content: dict[str, Any], one: dict[str, Any]) -> None:
     print(f"{_head(one)}what tightening brings: {words} of contact loss is {value:.2f}")
     table = plain_table("input", "held at its best", "gives (95 %)", "half its spread gives", left=("input",), gap=1)
     for name, entry in one["tightened"][aim].items():
-        table.add_row(name, _where(entry["best"], content["inputs"][name]), _short(entry["if_best"]),
+        better = entry["if_best"]["high"] < value
+        where = _where(entry["best"], content["inputs"][name]) if better else "none surely better"
+        table.add_row(name, where, _short(entry["if_best"]),
                       _short(entry["if_halved"]))
     print_table(table)
 

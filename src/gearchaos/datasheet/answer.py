@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -56,8 +56,7 @@ class Answer:
 
     @property
     def title(self) -> str:
-        (z1, z2), kind = self.design.teeth, "Helical" if self.design.helix_angle else "Spur"
-        return f"{kind} gear pair {z1}/{z2}, module {self.design.module * 1e3:.6g} mm"
+        return pair_title(self.design)
 
     @property
     def pair(self) -> str:
@@ -105,8 +104,7 @@ class Answer:
         found = [in_words(each) for each in self.speeds.windows]
         if not found:
             return f"none found from {self.scanned}; looked for speeds at which {self.speeds.criterion}"
-        ranges = " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
-        return f"avoid {ranges} rpm of wheel 1: {self.speeds.criterion} (computed: {self.scanned})"
+        return f"avoid {listed(found)} rpm of wheel 1: {self.speeds.criterion} (computed: {self.scanned})"
 
     @property
     def basis(self) -> Iterator[str]:
@@ -191,6 +189,17 @@ def default_speeds(design: GearDesign) -> str:
     fast, own = FAST / (design.geometry.reference_diameter[0] / 2) / RPM, design.speed or start
     stop = max(min(stop, fast), 1.1 * own)
     return f"{float(f'{min(start, own):.2g}'):g}:{float(f'{stop:.3g}'):g}:{_SCANNED_COUNT}"
+
+
+def pair_title(design: GearDesign) -> str:
+    """Kind, teeth and module of a pair."""
+    kind = "Helical" if design.helix_angle else "Spur"
+    return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words with commas, and "and" before the last."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def in_words(window: Window) -> str:

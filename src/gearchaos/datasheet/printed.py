@@ -6,6 +6,7 @@ import io
 import textwrap
 from collections.abc import Iterator
 from importlib import metadata
+from itertools import zip_longest
 from typing import Any
 
 import matplotlib
@@ -48,22 +49,27 @@ def _first_page(reports: list[Report]) -> Figure:
     for number, report in enumerate(reports):
         found, top = report.found, 0.96 - number * share
         page.text(0.08, top, report.title, fontsize=14, va="top", parse_math=False)
-        sentences = [f"{text[0].upper()}{text[1:]}." for text in (verdict(found), worst(found))]
+        sentences = [f"{text[0].upper()}{text[1:]}." for text in (
+            verdict(found), worst(found), f"tried: {found.tried}")]
         page.text(0.08, top - 0.03, "\n".join(line for text in sentences for line in textwrap.wrap(text, 95)),
                   fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
         ax = page.add_axes((0.14, top - 0.13 - 0.52 * (share - 0.17), 0.78, 0.42 * (share - 0.17)))
         plot.assessment(found, ax)
-        page.text(0.08, top - 0.17 - 0.54 * (share - 0.17), "\n".join(_below(report)), fontsize=8.5, va="top",
-                  linespacing=1.4, parse_math=False)
+        page.text(0.08, top - 0.17 - 0.54 * (share - 0.17), "\n".join(_below(report, len(reports) == 1)), fontsize=8.5,
+                  va="top", linespacing=1.4, parse_math=False)
     return page
 
 
-def _below(report: Report) -> Iterator[str]:
-    """What the first page says below the picture."""
+def _below(report: Report, alone: bool) -> Iterator[str]:
+    """What the first page says below the picture: beside another report there is room for a line."""
     yield f"As given: {usable_share(report.found)}."
+    if not alone:
+        return
     yield "Inputs that matter most"
     if report.sensitivity is None:
         yield "Not computed: --sensitivity."
+    elif not report.matters_most:
+        yield f"None of the {len(report.sensitivity)} changes alters it."
     for each in report.matters_most:
         yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
     if report.improvements is not None:
@@ -81,8 +87,9 @@ def _lines(report: Report) -> Iterator[str]:
     for at in found.at:
         yield from ("", f"To avoid at {at.torque:.6g} N m{f' ({at_no_speed(at)})' if at_no_speed(at) else ''}")
         for row in [HEADINGS, *rows(at)] if at.windows else []:
-            yield "".join(f"{value.replace(chr(10), ' '):<{width}.{width - 1}}" for value, width in zip(
-                row, _COLUMNS, strict=True))
+            cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, _COLUMNS, strict=True)]
+            for line in zip_longest(*cells, fillvalue=""):
+                yield "".join(f"{value:<{width}}" for value, width in zip(line, _COLUMNS, strict=True))
         usable = ", ".join(f"{p.start:.1f} to {p.stop:.1f} rpm (±{100 * p.margin:.2f} %)" for p in at.usable)
         yield from _wrapped(f"Usable: {usable or 'nothing'}")
         yield from _wrapped(f"Tried: {at.tried}")

@@ -37,7 +37,7 @@ from gearchaos.studies.changed_designs import Changed
 from gearchaos.studies.speed_windows import MOTIONS, SpeedsToAvoid
 
 _MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
-_WIDER = 1e-3  # least share of the speeds that a change must add to what is usable to be named
+_WIDER = 1e-3  # least share of the speeds by which a change must alter what is usable to be named
 _MOST_NAMED = 3  # changes that the first page names
 _WIDTH = 5.2  # of the picture of the decision, in inches
 
@@ -67,7 +67,8 @@ class Report:
     @property
     def matters_most(self) -> list[Changed]:
         """The changes of the inputs to which the usable share is most sensitive, one of each, most first."""
-        ordered = sorted((each for each in self.sensitivity or () if each.assessment),
+        ordered = sorted((each for each in self.sensitivity or ()
+                          if each.assessment and abs(each.widening(self.found)) > _WIDER),
                          key=lambda each: -abs(each.widening(self.found)))
         first = [each for number, each in enumerate(ordered) if each.name not in {o.name for o in ordered[:number]}]
         return first[:_MOST_NAMED]
@@ -133,7 +134,7 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
              "helps": None if report.improvements is None else report.helps_most}
     return {
         "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
-        "verdict": [verdict(found), worst(found)], "usable_share": usable_share(found),
+        "verdict": [verdict(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
                            "there, and the events at their edges. Blank is usable: ± is how far the speed may differ "
                            "from the middle.", height(found), lambda ax: plot.assessment(found, ax), _WIDTH),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gearchaos.datasheet.answer import listed, pair_title
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
 from gearchaos.studies.speed_windows import MOTIONS
@@ -40,7 +41,7 @@ def torques_in_words(found: Assessment) -> str:
     torques = [f"{each.torque:.6g}" for each in found.at]
     if len(torques) > _MOST_NAMED:
         return f"{len(torques)} torques from {torques[0]} to {torques[-1]} N m"
-    return f"{_listed(torques)} N m"
+    return f"{listed(torques)} N m"
 
 
 def scanned(found: Assessment) -> str:
@@ -64,7 +65,7 @@ def verdict(found: Assessment) -> str:
     criterion = found.at[0].criterion
     if not found.avoid:
         return (f"usable at {torques}: all of {where}; looked for were speeds at which {criterion}, and none found "
-                f"{tried(found)}")
+                f"{found.tried}")
     if not usable:
         some = usable_in_words([part for _, part in found.usable], found.speeds)  # none, too, of a single torque
         return f"no speed from {where} is usable at {torques}: {criterion}{'; some are at single torques' * bool(some)}"
@@ -76,11 +77,12 @@ def verdict(found: Assessment) -> str:
 
 def worst(found: Assessment) -> str:
     """The largest dynamic factor of all, and in how many of the ranges to avoid the history decides."""
-    largest = [(each.largest, each.torque) for each in found.at]
-    unbounded = [f"{torque:.6g}" for part, torque in largest if not math.isfinite(part.dynamic_factor)]
+    unbounded = [f"{each.torque:.6g}" for each in found.at if not all(
+        math.isfinite(one.dynamic_factor) for window in each.windows for one in window.reached)]
     if unbounded:
-        return f"motions grow without bound at {_listed(unbounded[:_MOST_NAMED])} N m"
-    part, torque = max(largest, key=lambda pair: pair[0].dynamic_factor)
+        more = " and more" * (len(unbounded) > _MOST_NAMED)
+        return f"motions grow without bound at {listed(unbounded[:_MOST_NAMED])} N m{more}"
+    part, torque = max(((each.largest, each.torque) for each in found.at), key=lambda pair: pair[0].dynamic_factor)
     history = sum(window.depends_on_history for _, window in found.avoid)
     of_all = f"{history} of {len(found.avoid)}"
     others = sum(_by_others(window) for _, window in found.avoid)
@@ -88,13 +90,6 @@ def worst(found: Assessment) -> str:
     decides += f", {others} of these only other initial states lead to" * bool(others)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
             f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
-
-
-def tried(found: Assessment) -> str:
-    """From which initial states motions were looked for, at all torques if they differ in numbers alone."""
-    return "; ".join(dict.fromkeys(
-        each.tried if len(found.at) == 1 else f"at {each.torque:.6g} N m {each.tried}"
-        for each in (found.at if len(found.at) <= _MOST_NAMED else (found.at[0], found.at[-1]))))
 
 
 def rows(at: SpeedsToAvoid) -> list[Row]:
@@ -142,8 +137,7 @@ def jumps(found: Assessment) -> list[str]:
 def title(gears: Any) -> str:
     """What was assessed."""
     if is_design(gears):
-        kind = "Helical" if gears.helix_angle else "Spur"
-        return f"{kind} gear pair {gears.teeth[0]}/{gears.teeth[1]}, module {gears.module * 1e3:.6g} mm"
+        return pair_title(gears)
     if hasattr(gears, "meshes"):
         return f"Gear train, {len(gears.bodies)} bodies, {len(gears.meshes)} meshes"
     return f"Gear pair {gears.n1}/{gears.n2}"
@@ -153,7 +147,3 @@ def _rounded(speed: float, direction: Callable[[float], int]) -> float:
     """A speed rounded up or down to whole rpm, below 100 rpm to three digits."""
     unit = 10.0 ** min(math.floor(math.log10(max(speed, 1e-3))) - 2, 0)
     return direction(speed / unit) * unit
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

@@ -11,7 +11,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.values import method_in_words
-from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value
+from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value, separated_torques
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
@@ -25,7 +25,7 @@ _EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
 counts as such: the first of which there are not too many states, or the last."""
 
 _MOST_STATES = 300_000  # random initial states of all torques
-_MOST_TORQUES = 1000
+_MOST_TORQUES, _MOST_TOLD = 1000, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +75,14 @@ class Assessment:
         return sum(part.stop - part.start for part in self.usable_at_all) / (self.speeds[1] - self.speeds[0])
 
     @property
+    def tried(self) -> str:
+        """From which initial states motions were looked for, at all torques, of many at the first and the last."""
+        if len(self.at) == 1:
+            return self.at[0].tried
+        told = self.at if len(self.at) <= _MOST_TOLD else (self.at[0], self.at[-1])
+        return "; ".join(f"at {each.torque:.6g} N m {each.tried}" for each in told)
+
+    @property
     def assumptions(self) -> list[str]:
         """What the answer rests on, and what it leaves out."""
         gears, first = self.gears, self.at[0]
@@ -88,7 +96,7 @@ class Assessment:
             out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")
         out.append("friction is left out, and all that is not among the inputs")
         out += [f"at {each.torque:g} N m {each.coarse}" for each in self.at if each.coarse]
-        out.append(f"motions were looked for {first.tried}: one that few initial states reach, in a narrow range, can "
+        out.append(f"motions were looked for {self.tried}: one that few initial states reach, in a narrow range, can "
                    "be missed")
         return out
 
@@ -196,7 +204,8 @@ def _torques(given: Any) -> Sequence[float | None]:
         return [None]
     if isinstance(given, str) and ":" in given:
         return operating_axis("torque", given).values.tolist()
-    parts = [given] if isinstance(given, (str, int, float)) or not isinstance(given, Sequence) else list(given)
+    parts = separated_torques([given]) if isinstance(given, str) else (
+        list(given) if isinstance(given, Sequence) else [given])
     torques = [operating_value("torque", part) for part in parts]
     for value in torques:
         if value == 0 or not math.isfinite(value):

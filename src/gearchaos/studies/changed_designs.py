@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.stiffness import methods
+from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.studies.assess import Assessment, assess
 
 _DAMPING = (0.6, 1.6)  # factors of the damping ratio: its usual range about its middle
@@ -59,16 +60,20 @@ class Change(NamedTuple):
 
 
 def assumptions(design: GearDesign) -> Iterator[Change]:
-    """The changes of what is assumed: damping ratio, grade, method of the stiffness, load sharing and backlash."""
+    """The changes of what is assumed: damping ratio, grade, bound or typical error, method of the
+    stiffness, load sharing and backlash."""
     zeta = design.damping_ratio or 0.0
     for factor in _DAMPING if zeta else ():
         yield Change("damping ratio", f"{zeta:g}", f"{zeta * factor:g}", {"damping_ratio": zeta * factor})
-    quality = design.quality
-    if quality is not None and design.transmission_error == "from quality":
+    quality, error = design.quality, design.transmission_error
+    if quality is not None and isinstance(error, str) and error in FROM_QUALITY:
         for step in (-1, 1):
             grades = tuple(grade + step for grade in quality.grades)
             yield Change("accuracy grade", _both(quality.grades), _both(grades), {
                 "quality": {"standard": quality.standard, "grade": grades}})
+        for other in FROM_QUALITY:
+            if other != error:
+                yield Change("transmission error", error, other, {"transmission_error": other})
     given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
     for method in methods():
         if method != given:

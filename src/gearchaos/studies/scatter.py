@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections import Counter
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -15,7 +14,7 @@ from gearchaos.dynamics import Classification, Label
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.gears.operating import gears_of, is_design, operating_value
+from gearchaos.gears.operating import gears_of, is_design, operating_value, separated_torques
 from gearchaos.model import MeshModel, check_is_pair, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
@@ -314,7 +313,7 @@ class Scatter(ClassifyingStudy):
 
     def _why(self, results: ScatterResults) -> str:
         """Why designs are not possible, the most frequent reason first."""
-        refused, rows = Counter[str](), self.values.reshape(-1, len(self.inputs))
+        rows = self.values.reshape(-1, len(self.inputs))
         _, refused = self.models.machines({int(n): tuple(rows[n]) for n in np.flatnonzero(~results.possible)[:100]})
         return textwrap.shorten("; ".join(reason for reason, _ in refused.most_common(3)), 300)
 
@@ -344,7 +343,8 @@ def torques_of(given: Any, field: str = "torque") -> tuple[float, ...] | None:
     """Torques in N m, positive and each once; None for none."""
     if given is None:
         return None
-    texts = given.split(",") if isinstance(given, str) else given if hasattr(given, "__iter__") else (given,)
+    several: Any = separated_torques([given], field) if isinstance(given, str) else given
+    texts = several if hasattr(several, "__iter__") else (several,)
     found = []
     for each in texts:
         try:

@@ -89,17 +89,22 @@ def at_best(
 ) -> tuple[np.ndarray, tuple[float, float]]:
     """The mean (3,) of values (R, n) where one input is held where it is best, and between which values that is.
 
-    The input, at probabilities u (R, n), is held in one of eight parts of equal probability, or at an item of a list.
-    Half of the scramblings choose the part, and the others tell the mean there: where it was chosen, the best one looks
-    better than it is.
+    The input, at probabilities u (R, n), is held in the best of eight parts of equal probability and those beside it
+    that are not surely worse, or at an item of a list. Half of the scramblings choose the parts, and the others tell
+    the mean there: where they were chosen, they look better than they are.
     """
     bins = len(scattered.items) or _BINS
-    part = np.minimum((u * bins).astype(int), bins - 1)
-    inside = (part[..., None] == np.arange(bins)) & among[..., None]
-    above, below = ((each.sum(axis=(0, 1))) for each in (values[::2, :, None] * inside[::2], inside[::2]))
-    best = int(np.argmin(np.where(below > 0, _ratio(above, below), np.inf)))
-    low, high = scattered.at(np.array([best + 1e-4, best + 1 - 1e-4]) / bins)
-    return _mean(values[1::2], inside[1::2, :, best]), (float(low), float(high))
+    inside = (np.minimum((u * bins).astype(int), bins - 1)[..., None] == np.arange(bins)) & among[..., None]
+    above, below = (each.mean(axis=1) for each in (values[::2, :, None] * inside[::2], inside[::2]))
+    means = _ratio(above.mean(axis=0), below.mean(axis=0))
+    best = int(np.argmin(np.where(np.isfinite(means), means, np.inf)))
+    alike = np.arange(bins) == best
+    if not scattered.items:
+        alike |= jackknife(lambda a, b: _ratio(a, b) - _ratio(a, b)[best], above, below)[1] <= 0
+    first = best - int(np.argmin([*alike[best::-1], False])) + 1
+    last = best + int(np.argmin([*alike[best:], False]))
+    low, high = scattered.at(np.array([first + 1e-4, last - 1e-4]) / bins)
+    return _mean(values[1::2], inside[1::2, :, first:last].any(axis=2)), (float(low), float(high))
 
 
 def _mean(values: np.ndarray, among: np.ndarray) -> np.ndarray:

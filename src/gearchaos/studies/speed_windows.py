@@ -211,7 +211,7 @@ class SpeedsToAvoid:
     def document(self) -> dict[str, Any]:
         """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
         ds = self.dataset
-        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards()))}
+        along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards())) if n in ds}
         factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
         return {
             "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
