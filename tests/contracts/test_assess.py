@@ -136,7 +136,7 @@ def test_the_report_has_the_numbers_of_json_and_loads_nothing(command, found):
             assert re.search(r"\s*".join(f"<td [^>]*>{re.escape(value)}</td>" for value in row), page)
     sentence = verdict(found)
     assert f"{sentence[0].upper()}{sentence[1:]}." in page and worst(found)[1:] in page
-    assert "Not computed: --sensitivity" in page and "What to change" not in page
+    assert "Not computed: the command does so with --sensitivity." in page and "What to change" not in page
     assert not re.search(r"<script|<link|<img|(?:src|href)=\"(?!#)", page)
     for name, value in inputs_of(found.gears).items():
         assert name in page and value.split("_")[0] in page

@@ -53,9 +53,9 @@ def _first_page(reports: list[Report]) -> Figure:
             verdict(found), worst(found), f"tried: {found.tried}")]
         page.text(0.08, top - 0.03, "\n".join(line for text in sentences for line in textwrap.wrap(text, 95)),
                   fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
-        ax = page.add_axes((0.14, top - 0.13 - 0.52 * (share - 0.17), 0.78, 0.42 * (share - 0.17)))
+        ax = page.add_axes((0.14, top - 0.16 - 0.52 * (share - 0.17), 0.78, 0.42 * (share - 0.17)))
         plot.assessment(found, ax)
-        page.text(0.08, top - 0.17 - 0.54 * (share - 0.17), "\n".join(_below(report, len(reports) == 1)), fontsize=8.5,
+        page.text(0.08, top - 0.2 - 0.54 * (share - 0.17), "\n".join(_below(report, len(reports) == 1)), fontsize=8.5,
                   va="top", linespacing=1.4, parse_math=False)
     return page
 
@@ -67,7 +67,7 @@ def _below(report: Report, alone: bool) -> Iterator[str]:
         return
     yield "Inputs that matter most"
     if report.sensitivity is None:
-        yield "Not computed: --sensitivity."
+        yield "Not computed: the command does so with --sensitivity."
     elif not report.matters_most:
         yield f"None of the {len(report.sensitivity)} changes alters it."
     for each in report.matters_most:
