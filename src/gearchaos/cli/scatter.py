@@ -11,7 +11,7 @@ from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.gears.units import measured
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_results import AIMS, OUTCOMES, OUTPUTS
-from gearchaos.studies.scattered_models import STARTS
+from gearchaos.studies.scattered_models import DEVIATIONS, STARTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +74,9 @@ def print_scatter(content: dict[str, Any]) -> None:
         for name, each in content["inputs"].items())
     print_wrapped(f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]} alone: "
                   "others may be possible at the same speed. In brackets: 95 %.")
+    if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
+        print_wrapped(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade permits, "
+                      "with its sign. No standard says how it is distributed: this is a convention.")
     if content["impossible"]:
         print_wrapped(f"{_percent(content['impossible'])} of the designs are not possible and count for nothing: "
                       f"{content['impossible_because']}")

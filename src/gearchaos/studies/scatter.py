@@ -32,7 +32,15 @@ from gearchaos.studies.distributions import (
 )
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.scatter_results import OUTCOMES, ScatterResults
-from gearchaos.studies.scattered_models import Machine, ScatteredModels, check_parameters, check_values, resolved
+from gearchaos.studies.scattered_models import (
+    Machine,
+    ScatteredModels,
+    check_parameters,
+    check_values,
+    drawn_within_grade,
+    resolved,
+    with_varied_deviations,
+)
 from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.validation import check
 
@@ -130,7 +138,7 @@ class Scatter(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
-        self._set(vary=tuple(as_text(each) for each in given), correlations=_correlations(self.correlations))
+        self._set(vary=drawn_within_grade([as_text(each) for each in given]), correlations=_correlations(self.correlations))
         self._set(torque=torques_of(self.torque), speed=as_axis(self.speed, "speed"))
         along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"
         if self.speed.name != along:
@@ -146,6 +154,8 @@ class Scatter(ClassifyingStudy):
         if gears is not None:
             self._set(torque=self.torque or (float(self.model.value("torque") or 0.0),))
             self._refuse_other_values(gears)
+            self._set(model=with_varied_deviations(self.model, [Scattered.parse(each).name for each in self.vary]))
+            gears = gears_of(self.model)
         self._check_inputs(gears)
         self._check_budget()
         _ = self.cost
