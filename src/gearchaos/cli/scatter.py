@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _CERTAIN = 0.99  # probability from which on, and to 1 less it, another aim says more
 _TOLD = 5e-4  # least share of a distribution beyond its limits that is told
+_NOTHING = 1e-3  # share of the larger end of a range below which the other end is 0
 _SHOWN_ROWS = 12  # most rows of probabilities along the speed
 
 
@@ -198,7 +199,9 @@ def _where(best: list[float], given: dict[str, Any]) -> str:
         return "none"
     if given["items"]:
         return given["items"][int(best[0])]
-    return f"{measured(best[0], 3)} to {measured(best[1], 3)} {given['unit']}".rstrip()
+    largest = max(map(abs, best))
+    low, high = (measured(end if abs(end) > _NOTHING * largest else 0.0, 3) for end in best)
+    return f"{low} to {high} {given['unit']}".rstrip()
 
 
 def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:
