@@ -188,7 +188,8 @@ def test_deviations_scale_with_the_grade_that_is_drawn():
     for item, grade in enumerate(range(5, 10)):
         (model,) = made.models.models((0.3, 0.5, item))
         bound = replace(DESIGN, quality={"standard": "ISO 1328-1:1995", "grade": grade}, speed=1000).to_model()
-        assert model.value("eps1") == pytest.approx(0.8 / np.sqrt(2) * bound.value("eps1"), rel=1e-12)  # wheels alike: f_i′ = Δ/√2
+        of_one = bound.value("eps1") / np.sqrt(2)  # the wheels are alike
+        assert model.value("eps1") == pytest.approx(0.8 * of_one, rel=1e-12)
         assert model.value("theta1") == bound.value("theta1")
         turned = made.models.models((-0.3, -0.5, item))[0].value("theta1")
         assert turned == pytest.approx(bound.value("theta1") + np.pi)

@@ -115,7 +115,8 @@ def test_inputs_set_what_their_names_say():
     ({"vary": ["torque=90:110"]}, "vary", "must not name the speed or the torque"),
     ({"vary": ["face_width=-2:-1 mm"]}, "vary: face_width", "must be greater than 0"),
     ({"vary": ["centre_distance=200:300 mm"]}, "vary: ", ""),  # impossible in the middle
-    ({"vary": [{"name": "bore", "distribution": "beta"}]}, "distribution", "must be one of list, normal, uniform, within the grade"),
+    ({"vary": [{"name": "bore", "distribution": "beta"}]}, "distribution",
+     "must be one of list, normal, uniform, within the grade"),
     ({"vary": [{"name": "bore", "a": 1}]}, "key of vary", "must be one of distribution"),
     ({"vary": [{"distribution": "normal", "mean": 1, "sd": 1}]}, "vary.name", "must be given for normal"),
     ({"vary": [{"name": "bore", "low": 1, "high": 2, "mean": 3}]}, "vary.mean", "must be left out for uniform"),

@@ -76,8 +76,8 @@ def print_scatter(content: dict[str, Any]) -> None:
     print_wrapped(f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]} alone: "
                   "others may be possible at the same speed. In brackets: 95 %.")
     if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
-        print_wrapped(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade permits, "
-                      "with its sign. No standard says how it is distributed: this is a convention.")
+        print_wrapped(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade "
+                      "permits, with its sign. No standard says how it is distributed: this is a convention.")
     if content["impossible"]:
         print_wrapped(f"{_percent(content['impossible'])} of the designs are not possible and count for nothing: "
                       f"{content['impossible_because']}")

@@ -84,8 +84,8 @@ class Scatter(ClassifyingStudy):
     Notes
     -----
     "quality.deviations=within the grade" stands for ``quality.deviations.1`` and ``quality.deviations.2``: the
-    tooth-to-tooth deviations of both wheels over those that the grade permits, of the transmission error "from quality".
-    They are normal, with the permissible ones at three standard deviations: a convention.
+    tooth-to-tooth deviations of both wheels, over those that the grade permits, of the error "from quality". They are
+    normal, with the permissible ones at three standard deviations: a convention.
 
     Samples are 16 independent scramblings of a Sobol sequence; intervals follow from their scatter by Student's t with
     15 degrees of freedom. Indices are not defined for correlated inputs, nor where designs are not possible, since the
@@ -142,7 +142,8 @@ class Scatter(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
-        self._set(vary=drawn_within_grade([as_text(each) for each in given]), correlations=_correlations(self.correlations))
+        self._set(vary=drawn_within_grade([as_text(each) for each in given]))
+        self._set(correlations=_correlations(self.correlations))
         self._set(torque=torques_of(self.torque), speed=as_axis(self.speed, "speed"))
         along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"
         if self.speed.name != along:

@@ -63,7 +63,7 @@ def check_inputs(design: Drawing) -> None:
     check_rack(design.rack, design.pressure_angle)
     if design.quality is not None and design.quality.deviations is not None and design.transmission_error != BOUND:
         raise InputError("quality.deviations", f'must be left out unless transmission_error = "{BOUND}"',
-                         design.quality.deviations, "They make the error of the two wheels from what the grade permits.")
+                         design.quality.deviations, "They make the error from what the grade permits.")
 
 
 def check_load_sharing(design: Drawing) -> None:

@@ -79,8 +79,8 @@ class Quality:
     grade.
 
     A national standard that is the text of an edition is kept as it; its grades may have their letter, e.g. "N8".
-    ``deviations`` are the tooth-to-tooth deviations f_i′ that wheels 1 and 2 have, over those permissible, from −1 to 1:
-    positive where profiles are crowned, negative where they are hollow.
+    ``deviations`` are the tooth-to-tooth deviations f_i′ that wheels 1 and 2 have, over those permissible, from −1 to
+    1: positive where profiles are crowned, negative where they are hollow.
 
     Raises `InputError` for an unknown standard, with the nearest grade of an edition, a grade outside the edition's
     range, or deviations that are not those of the grade.
