@@ -354,8 +354,8 @@ def test_how_likely_a_range_is_stands_in_every_form(found):
     windows = (replace(first, random_states=states), replace(second, random_states=replace(
         states, fraction=1.0, fraction_lo=0.9439, fraction_hi=1.0)))
     one = replace(found, at=(replace(at, windows=windows),))
-    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (24–49 %; 64 tried)",
-             "593 to 627 rpm at 100 N m: loss of contact, from every random start (64 tried)"]
+    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (24–49 %), 64 at 8 speeds",
+             "593 to 627 rpm at 100 N m: loss of contact, from every random start tried, 64 at 8 speeds"]
     assert keep_out(one) == words and [row.likelihood for row in rows(one.at[0])] == ["36 (24–49)", "100 (94–100)"]
     page = report_html(Report(one))
     assert page.index("Keep out of") < page.index(words[0]) < page.index("<figure") and words[1] in page
@@ -372,9 +372,10 @@ def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are
     above = replace(first, start=550.0, stop=580.0, contact="both flanks", random_states=replace(states, fraction=1.0))
     same = (replace(found.at[0], torque=torque, windows=(first, second)) for torque in (1.0, 2.0, 3.0))
     many = replace(found, at=(*same, replace(found.at[0], torque=4.0, windows=(above, second))))
+    merged = "4 ranges at 4 torques from 1 to 4 N m merged: at worst"
     assert keep_out(many, 2) == [
-        "531 to 580 rpm at 4 torques from 1 to 4 N m: at worst both flanks at 4 N m, from 25 to 100 % of random starts",
-        "593 to 627 rpm at 4 torques from 1 to 4 N m: at worst loss of contact at 1 N m, from 25 % of random starts"]
+        f"531 to 580 rpm, {merged} both flanks at 4 N m, from 25 to 100 % of random starts",
+        f"593 to 627 rpm, {merged} loss of contact at 1 N m, from 25 % of random starts"]
     assert keep_out(many, 1)[0].startswith("531 to 580 rpm") and keep_out(many, 1)[1:] == [
         "1 narrower range, in the tables"]
     assert len(keep_out(many)) == 8 and keep_out(replace(found, at=())) == []

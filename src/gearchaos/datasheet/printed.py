@@ -74,8 +74,10 @@ def _above(report: Report, alone: bool) -> Iterator[str]:
     found = report.found
     for text in (verdict(found), worst(found), f"tried: {found.tried}"):
         yield from textwrap.wrap(f"{text[0].upper()}{text[1:]}.", 95)
+    if found.avoid:
+        yield from ("", "Keep out of")
     for text in keep_out(found, *[] if alone else [_FEW_RANGES]):
-        yield from textwrap.wrap(f"Keep out of {text}", 95, subsequent_indent="   ")
+        yield from textwrap.wrap(text, 95, initial_indent="   ", subsequent_indent="      ")
 
 
 def _below(report: Report, alone: bool) -> Iterator[str]:

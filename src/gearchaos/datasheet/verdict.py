@@ -124,13 +124,13 @@ def _width(part: Sequence[tuple[float, Window]]) -> float:
 def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
     """A range to keep out of, made of ranges to avoid that overlap: where, what happens, and the share of starts."""
     first, last = part[0][1], max((window for _, window in part), key=lambda each: each.reach[1])
-    where = f"{edges(first)[0]} to {edges(last)[1]} rpm at {_torques(sorted({torque for torque, _ in part}))}"
+    where, torques = f"{edges(first)[0]} to {edges(last)[1]} rpm", _torques(sorted({torque for torque, _ in part}))
     if len(part) == 1:
-        return f"{where}: {first.cause}, {likelihood(first)}"
+        return f"{where} at {torques}: {first.cause}, {likelihood(first)}"
     torque, worst = max(part, key=lambda pair: (CONTACT_WORDS.index(pair[1].contact), pair[1].dynamic_factor))
     shares = [window.random_states.fraction for _, window in part if window.random_states]
     ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
-    return f"{where}: at worst {worst.cause} at {torque:.6g} N m" + (
+    return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
         f", from {' to '.join(ends)} % of random starts" if ends else "")
 
 
@@ -139,9 +139,10 @@ def likelihood(window: Window) -> str:
     found = window.random_states
     if found is None:
         return "no random starts tried"
+    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}"
     if found.fraction == 1:
-        return f"from every random start ({found.states} tried)"
-    return f"from {_percent(found.fraction)} % of random starts ({_interval(found)} %; {found.states} tried)"
+        return f"from every random start tried, {behind}"
+    return f"from {_percent(found.fraction)} % of random starts ({_interval(found)} %), {behind}"
 
 
 def _percent(share: float) -> str:

@@ -75,8 +75,8 @@ class RandomStates:
         if len(states) == 0:
             return None
         weights = weights_of(drawn)
-        share = round(float(weights @ (drawn["avoided_states"].values / states)), 12)  # all of them are 1
-        alike = 1 / float((weights**2 / states).sum())
+        share = float((weights * (drawn["avoided_states"].values / states)).sum() / weights.sum())
+        alike = float(weights.sum() ** 2 / (weights**2 / states).sum())
         fraction, low, high = proportion(share * alike, alike).tolist()
         return cls(fraction, low, high, int(states.sum()), len(states))
 
@@ -287,9 +287,8 @@ def rounded(speed: float, direction: Callable[[float], int]) -> str:
 
 
 def weights_of(part: xr.Dataset) -> np.ndarray:
-    """The share (N,) of the range of its speeds for which each of them stands: half way to the next."""
-    weights = np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
-    return weights / weights.sum()
+    """The part (N,) of the range of its speeds for which each of them stands: half way to the next."""
+    return np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
 
 
 def largest_factors(dataset: xr.Dataset) -> np.ndarray:

@@ -343,7 +343,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         weights = weights_of(within)
         rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
                    strict=True)
-        reached = [Reached(words, float(weights[avoided].sum()), float(factors[avoided].max()))
+        reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for words, avoided, factors in rows if avoided.any()]
         own_range = speed_range(within)
         windows.append(Window(
