@@ -97,7 +97,7 @@ def test_the_share_of_random_states_is_that_of_a_basin_drawn_anew(found):
 
 
 def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be_avoided(found):
-    narrow = gc.assess(SPUR, "520:640:3", 100.0, starts=16, spacing=0.02)  # of which a range has less without more states
+    narrow = gc.assess(SPUR, "520:640:3", 100.0, starts=16, spacing=0.02)  # has fewer in a range by itself
     for each in (*found.at, *narrow.at):
         counts, speeds = each.dataset.random_states.values, each.dataset.speed.values
         assert counts.max() >= 16
