@@ -1,8 +1,10 @@
-"""Reading and atomic writing of whole files, and checks of their paths."""
+"""Reading and atomic writing of whole files, checks of their paths, and their content as strict JSON."""
 
 from __future__ import annotations
 
 import errno
+import json
+import math
 import os
 import re
 import shutil
@@ -12,6 +14,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
 from gearchaos.errors import InputError
@@ -23,6 +26,20 @@ UFF_SUFFIXES = (".uff", ".unv")  # of files for programs of test benches, which 
 NOT_REGULAR = "not a regular file but a device, a pipe or a socket"  # a path that is no folder either
 # attempts at removing a temporary folder, 50 ms apart, while threads that write to it come to their end
 _REMOVALS = 20
+
+
+def strict_json(document: Any) -> str:
+    """A document as JSON that every program reads, with null for NaN and infinity."""
+    return json.dumps(_finite(document), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """A value with None for each number in it that is not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def check_target(field: str, path: Path) -> None:

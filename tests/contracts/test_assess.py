@@ -17,6 +17,7 @@ from gearchaos.datasheet.answer import edges
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
 from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
+from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
@@ -307,6 +308,12 @@ def test_bad_input_is_one_message_and_exit_code_2(options, message):
 def test_a_file_without_gears_is_refused():
     message = "study file must have a table [design], [gearpair] or [train]"
     assert message in assess(EXAMPLES / "fig02.toml", "--speed", "500:510", code=2).stderr
+
+
+def test_the_model_of_gears_without_load_is_refused():
+    model = load_study(EXAMPLES / "physical_pair.toml").model.with_values({"torque": 0.0})
+    with pytest.raises(InputError, match="torque must be finite and not 0"):
+        gc.assess(model, "500:600:4", starts=0)
 
 
 def test_teeth_that_differ_are_said_to_be_left_out():

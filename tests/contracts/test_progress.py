@@ -1,11 +1,13 @@
 """Work is divided among the threads and cores of this machine, and its progress shown."""
 
+from contextvars import copy_context
+
 import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.execute import machine, tiles
-from gearchaos.execute.progress import NotebookBar, bar
+from gearchaos.execute.progress import NotebookBar, bar, on_progress
 
 
 def test_few_pieces_are_divided_evenly_among_threads():
@@ -78,3 +80,17 @@ def test_updates_of_the_bar_of_a_notebook_are_not_more_frequent_than_a_reader_se
     for _ in range(1000):
         progress.advance(1)
     assert shown == [0] and progress.done == 1000
+
+
+def test_a_function_is_told_of_bars_with_a_name_and_of_what_was_done_before():
+    told = []
+
+    def work():
+        on_progress.set(told.append)
+        for name, total, done in (("zones", 100, 50), (None, 0, 0), ("edges", 10, 0)):
+            with bar(name, total, done) as advance:
+                advance(5)
+                advance(5)
+
+    copy_context().run(work)
+    assert told == [0.55, 0.6, 0.5, 1.0]

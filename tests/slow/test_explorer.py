@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.datasets import model_json
-from gearchaos.explorer.jobs.export import FILES
+from gearchaos.explorer.jobs.export import FILES, OF_GEARS
 from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, view_of
@@ -196,7 +196,7 @@ def is_picture(path):
 
 
 def test_downloads(visit, tmp_path):
-    names = [words for name, words in FILES.items() if not name.startswith("runup")]  # those are of gears
+    names = [words for name, words in FILES.items() if not name.startswith(OF_GEARS)]
     found = taken(visit(f"?{CALM}&at=1.0,0.206"), tmp_path, names)
     for what, study in (("map", "zones"), ("motion", "simulate")):
         assert is_picture(found[f"{what} PNG"]) and found[f"{what} SVG"].read_bytes().startswith(b"<?xml")

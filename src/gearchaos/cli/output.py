@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 import os
 import tempfile
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import UFF_SUFFIXES, check_target, write_bytes
+from gearchaos.files import UFF_SUFFIXES, check_target, strict_json, write_bytes
 from gearchaos.quantities import OPERATION, quantity
 
 if TYPE_CHECKING:
@@ -131,16 +130,7 @@ def write_figure(figure: Figure, path: Path, **size: Any) -> None:
 
 def print_json(document: dict[str, Any]) -> None:
     """Print one JSON document on stdout, with null for NaN and infinity."""
-    print(json.dumps(_finite(document), allow_nan=False))
-
-
-def _finite(value: Any) -> Any:
-    """A value with None for each number in it that is not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    print(strict_json(document))
 
 
 def say_proofs(document: dict[str, Any]) -> None:

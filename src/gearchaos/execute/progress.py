@@ -11,7 +11,7 @@ from html import escape
 from typing import Any
 
 on_progress: ContextVar[Callable[[float], None] | None] = ContextVar("on_progress", default=None)
-"""A function that is told of each advance, as a share of the whole, in place of a bar."""
+"""A function that is told at each advance which share of the whole is done, in place of a bar with a name."""
 
 _INTERVAL = 0.2
 """Shortest time between two updates of the bar in a notebook, in seconds."""
@@ -24,10 +24,15 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
     It is on stderr, and in a notebook in the output of the cell. Yields the function that advances it by a number of
     items.
     """
-    if (tell := on_progress.get()) is not None:
-        yield lambda n: tell(n / total)
-    elif name is None:
+    if name is None:
         yield lambda n: None
+    elif (tell := on_progress.get()) is not None:
+        def report(n: int) -> None:
+            nonlocal done
+            done += n
+            tell(done / total)
+
+        yield report
     elif in_notebook():
         shown = NotebookBar(name, total, done)
         try:

@@ -29,6 +29,7 @@ _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
 _PALE = 0.45  # opacity of a range in which motions that are not to be avoided exist too
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
+_NARROWEST = 1e-3  # width of a bar, as a share of the axis
 _STRIP = 0.09  # height of the strip of the speeds that are usable at all torques, over that of all areas
 _HIGHEST = 4.6  # picture, in inches
 _MARGIN_WIDTH = 0.55  # least width of a usable range, in inches, in which its margin is written
@@ -108,7 +109,7 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
 def draw_factors(at: SpeedsToAvoid, ax: Axes) -> Axes:
     """Draw the dynamic factor of each motion found at a torque over the speed, with the ranges to avoid."""
     for window in at.windows:
-        ax.axvspan(*window.reach, facecolor=_colour(window), alpha=_SHADE, linewidth=0, zorder=0)
+        ax.axvspan(*window.reach, facecolor=adapt(meaning(window)[1]), alpha=_SHADE, linewidth=0, zorder=0)
     lines = computed_factors({name: at.dataset.sel(motion=name) for name in MOTIONS})
     draw_computed(ax, lines)
     speeds = at.dataset["speed"].values
@@ -128,27 +129,29 @@ def _between(torques: np.ndarray) -> np.ndarray:
     return np.concatenate([[2 * torques[0] - middle[0]], middle, [2 * torques[-1] - middle[-1]]])
 
 
+def meaning(window: Window) -> tuple[str, str]:
+    """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
+    words = window.criterion if window.criterion == FORCE_CRITERION else window.contact
+    return words, _COLOURS[words]
+
+
+def extent(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Where a range to avoid is drawn over an axis: as far as it may reach, and so wide that a single speed is seen."""
+    start, stop = window.reach
+    return start, max(stop, start + _NARROWEST * (speeds[1] - speeds[0]))
+
+
 def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
     """Draw a range to avoid, and return its legend handles by label."""
-    colour, margin = _colour(window), (1 - share) / 2 * (high - low)
-    start, stop = window.reach
+    words, plain = meaning(window)
+    colour, margin = adapt(plain), (1 - share) / 2 * (high - low)
     pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
     style = {"facecolor": colour, "linewidth": 0, **(pale if window.depends_on_history else {})}
-    least = 1e-3 * (ax.get_xlim()[1] - ax.get_xlim()[0])  # a single speed is seen, too
-    ax.broken_barh([(start, max(stop - start, least))], (low + margin, high - low - 2 * margin), zorder=2, **style)
-    words = _words(window)
+    start, stop = extent(window, ax.get_xlim())
+    ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
     found = {words: Patch(facecolor=colour, label=words)}
     return found | ({"history": Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": "the history decides"})}
                     if window.depends_on_history else {})
-
-
-def _words(window: Window) -> str:
-    """What happens in a range, as the legend says it."""
-    return window.criterion if window.criterion == FORCE_CRITERION else window.contact
-
-
-def _colour(window: Window) -> str:
-    return adapt(_COLOURS[_words(window)])
 
 
 def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:

@@ -190,6 +190,8 @@ def assess(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
     search_cost(base, axis, len(torques), criteria).announce(progress, threads)
     own = base.value("torque") if base.kind != "train" else None
+    if own is not None:
+        _check_torque(own)
     found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
                            progress=progress, threads=threads)
     return Assessment(gears_of(base), tuple(map(summarised, found)), (axis.start, axis.stop), like_teeth)
@@ -214,10 +216,15 @@ def _torques(given: Any) -> Sequence[float | None]:
         list(given) if isinstance(given, Sequence) else [given])
     torques = [operating_value("torque", part) for part in parts]
     for value in torques:
-        if value == 0 or not math.isfinite(value):
-            raise InputError("torque", "must be finite and not 0", value, "Without load there is no ratio of forces.")
+        _check_torque(value)
         if torques.count(value) > 1:
             raise InputError("torque", "must be given once", value)
     if not 0 < len(torques) <= _MOST_TORQUES:
         raise InputError("torque", f"must be 1 to {_MOST_TORQUES} values", len(torques))
     return sorted(torques)
+
+
+def _check_torque(value: float) -> None:
+    """Raise `InputError` for a torque without load."""
+    if value == 0 or not math.isfinite(value):
+        raise InputError("torque", "must be finite and not 0", value, "Without load there is no ratio of forces.")

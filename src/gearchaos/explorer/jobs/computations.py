@@ -10,16 +10,21 @@ import xarray as xr
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export, point
+from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.runup import RunUpResult, run_up
 from gearchaos.explorer.jobs.worker import GeneratorFunction, Job, Worker, Workers
+from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import View
+from gearchaos.studies.assess import Assessment
 
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _SKELETON = "bifurcation curves"  # the task of the curves over the map
 _RUN_UP = "run-up"  # the task of the run-up
+_ASSESSMENT = "assessment"  # the task of the speeds to avoid
+_NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
@@ -38,6 +43,8 @@ class Display(Protocol):
     def clear_skeleton(self) -> None: ...
     def show_run_up(self, found: RunUpResult) -> None: ...
     def clear_run_up(self) -> None: ...
+    def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None: ...
+    def clear_assessment(self) -> None: ...
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
     def show_message(self, message: str) -> None: ...
     def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
@@ -49,8 +56,8 @@ class Computations:
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
-    the branch of the motion at the point, the run-up, and the bifurcation curves over the map, which begin once the map
-    is complete.
+    the branch of the motion at the point, the run-up, the assessment of the speeds, and the bifurcation curves over the
+    map, which begin once the map is complete.
 
     ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
     period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
@@ -72,7 +79,9 @@ class Computations:
         self._skeleton: Skeleton | None = None  # the newest one
         self.skeleton_period = 0
         self.run_up: RunUpResult | None = None  # that of the present view
-        self._run_share = 0.0  # of it that is computed
+        self.assessment: Assessment | None = None  # that of the present map
+        self._line: SpeedLine | None = None  # what is assessed, or being assessed
+        self._shares: dict[str, float] = {}  # of run-up and assessment that are computed
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -95,6 +104,7 @@ class Computations:
         silent = self.run_up is None or not self.run_up.sound
         if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
             self.clear_run_up()
+        self._update_assessment()
 
     def update_rest(self, before: View) -> None:
         """Compute what else differs between an earlier view and the present one."""
@@ -222,10 +232,9 @@ class Computations:
         if _RUN_UP in self._pending:
             self.clear_run_up()
         elif self._view.run is None:
-            self._ended(_RUN_UP, "choose the gears in the menu of presets; a dimensionless model has no speed")
+            self._ended(_RUN_UP, _NO_SPEED)
         elif self.run_up is None:
             self._display.show_message("")
-            self._run_share = 0.0
             function = partial(run_up, self._view.operating_point, self._view.run, self._view.mesh)
             self._ask(self._branches, _RUN_UP, function, self._show_run_up)
 
@@ -235,8 +244,33 @@ class Computations:
             self.run_up = None
             self._drop(self._branches, _RUN_UP)
 
+    def ask_assessment(self) -> None:
+        """Assess the speeds at the point, or cancel that; there is a message if the view has no gears."""
+        pending = _ASSESSMENT in self._pending
+        self.clear_assessment()
+        if self._view.run is None:
+            self._ended(_ASSESSMENT, _NO_SPEED)
+        elif not pending:
+            self._display.show_message("")
+            self._line = SpeedLine(self._view)
+            self._display.show_assessment(self._line, None)
+            self._ask(self._branches, _ASSESSMENT, partial(assessed, self._line), self._show_assessment)
+
+    def _update_assessment(self) -> None:
+        """Show where the assessment lies on the present map; remove it, or cancel it, if that is of other gears."""
+        if self._line is not None and not self._line.belongs_to(self._view):
+            self.clear_assessment()
+        elif self._line is not None and self.assessment is not None:
+            self._display.show_assessment(self._line, self.assessment)
+
+    def clear_assessment(self) -> None:
+        """Remove the assessment; cancel its computation."""
+        if self._line is not None:
+            self._line = self.assessment = None
+            self._drop(self._branches, _ASSESSMENT)
+
     def ask_file(self, kind: str, suffix: str) -> None:
-        """Make a file of the map or of the motion, in the units that the view shows."""
+        """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
         motion, dataset, title = self.point_motion, None, ""
         if kind == "map" and self.map is not None:
             dataset = (self.map if suffix == "nc" else self.map.of_mesh(self._view.mesh)).dataset
@@ -244,6 +278,10 @@ class Computations:
             dataset, title = motion.trajectory, motion.verdict.label
         elif kind == "runup" and self.run_up is not None:
             dataset = self.run_up.dataset
+        elif kind == "assessment" and self.assessment is not None and self._line is not None:
+            function = partial(export.assessment, suffix, self.assessment, self._line)
+            self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
+            return
         if dataset is None:
             self._display.show_message("There is nothing to save yet.")
             return
@@ -259,8 +297,12 @@ class Computations:
         self._show_busy()
         if message:
             self._display.show_message(f"{task}: {message}")
+        self._shares.pop(task, None)
         if task == _RUN_UP and self.run_up is None:
             self._display.clear_run_up()
+        if task == _ASSESSMENT and self.assessment is None:
+            self._line = None
+            self._display.clear_assessment()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
@@ -268,7 +310,10 @@ class Computations:
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
-        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * self._run_share:.0f} %"}
+        run_up, random = (self._shares.get(task, 0.0) for task in (_RUN_UP, _ASSESSMENT))
+        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * run_up:.0f} %"}
+        if 0 < random < 1:
+            words[_ASSESSMENT] = f"{_ASSESSMENT} (motions from random states {100 * random:.0f} %)"
         self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:
@@ -310,7 +355,14 @@ class Computations:
             self.run_up = found
             self._display.show_run_up(found)
         else:
-            self._run_share = found
+            self._shares[_RUN_UP] = found
+
+    def _show_assessment(self, found: float | Assessment) -> None:
+        if isinstance(found, Assessment) and self._line is not None:
+            self.assessment = found
+            self._display.show_assessment(self._line, found)
+        elif isinstance(found, float):
+            self._shares[_ASSESSMENT] = found
 
     def _show_skeleton(self, found: Skeleton) -> None:
         self._skeleton = found

@@ -1,4 +1,4 @@
-"""Files that a visitor can save, made in memory: pictures and data of the map, of the motion and of the run-up."""
+"""Files that a visitor can save, made in memory: pictures and data of map, motion, run-up and assessment."""
 
 from __future__ import annotations
 
@@ -10,18 +10,28 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasets import netcdf_bytes
+from gearchaos.explorer.view.speed_line import SpeedLine
+from gearchaos.explorer.view.text import as_toml
+from gearchaos.files import strict_json
 from gearchaos.gears.operating import Gears
 from gearchaos.gears.results import physical
+from gearchaos.plot._assessment import height
+from gearchaos.studies.assess import Assessment
 
 _DPI = 150
-_MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf"}
+_MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf", "json": "application/json"}
 
 FILES = {
     f"{kind}-{suffix}": f"{words} {description}"
     for kind, words in (("map", "map"), ("motion", "motion"), ("runup", "run-up"))
     for suffix, description in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
+} | {
+    "assessment-png": "assessment PNG", "assessment-svg": "assessment SVG", "assessment-json": "assessment JSON",
 }
-"""Files that can be saved, by kind and suffix, each with its description in the menu; run-ups are those of gears."""
+"""Files that can be saved, by kind and suffix, each with its description in the menu."""
+
+OF_GEARS = ("runup", "assessment")
+"""The kinds of files that only pages with gears have."""
 
 
 def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str) -> tuple[bytes, str]:
@@ -34,9 +44,13 @@ def picture(kind: str, suffix: str, dataset: xr.Dataset, colour: str, title: str
         figure = Figure(figsize=(6.4, 4.8), layout="constrained")
         ax = figure.subplots()
         plot.zones(dataset, ax) if colour == "motion" else plot.level(dataset, colour, ax)
+    return _drawn(figure, suffix), _MEDIA_TYPES[suffix]
+
+
+def _drawn(figure: Figure, suffix: str) -> bytes:
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=_DPI, bbox_inches="tight")
-    return out.getvalue(), _MEDIA_TYPES[suffix]
+    return out.getvalue()
 
 
 def exported(
@@ -53,3 +67,17 @@ def exported(
     else:
         content, media = picture(kind, suffix, dataset, colour, title)
     yield content, media, f"gearchaos-{kind}.{suffix}"
+
+
+def assessment(suffix: str, found: Assessment, line: SpeedLine) -> Generator[tuple[bytes, str, str]]:
+    """The file of an assessment as (content, media type, file name), the only result of this job.
+
+    The suffix "json" gives what `gearchaos assess --json` prints, and the study file of what was assessed.
+    """
+    if suffix == "json":
+        content = strict_json(found.document() | {"study_file": as_toml(line.view)}).encode()
+    else:
+        figure = Figure(figsize=(6.4, height(found)), layout="constrained")
+        plot.assessment(found, figure.subplots())
+        content = _drawn(figure, suffix)
+    yield content, _MEDIA_TYPES[suffix], f"gearchaos-assessment.{suffix}"

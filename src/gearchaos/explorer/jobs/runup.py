@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
-from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.execute.progress import on_progress
+from gearchaos.explorer.jobs.progress import with_progress
 from gearchaos.explorer.view.run import Run
 from gearchaos.model import MeshModel
 from gearchaos.sound import write_wav
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.options import RANGE
 from gearchaos.studies.runup import RunUp
-
-_INTERVAL = 0.3  # seconds between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -37,14 +34,7 @@ def run_up(model: MeshModel, run: Run, mesh: str) -> Generator[float | RunUpResu
     speed = Axis("speed", run.start, run.stop, RANGE)
     study = RunUp(model.with_values({"speed": run.start}), speed=speed, duration=run.duration, down=run.way == "down",
                   signal=run.sound, mesh=mesh or None)
-    done: list[float] = []
-    context = copy_context()  # where a request to cancel is seen
-    context.run(on_progress.set, done.append)
-    with ThreadPoolExecutor(1) as pool:
-        future = pool.submit(context.run, study.run)
-        while not wait([future], _INTERVAL).done:
-            yield min(sum(done), 1.0)
-        found = future.result()
+    found = yield from with_progress(partial(study.run, progress=True))
     sound = _wav(found) if run.sound else b""
     yield RunUpResult(found.drop_dims("instant", errors="ignore"), sound)
 

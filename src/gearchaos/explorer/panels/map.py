@@ -25,6 +25,7 @@ from bokeh.palettes import Viridis256
 
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import EventCurve, Skeleton
+from gearchaos.explorer.panels.assessment import AssessedLine
 from gearchaos.explorer.panels.style import (
     NO_IMAGE,
     NONE,
@@ -130,7 +131,8 @@ return isNaN(value) ? "none" : `${Number(value.toPrecision(4))} ${unit}`
 
 
 class MapFigure(Panel):
-    """The map: an image of kinds of motion or of response measures, bifurcation curves, a crosshair at the point.
+    """The map: an image of kinds of motion or of response measures, bifurcation curves, an assessment along the speed,
+    a crosshair at the point.
 
     ``legend`` is that of the map drawn last.
     """
@@ -151,6 +153,7 @@ class MapFigure(Panel):
         self.hover = HoverTool(renderers=[drawn], formatters={"@image": text}, visible=False)
         self.figure.add_tools(self.hover)
         self.skeleton = SkeletonCurves(self.figure, set_attributes)
+        self.assessed = AssessedLine(self.figure, set_attributes)
         self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
         cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
         ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}

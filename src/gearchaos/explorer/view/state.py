@@ -66,7 +66,14 @@ class View:
     @cached_property
     def operating_point(self) -> MeshModel:
         """The model with the parameters of the point, and the initial values of `model`."""
-        found = self.model.with_values(dict(zip((self.x.name, self.y.name), self.at, strict=True)))
+        return self.model_at({})
+
+    def model_at(self, values: Mapping[str, float]) -> MeshModel:
+        """The model with the parameters of the point but for these."""
+        at = dict(zip((self.x.name, self.y.name), self.at, strict=True))
+        found = self.model.with_values({name: values.get(name, value) for name, value in at.items()})
+        others = {name: value for name, value in values.items() if name not in at}
+        found = found.with_values(others) if others else found
         return models.settled(found) if isinstance(found, OperatingModel) else found
 
     @property

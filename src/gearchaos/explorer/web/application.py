@@ -29,7 +29,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.web import ErrorHandler
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.export import FILES
+from gearchaos.explorer.jobs.export import FILES, OF_GEARS
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.run import WAYS
@@ -192,7 +192,7 @@ def application(view: View, workers: Workers) -> Application:
         document.add_next_tick_callback(session.start)
         document.title, document.template = "gearchaos explore", template
         document.template_variables.update(
-            css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith("runup")},
+            css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
             gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():

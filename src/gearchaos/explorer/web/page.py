@@ -12,12 +12,14 @@ from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.jobs.runup import RunUpResult
 from gearchaos.explorer.panels import motion
+from gearchaos.explorer.panels.assessment import assessment_text, places
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
 from gearchaos.explorer.panels.runup import RunFigure, WaterfallFigure, played, run_up_text
 from gearchaos.explorer.panels.style import Panel, Units, hint, symbol, title
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
+from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import COLOURS, LINES, View
 from gearchaos.explorer.view.text import as_python, as_toml, to_query
 from gearchaos.explorer.view.trains import meaning, shown_mesh
@@ -26,6 +28,7 @@ from gearchaos.gears.operating import OperatingModel
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
+from gearchaos.studies.assess import Assessment
 from gearchaos.studies.beside_factors import which_mesh
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -224,7 +227,8 @@ class Page:
     ``start`` is what the server shows first, whose gears are those of the page, and ``view`` the present view, in whose
     units results are shown. ``preset`` is the key of the preset that it shows, or "", ``basins_view`` the view whose
     basins are shown, ``merge_wheels`` whether the form has common fields for both wheels where they are alike,
-    ``choices`` the motions that the page offers as buttons.
+    ``choices`` the motions that the page offers as buttons, ``ranges`` the middles of the ranges of speed that it
+    lists, on the ``line`` that was assessed.
     """
 
     def __init__(self, start: View, view: View) -> None:
@@ -246,6 +250,8 @@ class Page:
         self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
         self._write_choices([])
+        self.line: SpeedLine | None = None
+        self.ranges: list[float] = []
         self._trajectory_key: tuple[Any, ...] | None = None
         self._portrait_key: tuple[Any, ...] | None = None
 
@@ -397,6 +403,22 @@ class Page:
         """Remove the run-up, and end its playing."""
         self._write("run-text")
         self.messages.set_run_up({})
+
+    def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None:
+        """Draw an assessment over the map and write what to avoid and to use; None while it is computed."""
+        self.messages.set_values({"assess": found is None})
+        if found is not None:
+            self.line, self.ranges = line, places(found)
+            self.map.assessed.show(found, line, self.view)
+            text = assessment_text(found, line, self.view, self.units(self.view))
+            self._write("assessment-text", "assessment", text=text)
+
+    def clear_assessment(self) -> None:
+        """Remove the assessment."""
+        self.messages.set_values({"assess": False})
+        self.line, self.ranges = None, []
+        self.map.assessed.clear()
+        self._write("assessment-text")
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""

@@ -201,6 +201,11 @@ class Session:
                 computed.ask_skeleton(self._skeleton_period)
             case "press", "run":
                 computed.ask_run_up()
+            case "press", "assess":
+                computed.ask_assessment()
+            case "range", int(number) if page.line is not None and 0 <= number < len(page.ranges):
+                line, speed = page.line, page.ranges[number]
+                self.change(lambda view: line.moved(view, speed))
             case "press", "run-sound":
                 self.change(lambda view: view.with_run(sound=not view.sounds))
             case "press", "alike":

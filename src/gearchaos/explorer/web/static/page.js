@@ -47,7 +47,7 @@ updates.properties.data.change.connect(() => {
   for (const [id, attributes] of entries(updates.data.models[0])) set_attributes(id, attributes)
   for (const [name, html] of entries(updates.data.html[0])) {
     const element = document.getElementById(name)
-    if (element) replace_content(element, html)  // a page without gears has no run-up
+    if (element) replace_content(element, html)  // a page without gears has no run-up and no assessment
   }
   show_values(Object.fromEntries(entries(updates.data.values[0])))
 })
@@ -153,6 +153,8 @@ document.addEventListener("keydown", (event) => {
   request("step", steps[event.key].map((n) => n * size))
 })
 document.addEventListener("click", ({target}) => {
+  const range = target.closest("[data-range]")
+  if (range) request("range", Number(range.dataset.range))
   const button = target.closest("button")
   if (!button) return
   const {choice, press, save, basins} = button.dataset
