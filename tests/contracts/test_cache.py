@@ -2,8 +2,10 @@
 
 import importlib.util
 import os
+import pickle
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +121,45 @@ def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
     with (tmp_path / "contact.py").open("a") as file:
         file.write("# edited\n")
     assert directory() != before
+
+
+FIRST_RUN = """
+import gearchaos as gc
+from gearchaos.flow import compile_beside, on_compile
+compile_beside()
+on_compile(lambda: print("compiles"))
+print(gc.regime(gc.MeshModel.of(q0=0.1, eps1=0.1)))
+"""
+
+
+@pytest.mark.slow
+def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path):
+    """Each kernel is compiled once: from arguments of other types the processes would compile one that nobody uses."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", FIRST_RUN]
+    first, second = (
+        subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600).stdout.splitlines()
+        for _ in range(2)
+    )
+    assert first.count("compiles") in (1, 2), first
+    assert [line for line in first if line != "compiles"] == second != []
+    assert len(list(tmp_path.rglob("*.nbc"))) == 4
+
+
+@pytest.mark.slow
+def test_a_process_killed_while_it_compiles_leaves_a_cache_that_works(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", "from gearchaos.flow.beside import main; main('orbits')"]
+    given = pickle.dumps(switched_system(vary(MeshModel.of(), {})))
+    killed = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE)
+    killed.stdin.write(given)
+    killed.stdin.close()
+    while not list(tmp_path.rglob(".*.lock")):
+        time.sleep(0.01)
+    killed.kill()
+    assert killed.wait() != 0 and not list(tmp_path.rglob("*.nbc"))
+    subprocess.run(command, env=environment, input=given, check=True, timeout=60)
+    assert len(list(tmp_path.rglob("*.nbc"))) == 2
 
 
 @pytest.mark.slow

@@ -75,24 +75,31 @@ def say(message: str) -> None:
 own_process = False
 """Whether this process runs a command and nothing else; `gearchaos.cli.main` says so."""
 
-_BLAS = "scipy.linalg.cython_blas"
+_UNUSED = "scipy.linalg.cython_blas", "cffi"
+"""What Numba imports if it is installed, for functions that use `numpy.dot`, `numpy.linalg` or C libraries."""
 
 
 def load_kernels() -> None:
     """Import Numba, and print a message whenever the compilation of a kernel begins, and how many there are at most.
 
-    In a command's own process it is imported without SciPy's linear algebra, which takes up to a quarter of a second.
-    With its first compiled function Numba imports SciPy's BLAS, for functions that use `numpy.dot` or `numpy.linalg`.
-    The kernels use neither, and no other compiled functions run there. SciPy itself can be imported afterwards.
+    In a command's own process it is imported without `_UNUSED`, which take up to a third of a second. No kernel uses
+    them, and no other compiled functions run there. They can be imported afterwards.
     """
-    if own_process and _BLAS not in sys.modules:
-        sys.modules[_BLAS] = None  # type: ignore[assignment]  # importing it fails, and Numba goes on without
+    if own_process:
+        unused = [name for name in _UNUSED if name not in sys.modules]
+        sys.modules.update(dict.fromkeys(unused))  # type: ignore[arg-type]  # they cannot be imported then
         try:
             import numba.np.arraymath  # noqa: F401
         finally:
-            del sys.modules[_BLAS]
-    from gearchaos.flow import on_compile
+            for name in unused:
+                del sys.modules[name]
+    from gearchaos.execute.machine import cores
+    from gearchaos.flow import compile_beside, on_compile
 
+    beside = own_process and cores() > 1
+    if beside:
+        compile_beside()
+    note = {1: ", and the others beside it"} if beside else {2: ", which takes the longest"}
     count = itertools.count(1)
 
     def announce() -> None:
@@ -101,6 +108,6 @@ def load_kernels() -> None:
             say("compiling the kernels, once after an install; gearchaos warmup compiles them all")
         # each of five is compiled once for a dimension of the state: the first makes the tables of the motion, the
         # second advances it, and the last is for branches alone
-        say(f"compiling kernel {number} of at most 5{', which takes the longest' if number == 2 else ''}")
+        say(f"compiling kernel {number} of at most 5{note.get(number, '')}")
 
     on_compile(announce)

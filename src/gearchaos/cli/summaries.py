@@ -7,10 +7,10 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli import branches, fit, orders, rattle, runup, scatter
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
     SHOWN_ROWS,
@@ -337,6 +337,11 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
     print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
 
 
+def _of(subject: str) -> Any:
+    """The module with the summaries of a subject; loaded when one is printed, since some take half a second."""
+    return import_module(f"gearchaos.cli.{subject}")
+
+
 def _map(found: Found) -> dict[str, Any]:
     """The JSON document of a map; how many cells are proved is also said on stderr."""
     document = map_document(found.dataset)
@@ -351,22 +356,22 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                        {"units": attractor_units(found.dataset)} if found.physical else {}),
                    lambda found, _: print_attractors(found.in_units, found.loaded.model)),
     "map": (_map, lambda found, content: print_map(content, found.dataset)),
-    "branch": (lambda found: branches.branch_document(found.dataset, found.plain),
-               lambda found, content: branches.print_branch(content, found.dataset)),
-    "curve": (lambda found: branches.curve_document(found.dataset, *(axis.name for axis in found.axes)),
-              lambda found, content: branches.print_curve(content, found.dataset)),
-    "skeleton": (lambda found: {**found.head, **branches.skeleton_document(found.dataset)},
-                 lambda found, content: branches.print_skeleton(content)),
-    "rattle": (lambda found: {**found.head, **rattle.rattle_document(found.plain, found.axes[0])},
-               lambda found, content: rattle.print_rattle(found.in_units, content, found.axes[0])),
-    "runup": (lambda found: {**found.head, **runup.runup_document(found.dataset, found.over)},
-              lambda found, content: runup.print_runup(found.dataset, content, found.loaded.model)),
-    "orders": (lambda found: {**found.head, **orders.orders_document(found.dataset)},
-               lambda _, content: orders.print_orders(content)),
-    "fit": (lambda found: {**found.head, **fit.fit_document(found.dataset)},
-            lambda found, content: fit.print_fit(found.dataset, content)),
-    "scatter": (lambda found: {**found.head, **scatter.scatter_document(found.dataset)},
-                lambda _, content: scatter.print_scatter(content)),
+    "branch": (lambda found: _of("branches").branch_document(found.dataset, found.plain),
+               lambda found, content: _of("branches").print_branch(content, found.dataset)),
+    "curve": (lambda found: _of("branches").curve_document(found.dataset, *(axis.name for axis in found.axes)),
+              lambda found, content: _of("branches").print_curve(content, found.dataset)),
+    "skeleton": (lambda found: {**found.head, **_of("branches").skeleton_document(found.dataset)},
+                 lambda found, content: _of("branches").print_skeleton(content)),
+    "rattle": (lambda found: {**found.head, **_of("rattle").rattle_document(found.plain, found.axes[0])},
+               lambda found, content: _of("rattle").print_rattle(found.in_units, content, found.axes[0])),
+    "runup": (lambda found: {**found.head, **_of("runup").runup_document(found.dataset, found.over)},
+              lambda found, content: _of("runup").print_runup(found.dataset, content, found.loaded.model)),
+    "orders": (lambda found: {**found.head, **_of("orders").orders_document(found.dataset)},
+               lambda _, content: _of("orders").print_orders(content)),
+    "fit": (lambda found: {**found.head, **_of("fit").fit_document(found.dataset)},
+            lambda found, content: _of("fit").print_fit(found.dataset, content)),
+    "scatter": (lambda found: {**found.head, **_of("scatter").scatter_document(found.dataset)},
+                lambda _, content: _of("scatter").print_scatter(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),
 }

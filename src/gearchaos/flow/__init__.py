@@ -5,6 +5,7 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
+from gearchaos.flow.beside import compile_beside
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
@@ -19,7 +20,7 @@ from gearchaos.flow.target import Processor, processor
 __all__ = [
     "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "DifferencedFlow", "ExactFlow", "FlowResult",
     "Followed", "Measure", "NewtonSearch", "PeriodResult", "Processor", "SensitivityFlow", "StoppedError",
-    "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event", "combine_measures", "differentiate",
-    "fastest_rate", "follow_schedule", "min_steps_per_period", "near_returns", "newton_iteration", "of_meshes",
-    "on_compile", "processor", "start_newton_search", "steps_share_matrices",
+    "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event", "combine_measures", "compile_beside",
+    "differentiate", "fastest_rate", "follow_schedule", "min_steps_per_period", "near_returns", "newton_iteration",
+    "of_meshes", "on_compile", "processor", "start_newton_search", "steps_share_matrices",
 ]

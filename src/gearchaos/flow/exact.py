@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from gearchaos.flow.beside import compile_others
 from gearchaos.flow.contact_tables import prepare_contacts
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
@@ -239,6 +240,7 @@ class ExactFlow(Generic[System]):
             self._lock = threading.Lock()  # the tables are filled while trajectories are advanced
             self.step_count = self._contacts.counts.sum(axis=1)
             return
+        compile_others(system)
         self._points, self._grid = prepare_points(system, samples)
         self.step_count = self._points.grids.step_count
         self._entries = int(self._points.steps.entry.max()) + 1

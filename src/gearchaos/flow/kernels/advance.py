@@ -114,7 +114,7 @@ def _housekeeping(dims, points, call, lanes, slots, slot, work, tick):
 @inlined
 def _due_housekeeping(dims, points, call, lanes, slots, work, tick):
     """Do the housekeeping of the slots for which it is due at this tick; returns the next tick at which it is due."""
-    slot, due = 0, _NO_TICK
+    slot, due = np.int64(0), _NO_TICK
     while slot < slots.counters[0]:
         if slots.due[slot] == tick:
             _housekeeping(dims, points, call, lanes, slots, slot, work, tick)

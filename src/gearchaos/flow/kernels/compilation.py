@@ -4,7 +4,8 @@ Numba notices an edit of the file of a cached function but not of the files of t
 the cache directory contains a hash of this whole folder. Numba does not synchronise processes that write to the cache
 at the same time either: two may choose the same file name for different code, and a third would then run the wrong
 code. Therefore a lock is held while a kernel is written. Another lock is held while it is compiled: of many processes
-that start at the same time with an empty cache one compiles a kernel, and the others wait and load it.
+that start at the same time with an empty cache one compiles a kernel, and the others wait and load it. So processes can
+share the kernels of a first run among them (`flow.beside`).
 
 The compiler never contracts a product and a sum into one operation by itself: where they are to be rounded once, the
 code calls `simd.vfma`. So the result of a lane depends neither on the vector width of the machine nor on the other
@@ -13,10 +14,11 @@ lanes.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -31,6 +33,7 @@ from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.types import Function, Type
 
 
 class _NoEnvironments:
@@ -59,17 +62,85 @@ class _SubroutineLibrary(JITCodeLibrary):
 class _KernelLibrary(JITCodeLibrary):
     """The code of a kernel and of its subroutines."""
 
-    passes = 1
-
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
             if function.linkage == Linkage.linkonce_odr:  # not called from outside: LLVM may remove it once inlined
                 function.linkage = Linkage.internal
-        for _ in range(self.passes):
-            super()._optimize_final_module()
+        self._optimize()
+
+    def _optimize(self) -> None:
+        super()._optimize_final_module()
 
 
-class SubroutineCompiler(Compiler):
+class _MainKernelLibrary(_KernelLibrary):
+    """The code of the kernel in which nearly all time is spent: optimised twice, since LLVM unrolls loops that contain
+    unrolled loops in the second round; its loops are not vectorised, since it computes with vectors."""
+
+    def _optimize(self) -> None:
+        codegen, plain = self._codegen, {"loop_vectorize": False, "slp_vectorize": False}
+        for options in 2 * ({"cost": "cheap", "opt": 0}, {}):  # as Numba does in one round
+            passes, builder = codegen._module_pass_manager(**plain, **options)
+            passes.run(self._final_module, builder)
+
+
+@contextmanager
+def _rare_collection() -> Iterator[None]:
+    """Collect garbage rarely: of the millions of objects that Numba makes, nearly all are in use to the end."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(200_000, before[0]), *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+class _TypingContext:
+    """Numba's rules for types, with the types of operators and built-in functions remembered. Numba tries all their
+    overloads, those for strings and lists among them, at each of the thousands of uses."""
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._found: dict[Any, Any] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, function: Any, arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        """The signature of a call with arguments of these types."""
+        builtin = isinstance(function, Function) or (callable(function) and not isinstance(function, Type))
+        if not builtin or keywords:
+            return self._context.resolve_function_type(function, arguments, keywords)
+        if (function, arguments) not in self._found:
+            self._found[function, arguments] = self._context.resolve_function_type(function, arguments, keywords)
+        return self._found[function, arguments]
+
+
+_typing_context = cache(_TypingContext)
+
+_UNUSED_PASSES = {
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction", "InlineInlinables",
+    "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation", "DumpParforDiagnostics",
+}
+"""Passes of Numba for what no kernel contains: closures, with statements, unrolled loops over tuples of several types,
+arithmetic of whole arrays."""
+
+
+class _Compiler(Compiler):
+    """Numba's compiler without what kernels do not need."""
+
+    def __init__(self, typing_context: Any, *arguments: Any) -> None:
+        super().__init__(typing_context, *arguments)
+        self.state.typingctx = _typing_context(typing_context)
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba's pipeline without the passes that would change nothing."""
+        (pipeline,) = super().define_pipelines()
+        pipeline.passes = [each for each in pipeline.passes if each[0].__name__ not in _UNUSED_PASSES]
+        return [pipeline]
+
+
+class SubroutineCompiler(_Compiler):
     """Numba's compiler for a function that only kernels call."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -77,23 +148,26 @@ class SubroutineCompiler(Compiler):
         self.state.library = _SubroutineLibrary(self.state.targetctx.codegen(), "subroutine")
 
 
-class KernelCompiler(Compiler):
+class KernelCompiler(_Compiler):
     """Numba's compiler for a kernel."""
 
-    passes = 1
+    library: type[_KernelLibrary] = _KernelLibrary
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.state.library = _KernelLibrary(self.state.targetctx.codegen(), "kernel")
-        self.state.library.passes = self.passes
+        self.state.library = self.library(self.state.targetctx.codegen(), "kernel")
         self.state.library.enable_object_caching()
 
+    def compile_extra(self, function: Callable[..., Any]) -> Any:
+        """Compile a function."""
+        with _rare_collection():
+            return super().compile_extra(function)
 
-class ThoroughCompiler(KernelCompiler):
-    """A `KernelCompiler` with two optimisation passes: in the second one LLVM unrolls loops that contain unrolled
-    loops."""
 
-    passes = 2
+class MainKernelCompiler(KernelCompiler):
+    """Numba's compiler for the kernel in which nearly all time is spent."""
+
+    library = _MainKernelLibrary
 
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
@@ -155,6 +229,10 @@ class _SharedCache(FunctionCache):
         finally:
             self._release(sig)
 
+    def holds(self, first: Any) -> bool:
+        """Whether the function is on disk for a first argument of this type."""
+        return any(signature[0] == first for signature, *_ in self._cache_file._load_index())
+
     def _release(self, sig: Any) -> None:
         """Let other processes load what is compiled."""
         lock = self._compiling.pop(sig, None)
@@ -189,6 +267,12 @@ def cache_is_empty() -> bool:
     return _writable() and not any(cache_directory().rglob("*.nbi"))
 
 
+def is_missing(compiled: Any, first: Any) -> bool:
+    """Whether a kernel could be on disk for this value of its first argument, but is not."""
+    found = getattr(compiled, "_cache", None)  # plain functions, without compilation, have none
+    return isinstance(found, _SharedCache) and not found.holds(numba.typeof(first))
+
+
 @contextmanager
 def _own_cache():
     """Make Numba use `cache_directory` for functions compiled inside the context."""
@@ -216,7 +300,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 def main_kernel(function: Callable[..., Any]) -> Any:
     """Decorator: like `kernel`, with more optimisation; for the kernel in which nearly all time is spent."""
-    return _cached(function, ThoroughCompiler)
+    return _cached(function, MainKernelCompiler)
 
 
 def subroutine(function: Callable[..., Any]) -> Any:

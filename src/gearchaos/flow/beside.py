@@ -1,0 +1,77 @@
+"""The kernels of a first run compiled at the same time, in processes beside the one that waits for them.
+
+Numba compiles one kernel after the other in a process. While that of the step tables is compiled, the first one that a
+motion needs, two processes compile the others, which are then loaded from the cache. If one of them fails or is killed,
+whoever needs its kernel compiles it, as without them.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearchaos.flow.kernels.advance import advance_packs
+from gearchaos.flow.kernels.arrays import dimensions
+from gearchaos.flow.kernels.compilation import is_missing
+from gearchaos.flow.kernels.orbits import near_returns, newton_iteration, start_newton_search
+
+if TYPE_CHECKING:
+    from gearchaos.flow.system import SwitchedSystem
+
+_allowed = False
+_begun: set[tuple[Any, ...]] = set()
+"""Arguments ``dims`` for whose kernels processes were started, or which were found on disk."""
+
+
+def compile_beside() -> None:
+    """Let this process start others that compile kernels, where those of a motion are not on disk.
+
+    It is for processes of our own, with more than one core: they run `sys.executable`.
+
+    Examples
+    --------
+    >>> from gearchaos.flow import compile_beside
+    >>> compile_beside()
+    """
+    global _allowed
+    _allowed = True
+
+
+def compile_others(system: SwitchedSystem) -> None:
+    """Begin to compile in other processes what motions of a system need once their step tables are made."""
+    dims = dimensions(system.dimension, system.damping_law)
+    if not _allowed or dims in _begun:
+        return
+    _begun.add(dims)
+    if is_missing(advance_packs, dims):
+        given = pickle.dumps(system.take(np.zeros(1, int)))
+        for job in ("advance", "orbits"):
+            Thread(target=_start, args=(job, given), daemon=True).start()
+
+
+def _start(job: str, given: bytes) -> None:
+    """Run `main` in a process for one job, and wait for it."""
+    program = f"from gearchaos.flow.beside import main; main({job!r})"
+    subprocess.run([sys.executable, "-c", program], input=given, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def main(job: str) -> None:
+    """Compile the kernels of one job for the system on stdin, from arguments of the right types."""
+    from gearchaos.flow import exact, step_tables
+
+    system = pickle.load(sys.stdin.buffer)
+    w = np.zeros((system.dimension, 1))
+    if job == "advance":
+        step_tables.tabulate_steps = lambda *_: None  # tables of zeros will do
+        exact.ExactFlow(system).advance(w, 1)
+    else:
+        near_returns(np.zeros((5, *w.shape)), 2, 0.1, 0.1, 1)
+        tangent = np.zeros((system.dimension, *w.shape))
+        newton_iteration(start_newton_search(w), np.arange(1), w, tangent, np.zeros(1, np.int64), 0.1, 0.1)
+    os._exit(0)  # nothing else is to be done
