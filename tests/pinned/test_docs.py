@@ -72,14 +72,15 @@ def test_example_commands_run(examples, tmp_path):
 @pytest.mark.parametrize("page", HOWTO, ids=lambda page: page.name)
 def test_recipes_run(page, examples):
     """Scripts and commands of a page, in order and in one folder; `gearchaos examples` would write what is there."""
+    few = str if page.name == "undecided.md" else _few  # a map of fewer cells has no undecided one
     left: dict = {}
     for language, block in _BLOCK.findall(page.read_text(encoding="utf-8")):
         if language:
-            exec(compile(_few(block), str(page), "exec"), left)
+            exec(compile(few(block), str(page), "exec"), left)
             plt.close("all")
             continue
         for line in re.findall(r"^gearchaos (?!examples)(.*)$", block, re.MULTILINE):
-            result = CliRunner().invoke(app, shlex.split(_few(line), comments=True), catch_exceptions=False)
+            result = CliRunner().invoke(app, shlex.split(few(line), comments=True), catch_exceptions=False)
             assert result.exit_code == 0, (line, result.stderr)
 
 
