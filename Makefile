@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 OUT ?= report
 QUALITY ?= paper
 
+# The processes that tests start load byte code, also where the environment says that none is to be written.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: paper test lint bench mutation clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt

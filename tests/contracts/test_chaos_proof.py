@@ -12,6 +12,7 @@ from gearchaos.proof.balls import from_text
 from gearchaos.proof.certificate import Unproved
 from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth, verify_file
+from gearchaos.studies import chaos_proof
 
 CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}
 OPTIONS = ("--set", "omega=1.6", "--set", "q0=0.1", "--set", "eps1=0.12")
@@ -80,10 +81,13 @@ def test_tolerances_of_other_names_or_values_are_errors(tolerances):
         gc.prove_chaos(gc.MeshModel.of(**CHAOTIC), tolerances=tolerances)
 
 
-def test_command_writes_a_file(tmp_path):
+def test_command_proves_what_it_is_given_and_writes_a_file(robust, monkeypatch, tmp_path):
+    asked = {}
+    monkeypatch.setattr(chaos_proof, "prove_chaos", lambda model, **given: asked.update(given, model=model) or robust)
     path = tmp_path / "set.json"
     result = run("prove-chaos", *OPTIONS, "--tolerance", "eps1=1e-6", "--certificate", path, "--json")
     assert result.exit_code == 0
+    assert asked == {"model": gc.MeshModel.of(**CHAOTIC), "tolerances": {"eps1": 1e-6}}
     document = json.loads(result.stdout)
     assert document["proved"] is True
     assert document["entropy"] >= 0.1

@@ -32,7 +32,7 @@ DIAGRAM = """() => {
 @pytest.fixture(scope="module")
 def pair_server(kernels):
     """The address of a server of a physical pair that other machines can reach, and what it printed."""
-    with served(PAIR, "--host", "0.0.0.0") as (url, printed):
+    with served(PAIR, "--host", "0.0.0.0", few=True) as (url, printed):
         yield url.replace("0.0.0.0", "127.0.0.1"), printed
 
 

@@ -21,7 +21,7 @@ PATHS = ("/", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-ele
 @pytest.fixture(scope="module")
 def place(kernels):
     """The port of a server, which must have printed neither a traceback nor a path when it ends."""
-    with served() as (url, _):
+    with served(few=True) as (url, _):
         yield int(url.rstrip("/").rpartition(":")[2])
 
 

@@ -109,11 +109,12 @@ def half_written(path, grid):
     return {block for block in blocks if not (path / f"run/blocks/{block}").exists()}
 
 
-def test_a_run_killed_at_any_moment_goes_on_to_the_same_bytes(nursery, tmp_path):
+@pytest.mark.parametrize(("times", "in_blocks"), [(8, 2), pytest.param(20, 5, marks=pytest.mark.exhaustive)])
+def test_a_run_killed_at_any_moment_goes_on_to_the_same_bytes(nursery, tmp_path, times, in_blocks):
     path, rng, small = tmp_path / "map.zarr", random.Random(1), ("--tile", 4)
     nursery.run(tmp_path / "whole.zarr", *small).wait()
     grid, kills, writing, done = open_store(tmp_path / "whole.zarr").grid, 0, 0, set()
-    while kills < 20 or writing < 5:
+    while kills < times or writing < in_blocks:
         engine, log = "--processes" if kills in (4, 12) else "--threads", tmp_path / f"{kills}.log"
         command = nursery.run(path, *small, engine, 2, INSTANT_SECONDS=0.2, INSTANT_LOG=log)
         if kills % 4 == 3:
