@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import reduce
 from itertools import product
 from typing import NamedTuple
 
@@ -81,8 +80,10 @@ class Cell:
         """The equations at values (Q,), with derivatives."""
         low, width = self.box
         each = [_chebyshev(2 * (x - a) / b - 1) for x, a, b in zip(values, low, width, strict=True)]
-        bases = [reduce(np.kron, [t[int(i == k)] for i, t in enumerate(each)]) for k in range(-1, len(each))]
-        found = np.array(bases) @ self.coefficients
+        basis = np.ones((1 + len(each), 1))  # products of polynomials, and their derivatives in each direction
+        for polynomials, differentiated in zip(each, np.eye(1 + len(each), dtype=int)[1:], strict=True):
+            basis = (basis[:, :, None] * polynomials[differentiated, None]).reshape(1 + len(each), -1)
+        found = basis @ self.coefficients
         own, total = self.equations, self.equations.parameters.shape[1]
         column, slopes = self.origin + found[0], found[1:] * (2 / np.array(width))[:, None]
         return replace(

@@ -337,19 +337,17 @@ def _best_rotation(before: np.ndarray, after: np.ndarray, period: int) -> tuple[
 
     The cost is infinite if maxima and minima do not alternate alike.
     """
-    count, best = len(before), (0, np.inf)
+    count = len(before)
     if count == 0:
         return 0, 0.0
-    for shift in range(-min(count, 4), min(count, 4) + 1):
-        rolled = np.roll(after, -shift, axis=0)
-        if np.any(rolled[:, 2] != before[:, 2]):
-            continue
-        lag = rolled[:, 0] - before[:, 0]
-        lag -= period * np.round(lag / period)
-        cost = float(np.abs(lag).sum() + np.abs(rolled[:, 1] - before[:, 1]).sum())
-        if cost < best[1]:
-            best = (shift, cost)
-    return best
+    shifts = np.arange(-min(count, 4), min(count, 4) + 1)
+    rolled = after[(np.arange(count) + shifts[:, None]) % count]
+    lag = rolled[:, :, 0] - before[:, 0]
+    lag -= period * np.round(lag / period)
+    cost = (np.abs(lag) + np.abs(rolled[:, :, 1] - before[:, 1])).sum(axis=1)
+    cost[np.any(rolled[:, :, 2] != before[:, 2], axis=1)] = np.inf
+    best = int(np.argmin(cost))
+    return int(shifts[best]), float(cost[best])
 
 
 def _without_pair(many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray,

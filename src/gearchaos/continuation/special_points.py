@@ -16,7 +16,7 @@ curve beyond is then searched on a whole circle about the last point, in the sur
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
@@ -128,6 +128,7 @@ def _aligned_curvature(state: EventState, reference: EventState) -> float:
     return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
 
 
+@lru_cache(maxsize=8)  # every point is the last one of a step and the first of the next
 def flip_coefficient(state: EventState, equations: Equations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
@@ -146,16 +147,16 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
 
     switches = set[int]()
 
-    def image(offset: np.ndarray) -> np.ndarray:
-        x, count = (cycle.points[0] + offset)[None], 0
+    def images(*offsets: np.ndarray) -> np.ndarray:
+        x, count = cycle.points[0] + np.array(offsets), np.zeros(len(offsets), np.int64)
         for _ in range(cycle.period):
-            result = flow.advance(x, np.zeros(1, np.int64))
-            x, count = result.w, count + int(result.switch_count[0])
-        switches.add(count)
-        return x[0]
+            result = flow.advance(x, np.zeros(len(x), np.int64))
+            x, count = result.w, count + result.switch_count
+        switches.update(count.tolist())
+        return x
 
-    h, base = _STEP, image(np.zeros(len(v)))
-    one, minus, two, minus_two = (image(k * h * v) for k in (1, -1, 2, -2))
+    h = _STEP
+    base, one, minus, two, minus_two = images(*(k * h * v for k in (0, 1, -1, 2, -2)))
     b = (one + minus - 2 * base) / h**2
     c = (two - 2 * one + 2 * minus - minus_two) / (2 * h**3)
     try:
@@ -164,7 +165,8 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
         return float("nan")
     size = np.linalg.norm(y) or 1.0
     y = y / size
-    mixed = (image(h * (v + y)) - image(h * (v - y)) - image(h * (y - v)) + image(-h * (v + y))) / (4 * h**2) * size
+    ahead, across, back, against = images(h * (v + y), h * (v - y), h * (y - v), -h * (v + y))
+    mixed = (ahead - across - back + against) / (4 * h**2) * size
     return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
 
 
@@ -303,11 +305,10 @@ def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float],
         except Stopped:
             return float("nan")
 
-    values = [value(float(angle)) for angle in angles]
-    for i in range(len(angles) - 1):
-        if values[i] * values[i + 1] < 0:
+    for (first, before), (last, after) in pairwise((angle, value(angle)) for angle in angles.tolist()):
+        if before * after < 0:
             try:
-                yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
+                yield on_circle(float(brentq(value, first, last, xtol=1e-13)))
             except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
                 continue
 

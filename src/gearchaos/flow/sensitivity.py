@@ -3,6 +3,7 @@ extrema of z."""
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, Self
@@ -167,14 +168,13 @@ class SensitivityFlow:
         own = system if isinstance(system, PeriodEquations) else PeriodEquations.of(system, derivatives)
         self._equations, self.dimension = own, own.dimension
         self._dims = dimensions(own.dimension, own.damping_law)
-        self._rows = sensitivity_rows(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
-        counts = rounded_counts(own.steps, own.starts, own.same_starts)
-        keys = list(zip(map(tuple, counts.tolist()), map(tuple, own.starts.tolist()), strict=True))
+        self._rows = _offsets(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
+        keys = list(zip(np.ceil(own.steps).tolist(), map(tuple, own.starts.tolist()), strict=True))
         index = {key: number for number, key in enumerate(dict.fromkeys(keys))}
-        parts = [_period_steps(*key, own.harmonics.highest) for key in index]
-        first = np.cumsum([0, *(len(part) for part in parts)])
+        parts = [_period_steps(*key, own.same_starts, own.harmonics.highest) for key in index]
+        counts, which = np.array([len(part) for part in parts]), np.array([index[key] for key in keys])
         self._values = parts[0] if len(parts) == 1 else np.concatenate(parts)  # `Steps.values` of all points
-        self._first, self.step_count = first[[index[key] for key in keys]], counts.sum(axis=1)
+        self._first, self.step_count = (np.cumsum(counts) - counts)[which], counts[which]
 
     def advance(self, w: np.ndarray, points: np.ndarray | None = None) -> PeriodResult:
         """Advance trajectories from phase 0 by one mesh period.
@@ -203,10 +203,10 @@ class SensitivityFlow:
             np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
             contact_states(own, w.T, points),
         )
-        work, segment, steps = new_workspace(self._rows.total), new_segment(), self.step_count[points]
-        for number in np.unique(steps):
+        (work, segment), steps = _scratch.of(self._rows.total), self.step_count[points]
+        for number in sorted(set(steps.tolist())):
             lanes = np.flatnonzero(steps == number)
-            advance_with_sensitivities(self._dims, own.harmonics, self._rows, call, int(number), lanes, work, segment)
+            advance_with_sensitivities(self._dims, own.harmonics, self._rows, call, number, lanes, work, segment)
         return PeriodResult(
             call.w, call.tangent.transpose(0, 2, 1), call.sensitivity.transpose(0, 2, 1), call.switches,
             call.switch_count, call.extrema, call.extremum_count, call.status,
@@ -301,7 +301,21 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
         np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))
 
 
+_offsets = lru_cache(maxsize=64)(sensitivity_rows)
+
+
 @lru_cache(maxsize=1024)
-def _period_steps(counts: tuple[int, ...], starts: tuple[float, ...], highest: int) -> np.ndarray:
-    """`Steps.values` of one mesh period, from the numbers of steps in its parts and where these begin."""
-    return step_values(*steps_in_parts(np.array(counts), np.array([starts])), highest)
+def _period_steps(least: float, starts: tuple[float, ...], same_starts: bool, highest: int) -> np.ndarray:
+    """`Steps.values` of one mesh period with at least so many steps, from where its parts begin."""
+    where = np.array([starts])
+    return step_values(*steps_in_parts(rounded_counts(np.array([least]), where, same_starts)[0], where), highest)
+
+
+class _Scratch(threading.local):
+    """The memory in which a thread computes, by its number of rows."""
+
+    def __init__(self) -> None:
+        self.of = lru_cache(maxsize=8)(lambda rows: (new_workspace(rows), new_segment()))
+
+
+_scratch = _Scratch()
