@@ -69,7 +69,8 @@ class ParameterFamily:
 
     def check(self, values: np.ndarray) -> None:
         """Raise `InputError` if the model does not accept these values, (P, Q)."""
-        if not all(cell is not None and cell.accepted for cell in map(self._cells.cell, values)):
+        cells = map(self._cells.cell, values)
+        if self._several or not all(cell is not None and cell.accepted for cell in cells):
             self._check(values)
 
     def _check(self, values: np.ndarray) -> None:

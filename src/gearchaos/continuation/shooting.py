@@ -277,9 +277,10 @@ def returned_start(equations: Any, start: Point, last: Point, point: Point) -> P
     if length(weights[other:], point.u[other:] - start.u[other:]) >= 2 * size:
         return None
     for shift in range(equations.period):
-        u, tangent = shifted(start.u, shift), shifted(start.tangent, shift)
+        u = shifted(start.u, shift)
         if max(length(weights, point.u - u), length(weights, last.u - u)) >= 2 * size:
             continue
+        tangent = shifted(start.tangent, shift)
         before, after = (float(np.sum(weights * tangent * (v - u))) for v in (last.u, point.u))
         if before < 0 <= after and float(np.sum(weights * tangent * point.tangent)) > 0:
             at = between(equations, last, point, along(weights, last, u))
