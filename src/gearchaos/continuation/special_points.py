@@ -72,7 +72,7 @@ class SpecialPoint(NamedTuple):
     point: Point  # of the curve; its data is an `EventState`
 
 
-def find_special_points(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
+def find_special_points(equations: EventEquations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """All points of codimension 2 between two neighbouring points of the curve of an event, in order along it."""
     found = []
     for name, test in _tests(kind, first.data, equations):
@@ -87,7 +87,7 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
 
 
 def _tests(kind: str, reference: EventState,
-           equations: Equations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
+           equations: EventEquations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
     """Names and test functions of the points that a curve of this kind can have."""
     if kind == FOLD:
         yield "cusp", lambda s: _aligned_curvature(s, reference)
@@ -129,14 +129,14 @@ def _aligned_curvature(state: EventState, reference: EventState) -> float:
 
 
 @lru_cache(maxsize=8)  # every point is the last one of a step and the first of the next
-def flip_coefficient(state: EventState, equations: Equations) -> float:
+def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
     From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
     w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
     where another multiplier is 1, or a graze is so near that the differences reach across it.
     """
-    cycle, family = state.cycle, equations.family  # type: ignore[attr-defined]
+    cycle, family = state.cycle, equations.family
     flow = family.flow(cycle.values[None])
     a = cycle.monodromy
     values, vectors = np.linalg.eig(a)

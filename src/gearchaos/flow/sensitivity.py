@@ -21,10 +21,25 @@ _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that 
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of the equations by Q parameters at P points."""
+    """Derivatives of the equations by Q parameters at P points.
 
-    equations: np.ndarray  # (P, Q, total) of the columns of `step_tables.parameter_array`
-    starts: np.ndarray  # (P, Q, N) of the starts of the parts of the period
+    Attributes
+    ----------
+    equations : (P, Q, total)
+        Of the arrays of the system side by side.
+    starts : (P, Q, N)
+        Of the starts of the parts of the period.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import Derivatives
+    >>> Derivatives(np.zeros((3, 1, 20)), np.zeros((3, 1, 2))).equations.shape
+    (3, 1, 20)
+    """
+
+    equations: np.ndarray
+    starts: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
