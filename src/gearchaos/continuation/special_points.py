@@ -95,7 +95,7 @@ def _tests(kind: str, reference: EventState,
         yield "fold-flip", lambda s: flip_test(s.cycle)
         yield "fold-neimark-sacker", lambda s: _pairs(s, 1.0)
     elif kind == FLIP:
-        yield "generalised flip", lambda s: flip_coefficient(s, equations)
+        yield "generalised flip", lambda s: _known_coefficient(s, equations)
         yield "1:2 resonance", lambda s: _others(s, -1.0)
         yield "fold-flip", lambda s: branch_test(s.cycle)
         yield "flip-neimark-sacker", lambda s: _pairs(s, -1.0)
@@ -128,7 +128,6 @@ def _aligned_curvature(state: EventState, reference: EventState) -> float:
     return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
 
 
-@lru_cache(maxsize=8)  # every point is the last one of a step and the first of the next
 def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
@@ -168,6 +167,10 @@ def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     ahead, across, back, against = images(h * (v + y), h * (v - y), h * (y - v), -h * (v + y))
     mixed = (ahead - across - back + against) / (4 * h**2) * size
     return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
+
+
+_known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
+"""Every point is the last one of a step and the first of the next."""
 
 
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
