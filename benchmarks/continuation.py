@@ -4,7 +4,8 @@ The branch is that of the 1T motion over ω from 0.85 to 2.4, q0 = 0.1, ε1 = 0.
 is the whole branch with its events. "Shooting" converges the same orbits from the previous point of the branch, by
 Newton's method on the map of one mesh period, to a residual of 1e-10; the monodromy matrix is from forward
 differences with heyoka, since its integrators with events have no variational equations. The time to compile heyoka's
-integrators is left out. The peer follows nothing and looks for no events: it only converges orbits.
+integrators is left out. The peer follows nothing and looks for no events: it only converges orbits. The time is that of
+the processor, on which a busy machine has less effect.
 """
 
 from __future__ import annotations
