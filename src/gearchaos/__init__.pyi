@@ -922,6 +922,10 @@ def scatter(
 
     Notes
     -----
+    "quality.deviations=within the grade" stands for ``quality.deviations.1`` and ``quality.deviations.2``: the
+    tooth-to-tooth deviations of both wheels, over those that the grade permits, of the error "from quality". They are
+    normal, with the permissible ones at three standard deviations: a convention.
+
     Samples are 16 independent scramblings of a Sobol sequence; intervals follow from their scatter by Student's t with
     15 degrees of freedom. Indices are not defined for correlated inputs, nor where designs are not possible, since the
     inputs of the others then depend on each other. With indices half of the samples each are A and B of Saltelli's

@@ -3,9 +3,11 @@ truncated shares, and the probability of contact loss of a linear model."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.stats import norm, spearmanr
+from scipy.stats import norm, spearmanr, truncnorm
 
 import gearchaos as gc
 from gearchaos.model import vary
@@ -154,6 +156,68 @@ def test_contact_loss_of_a_linear_model():
     # from rest, the transient leads to the motion with contact loss beside it
     other = gc.scatter(LINEAR, ["eps1=0.045±0.005"], "omega=0.820631:0.820631:1", samples=64)
     assert float(other.sel(outcome="contact loss").probability.item()) > 0.9
+
+
+WITHIN = "quality.deviations=within the grade"
+DESIGN = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100,
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
+    quality={"standard": "ISO 1328-1:1995", "grade": 6})
+
+
+def test_deviations_are_drawn_within_the_grade():
+    """Of each wheel they are normal, with the permissible one at three standard deviations, and none beyond it."""
+    made = gc.Scatter(DESIGN, [WITHIN], "speed=1000:1100:2", samples=1 << 14, indices=False)
+    first, second = made.values.reshape(-1, 2).T
+    for drawn in (first, second):
+        assert np.abs(drawn).max() <= 1 and np.abs(drawn).max() > 0.98
+        for share in (1 / 6, 1 / 3, 2 / 3):
+            expected = (2 * norm.cdf(3 * share) - 1) / (2 * norm.cdf(3) - 1)
+            assert np.mean(np.abs(drawn) < share) == pytest.approx(expected, abs=1e-3)
+    assert np.mean(first > 0) == pytest.approx(0.5, abs=1e-3) and np.corrcoef(first, second)[0, 1] == pytest.approx(
+        0, abs=5e-3)
+    # the root mean square of the errors is that of a typical pair, but for what is cut off beyond three
+    one, two = made.models.models((1.0, 0.0))[0].value("eps1"), made.models.models((0.0, 1.0))[0].value("eps1")
+    typical = replace(DESIGN, transmission_error="from quality (typical)", speed=1000).to_model().value("eps1")
+    cut = np.sqrt(1 - 6 * norm.pdf(3) / (2 * norm.cdf(3) - 1))
+    assert np.sqrt(np.mean((first * one + second * two) ** 2)) == pytest.approx(cut * typical, rel=2e-3)
+
+
+def test_deviations_scale_with_the_grade_that_is_drawn():
+    made = gc.Scatter(DESIGN, [WITHIN, "quality.grade=5:9"], "speed=1000:1100:2", samples=32, indices=False)
+    for item, grade in enumerate(range(5, 10)):
+        (model,) = made.models.models((0.3, 0.5, item))
+        bound = replace(DESIGN, quality={"standard": "ISO 1328-1:1995", "grade": grade}, speed=1000).to_model()
+        of_one = bound.value("eps1") / np.sqrt(2)  # the wheels are alike
+        assert model.value("eps1") == pytest.approx(0.8 * of_one, rel=1e-12)
+        assert model.value("theta1") == bound.value("theta1")
+        turned = made.models.models((-0.3, -0.5, item))[0].value("theta1")
+        assert turned == pytest.approx(bound.value("theta1") + np.pi)
+
+
+@pytest.mark.filterwarnings("ignore:The mesh stiffness of the table is constant")
+def test_contact_loss_by_deviations_within_the_grade_of_a_linear_pair(tmp_path):
+    """In permanent contact z − 1 is the sum of the responses to the harmonics, in proportion to the sum of both
+    deviations: contact is lost where that is above one limit, or, turned over, below another."""
+    table = tmp_path / "constant.csv"
+    table.write_text("roll angle [deg],stiffness [N/um]\n" + "\n".join(f"{0.36 * n},350" for n in range(21)))
+    design = replace(DESIGN, stiffness={"table": str(table)}, torque=70, speed=2600)
+    model = replace(design, quality={"standard": "ISO 1328-1:1995", "grade": 6, "deviations": (1, 0)}).to_model()
+    j, tau = np.arange(1, 4), np.arange(2000) / 2000
+    eps, theta = np.array([[model.value(f"{name}{n}") for n in j] for name in ("eps", "theta")])
+    response = (j * model.omega) ** 2 * eps * np.exp(-1j * theta) / (
+        1 - (j * model.omega) ** 2 + 2j * model.zeta * j * model.omega)
+    z = (response * np.exp(2j * np.pi * j * tau[:, None])).sum(axis=1).real  # by a deviation 1 of one wheel
+    above, below = model.q1 / -z.min(), -model.q1 / z.max()
+    one, other = truncnorm(-3, 3, scale=1 / 3), np.linspace(-1, 1, 4001)
+    density = one.pdf(other) / one.pdf(other).sum()
+    expected = np.sum(density * (one.sf(above - other) + one.cdf(below - other)))
+    assert 0.1 < expected < 0.5 and abs(above + below) > 0.05
+    found = gc.scatter(design, [WITHIN], "speed=2600:2601:2", samples=1024, start="steady contact")
+    lost = found.sel(outcome="contact loss").isel(torque=0, speed=0)
+    assert float(lost.probability) == pytest.approx(expected, abs=0.01)
+    shares = found.total_index.sel(output="share of speeds with contact loss").values[0]
+    assert shares[0] == pytest.approx(shares[1], abs=0.1) and shares.sum() > 1  # wheels alike, and it takes both
 
 
 @pytest.mark.parametrize("law", ["always", "contact"])

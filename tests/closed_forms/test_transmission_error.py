@@ -58,6 +58,23 @@ def test_a_typical_error_is_the_root_mean_square_of_normal_deviations_within_the
     assert "typical of the grade" in typical.source and "third" in typical.assumptions[0]
 
 
+def test_deviations_of_two_wheels_add_up_with_their_signs():
+    def error(*deviations):
+        quality = Quality(ISO_1995, 5, deviations)
+        return from_quality(ISO_TR_EXAMPLE_1, quality, tolerances(quality, ISO_TR_EXAMPLE_1))
+
+    each, bound = [error(1, 0), error(0, 1)], quality_error()
+    assert [found.peak_to_peak for found in each] == pytest.approx(bound.tooth_to_tooth, rel=1e-12)
+    np.testing.assert_allclose(each[0].at(TAU), bound.at(TAU) * bound.tooth_to_tooth[0] / bound.peak_to_peak)
+    for first, second in ((0.4, 0.5), (0.9, -0.2), (-0.8, 0.1), (-1, -1), (0, 0)):
+        found = error(first, second)
+        np.testing.assert_allclose(
+            found.at(TAU), first * each[0].at(TAU) + second * each[1].at(TAU), atol=1e-12 * bound.peak_to_peak)
+        assert min(found.amplitudes) >= 0 and found.peak_to_peak >= 0
+        assert f"{first:g} and {second:g} of the permissible" in found.source
+        assert found.tooth_to_tooth == bound.tooth_to_tooth  # what is permissible
+
+
 def test_the_two_forms_of_annex_a_agree():
     # K (9 + 0.3 m + 3.2 √m + 0.34 √d) 2^((Q−5)/2), but for the rounding of f_pt and F_α by up to 0.5 µm each
     pair = spur(teeth=(20, 20), normal_module=4e-3)

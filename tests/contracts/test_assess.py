@@ -225,6 +225,10 @@ def test_each_assumed_input_is_varied_alone():
     typical = list(assumptions(replace(design, transmission_error="from quality (typical)")))
     assert [(each.name, each.value) for each in typical if each.name in ("accuracy grade", "transmission error")] == [
         ("accuracy grade", "5"), ("accuracy grade", "7"), ("transmission error", "from quality")]
+    known = replace(design, quality=replace(design.quality, deviations=(0.5, -0.2)))
+    of_known = [each for each in assumptions(known) if each.name in ("accuracy grade", "transmission error")]
+    assert [each.value for each in of_known] == ["5", "7"]  # their error is not assumed
+    assert all(each.fields["quality"].deviations == (0.5, -0.2) for each in of_known)
     for each in changes:
         other, (name,) = replace(design, **each.fields), each.fields
         assert getattr(other, name) != getattr(design, name)

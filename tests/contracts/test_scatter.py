@@ -13,6 +13,7 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.cli.scatter import _most
 from gearchaos.errors import InputError
+from gearchaos.gears.operating import operating_model
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter import torques_of
@@ -49,7 +50,8 @@ def test_distributions_are_read_as_engineers_write_them(text, expected):
     ({"name": "backlash", "low": 0.1, "high": 0.2, "unit": "mm"}, "backlash=0.1:0.2 mm"),
     ({"name": "damping_ratio", "distribution": "normal", "mean": 0.05, "sd": 0.005, "low": 0.01},
      "damping_ratio=normal(0.05, 0.005, 0.01, inf)"),
-    ({"name": "quality.grade", "distribution": "list", "values": [5, 7]}, "quality.grade=5,7")])
+    ({"name": "quality.grade", "distribution": "list", "values": [5, 7]}, "quality.grade=5,7"),
+    ({"name": "quality.deviations", "distribution": "within the grade"}, "quality.deviations = within  the grade")])
 def test_tables_are_distributions_too(table, text):
     assert study([table]).inputs == study([text]).inputs
 
@@ -89,6 +91,21 @@ def test_inputs_set_what_their_names_say():
     ({"vary": ["backlash.width=0.1:0.2 mm"]}, "vary: backlash", "must be one of of, value"),
     ({"vary": ["quality=5:7"]}, "vary", "must name one value of quality"),
     ({"vary": ["quality.grade=6±1"]}, "quality.grade", "must be a range or a list of whole numbers"),
+    ({"vary": ["backlash=within the grade"]}, "vary", "must read name=low:high"),
+    ({"vary": ["quality.deviations=within the grades"]}, "vary", "must read name=low:high"),
+    ({"vary": ["quality.deviations=within the grade"] * 2}, "vary", "must name one input or more, each once"),
+    ({"vary": ["quality.deviations=-1:1"]}, "vary: quality.deviations", "must be a list of two"),
+    ({"vary": ["quality.deviations.1=-1:1"]}, "vary: quality.deviations.2", "must be varied too, or be given"),
+    ({"vary": ["quality.deviations.1=-1:1.5", "quality.deviations.2=-1:1"]}, "vary: quality.deviations[0]",
+     "must lie in [-1, 1]"),
+    ({"vary": ["quality.deviations=within the grade"], "model": MODEL, "speed": "omega=0.7:0.9:2"}, "parameter", ""),
+    ({"vary": ["quality.deviations=within the grade"], "model": PAIR}, "vary", "must be one of"),
+    ({"vary": ["quality.deviations=within the grade"], "model": replace(DESIGN, quality=None,
+                                                                         transmission_error="none")}, "vary", "must"),
+    ({"vary": ["quality.deviations=within the grade"], "model": replace(
+        DESIGN, transmission_error="from quality (typical)")}, "quality.deviations", "must be left out unless"),
+    ({"vary": [{"name": "quality.deviations", "distribution": "within the grade", "sd": 1}]}, "vary.sd",
+     "must be left out for within the grade"),
     ({"vary": ["quality.grade=5.5:6.5"]}, "quality.grade", "must hold at least two whole numbers"),
     ({"vary": ["quality.grade=5.2:5.8"]}, "quality.grade", "must hold at least two whole numbers"),
     ({"vary": ["quality.grade=6:14"]}, "vary: quality.grade", "must be a whole number from 0 to 12"),
@@ -98,7 +115,8 @@ def test_inputs_set_what_their_names_say():
     ({"vary": ["torque=90:110"]}, "vary", "must not name the speed or the torque"),
     ({"vary": ["face_width=-2:-1 mm"]}, "vary: face_width", "must be greater than 0"),
     ({"vary": ["centre_distance=200:300 mm"]}, "vary: ", ""),  # impossible in the middle
-    ({"vary": [{"name": "bore", "distribution": "beta"}]}, "distribution", "must be one of list, normal, uniform"),
+    ({"vary": [{"name": "bore", "distribution": "beta"}]}, "distribution",
+     "must be one of list, normal, uniform, within the grade"),
     ({"vary": [{"name": "bore", "a": 1}]}, "key of vary", "must be one of distribution"),
     ({"vary": [{"distribution": "normal", "mean": 1, "sd": 1}]}, "vary.name", "must be given for normal"),
     ({"vary": [{"name": "bore", "low": 1, "high": 2, "mean": 3}]}, "vary.mean", "must be left out for uniform"),
@@ -180,6 +198,24 @@ def test_samples_say_what_probabilities_say():
     assert found.attrs["indices_refused"] == "" and found.cut_share.values.tolist() == [0, 0]
 
 
+def test_deviations_within_the_grade_are_inputs_as_others(tmp_path):
+    """One of each wheel: in results, records and stores, from a design, a model of one, and a known other wheel."""
+    made = study(["quality.deviations=within the grade", "quality.grade=6:8"], speed="speed=3000:5000:2", indices=True)
+    assert [each.name for each in made.inputs] == ["quality.deviations.1", "quality.deviations.2", "quality.grade"]
+    assert from_record(to_record(made)) == made
+    assert gc.run(made, tmp_path / "s.zarr", threads=1).finished
+    found = gc.load(tmp_path / "s.zarr")
+    assert found.identical(made.run()) and found.total_index.varied.values.tolist() == [
+        each.name for each in made.inputs]
+    own = replace(DESIGN, quality={"standard": "ISO 1328-1:1995", "grade": 7, "deviations": (0.2, -0.6)})
+    assert made.models.models((0.2, -0.6, 1)) == [replace(own, speed=3000).to_model()]
+    of_model = study(["quality.deviations=within the grade", "quality.grade=6:8"], speed="speed=3000:5000:2",
+                     indices=True, model=operating_model(replace(DESIGN, speed=3000)))
+    assert of_model.models.models((0.2, -0.6, 1)) == made.models.models((0.2, -0.6, 1))
+    known = study(["quality.deviations.1=-1:1"], model=own)
+    assert known.models.models((0.2,)) == [replace(own, speed=1000).to_model()]
+
+
 def test_other_items_change_no_bit():
     made = study([*VARY, "face_width=18:22 mm", "stiffness=ISO 6336-1,potential energy"], torque=[60.0, 150.0])
     whole = made.compute(np.arange(made.count), threads=1)
@@ -240,6 +276,12 @@ def test_the_command_says_what_the_function_finds(tmp_path):
         "1000:2000:2", "--torque", "80", "--samples", "32", "--correlation", "backlash,damping_ratio=0.5", "--start",
         "steady contact", "--no-indices"])
     assert other.exit_code == 0 and other.stdout.startswith("80 N m: contact is lost from steady contact with")
+    drawn = CliRunner().invoke(app, [
+        "scatter", str(path), "--vary", "quality.deviations=within the grade", "--speed", "1000:2000:2", "--samples",
+        "32", "--no-indices"])
+    assert drawn.exit_code == 0 and "0.27 % cut off" in drawn.stdout and max(map(len, drawn.stdout.splitlines())) <= 80
+    assert "over that which the grade permits" in " ".join(drawn.stdout.split())
+    assert "which the grade permits" not in " ".join(said.stdout.split())
     for missing in (["--speed", ""], ["--correlation", "a=b"]):
         assert CliRunner().invoke(app, ["scatter", str(path), *missing]).exit_code == 2
     path.write_text(TOML.partition("[study]")[0] + "[operation]\ntorque = 60\n")

@@ -150,7 +150,8 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "bore": "" if d.bore is None else f"{digits(d.bore, 1e3)} mm",
         "tip relief": "" if d.tip_relief is None or not any(d.tip_relief.amount) else _relief(d.tip_relief),
         "load sharing": "tooth pairs" if d.shares_load else "prescribed",
-        "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}",
+        "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}" + (
+            "" if d.quality.deviations is None else f", deviations {digits(d.quality.deviations)} of the permissible"),
         "backlash, line of action, total":
             "" if d.backlash is None else f"{d.backlash_line_of_action * 1e3:.6g} mm",
         "damping ratio of the mesh":

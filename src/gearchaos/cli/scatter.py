@@ -11,13 +11,14 @@ from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.gears.units import measured
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_results import AIMS, OUTCOMES, OUTPUTS
-from gearchaos.studies.scattered_models import STARTS
+from gearchaos.studies.scattered_models import DEVIATIONS, STARTS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CERTAIN = 0.99  # probability from which on, and to 1 less it, another aim says more
 _TOLD = 5e-4  # least share of a distribution beyond its limits that is told
+_NOTHING = 1e-3  # share of the larger end of a range below which the other end is 0
 _SHOWN_ROWS = 12  # most rows of probabilities along the speed
 
 
@@ -74,6 +75,9 @@ def print_scatter(content: dict[str, Any]) -> None:
         for name, each in content["inputs"].items())
     print_wrapped(f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]} alone: "
                   "others may be possible at the same speed. In brackets: 95 %.")
+    if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
+        print_wrapped(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade "
+                      "permits, with its sign. No standard says how it is distributed: this is a convention.")
     if content["impossible"]:
         print_wrapped(f"{_percent(content['impossible'])} of the designs are not possible and count for nothing: "
                       f"{content['impossible_because']}")
@@ -195,7 +199,9 @@ def _where(best: list[float], given: dict[str, Any]) -> str:
         return "none"
     if given["items"]:
         return given["items"][int(best[0])]
-    return f"{measured(best[0], 3)} to {measured(best[1], 3)} {given['unit']}".rstrip()
+    largest = max(map(abs, best))
+    low, high = (measured(end if abs(end) > _NOTHING * largest else 0.0, 3) for end in best)
+    return f"{low} to {high} {given['unit']}".rstrip()
 
 
 def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:

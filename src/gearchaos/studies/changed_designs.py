@@ -70,9 +70,9 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
         for step in (-1, 1):
             grades = tuple(grade + step for grade in quality.grades)
             yield Change("accuracy grade", _both(quality.grades), _both(grades), {
-                "quality": {"standard": quality.standard, "grade": grades}})
+                "quality": replace(quality, grade=grades)})
         for other in FROM_QUALITY:
-            if other != error:
+            if other != error and quality.deviations is None:
                 yield Change("transmission error", error, other, {"transmission_error": other})
     given = design.stiffness if isinstance(design.stiffness, str) else "from a table"
     for method in methods():

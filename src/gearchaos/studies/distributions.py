@@ -15,6 +15,9 @@ from gearchaos.validation import to_float
 SCRAMBLES = 16
 """Independent scramblings of a Sobol sequence, from which intervals follow."""
 
+WITHIN = "within the grade"
+"""The distribution of the deviations of wheels, of which only the grade is known."""
+
 _N = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf)"
 _UNIT = r"([^\d\s.,:(±+-][^,:(±]*)?"
 _RANGE = re.compile(rf"{_N}\s*{_UNIT}:\s*{_N}\s*{_UNIT}")
@@ -24,7 +27,8 @@ _ITEM = re.compile(rf"{_N}\s*{_UNIT}")
 _FORMS = ("E.g. backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, 'damping_ratio=normal(0.05, 0.01, 0.02, 0.1)' with "
           "limits at the end, or quality.grade=6,7,8, with decimal points.")
 _KEYS = ("name", "distribution", "mean", "sd", "low", "high", "values", "unit")
-_TAKES = {"uniform": ("low", "high"), "normal": ("mean", "sd"), "list": ("values",)}  # keys that must be given
+_TAKES = {"uniform": ("low", "high"), "normal": ("mean", "sd"), "list": ("values",),
+          WITHIN: ()}  # keys that must be given
 _EDGE = 1e-12  # how near to 0 and 1 probabilities are taken, where a normal distribution is infinite
 
 
@@ -167,7 +171,7 @@ class Scattered:
 
 def as_text(given: Any) -> Any:
     """A distribution as a text, from a table ``{name, distribution, mean, sd, low, high}`` or ``values``, with a
-    ``unit``; anything else as it is."""
+    ``unit``; or ``within the grade`` alone; anything else as it is."""
     if not isinstance(given, Mapping):
         return given
     for key in given:
@@ -183,7 +187,9 @@ def as_text(given: Any) -> Any:
         if key not in given or key not in taken:
             raise InputError(f"vary.{key}", f"must {'be given' if key not in given else 'be left out'} for {kind}",
                              given.get(key), f"A {kind} distribution takes {', '.join(sorted(taken))}.")
-    if kind == "list":
+    if kind == WITHIN:
+        words = WITHIN
+    elif kind == "list":
         words = ",".join(map(str, given["values"]))
     else:
         mean, sd, low, high = (to_float(f"vary.{key}", given[key]) if key in given else default for key, default in (

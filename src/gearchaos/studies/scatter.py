@@ -32,7 +32,15 @@ from gearchaos.studies.distributions import (
 )
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.scatter_results import OUTCOMES, ScatterResults
-from gearchaos.studies.scattered_models import Machine, ScatteredModels, check_parameters, check_values, resolved
+from gearchaos.studies.scattered_models import (
+    Machine,
+    ScatteredModels,
+    check_parameters,
+    check_values,
+    drawn_within_grade,
+    resolved,
+    with_varied_deviations,
+)
 from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.validation import check
 
@@ -75,6 +83,10 @@ class Scatter(ClassifyingStudy):
 
     Notes
     -----
+    "quality.deviations=within the grade" stands for ``quality.deviations.1`` and ``quality.deviations.2``: the
+    tooth-to-tooth deviations of both wheels, over those that the grade permits, of the error "from quality". They are
+    normal, with the permissible ones at three standard deviations: a convention.
+
     Samples are 16 independent scramblings of a Sobol sequence; intervals follow from their scatter by Student's t with
     15 degrees of freedom. Indices are not defined for correlated inputs, nor where designs are not possible, since the
     inputs of the others then depend on each other. With indices half of the samples each are A and B of Saltelli's
@@ -130,7 +142,8 @@ class Scatter(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
-        self._set(vary=tuple(as_text(each) for each in given), correlations=_correlations(self.correlations))
+        self._set(vary=drawn_within_grade([as_text(each) for each in given]))
+        self._set(correlations=_correlations(self.correlations))
         self._set(torque=torques_of(self.torque), speed=as_axis(self.speed, "speed"))
         along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"
         if self.speed.name != along:
@@ -146,6 +159,8 @@ class Scatter(ClassifyingStudy):
         if gears is not None:
             self._set(torque=self.torque or (float(self.model.value("torque") or 0.0),))
             self._refuse_other_values(gears)
+            self._set(model=with_varied_deviations(self.model, [Scattered.parse(each).name for each in self.vary]))
+            gears = gears_of(self.model)
         self._check_inputs(gears)
         self._check_budget()
         _ = self.cost

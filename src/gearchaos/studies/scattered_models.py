@@ -17,11 +17,12 @@ import numpy as np
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.progress import bar
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import OPERATING_NAMES, gears_of
+from gearchaos.gears.operating import OPERATING_NAMES, gears_of, operating_model
+from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
 from gearchaos.model import MeshModel, has_effect, known_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
-from gearchaos.studies.distributions import Scattered
+from gearchaos.studies.distributions import WITHIN, Scattered
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.speed_and_torque import quasi_static_ratio
 
@@ -30,7 +31,33 @@ STARTS = {"rest": "from rest", "static deflection": "from the static deflection"
           "steady contact": "from steady contact"}
 """From which initial states motions are computed, and how a reader wants that named."""
 
+DEVIATIONS = "quality.deviations"
+_DRAWN = f"normal(0, {1 / PERMISSIBLE_OVER_SD!r}, -1, 1)"  # of each wheel, over the permissible deviation
+
 Values = tuple[float, ...]  # of the inputs of a sample, in their units, as `Scattered.at` gives them
+
+
+def drawn_within_grade(vary: Sequence[Any]) -> tuple[Any, ...]:
+    """Inputs as texts, those of the deviations ``within the grade`` as one of each wheel."""
+    found: list[Any] = []
+    for each in vary:
+        words = isinstance(each, str) and " ".join(each.replace("=", " ").split())
+        found += [f"{DEVIATIONS}.{n}={_DRAWN}" for n in (1, 2)] if words == f"{DEVIATIONS} {WITHIN}" else [each]
+    return tuple(found)
+
+
+def with_varied_deviations(model: MeshModel, names: Sequence[str]) -> MeshModel:
+    """A model of gears that have deviations within their grade if those of both wheels are varied; raises `InputError`
+    if only one is, and none of the other is known."""
+    gears: Any = gears_of(model)
+    quality, varied = getattr(gears, "quality", None), [n for n in (1, 2) if f"{DEVIATIONS}.{n}" in names]
+    if quality is None or quality.deviations is not None or not varied:
+        return model
+    if len(varied) == 1:
+        raise InputError(f"vary: {DEVIATIONS}.{3 - varied[0]}", "must be varied too, or be given in the gears", None,
+                         f"Both wheels make the error: --vary '{DEVIATIONS}={WITHIN}'.")
+    made = operating_model(replace(gears, quality=replace(quality, deviations=(0.0, 0.0))), model.kind)
+    return replace(made, initial=model.initial)
 
 
 def resolved(gears: Any, scattered: Scattered) -> Scattered:

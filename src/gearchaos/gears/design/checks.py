@@ -15,7 +15,7 @@ from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
-from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
+from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
 
 USUAL_DAMPING = (0.03, 0.1)  # usual damping ratios of a mesh, see the parameter ``damping_ratio`` of `GearDesign`
@@ -61,6 +61,9 @@ def check_inputs(design: Drawing) -> None:
             check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
                             f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
+    if design.quality is not None and design.quality.deviations is not None and design.transmission_error != BOUND:
+        raise InputError("quality.deviations", f'must be left out unless transmission_error = "{BOUND}"',
+                         design.quality.deviations, "They make the error from what the grade permits.")
 
 
 def check_load_sharing(design: Drawing) -> None:

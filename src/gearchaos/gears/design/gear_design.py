@@ -87,7 +87,8 @@ class GearDesign(Drawing, HasCard):
         Masses of the wheels. Without ``inertia`` they are those of discs as above, without a bore if ``bore`` is left
         out.
     quality : Quality or table, optional
-        Accuracy grade.
+        Accuracy grade. With ``deviations = [0.3, -0.5]`` the transmission error from quality is that of wheels with
+        these tooth-to-tooth deviations, over the permissible ones.
     backlash : Backlash, ThicknessAllowances or table, optional
         By its value and what the value is of, or by allowances of tooth thickness and centre distance.
     damping_ratio : float, optional

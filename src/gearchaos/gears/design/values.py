@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -207,10 +207,11 @@ def read_quality(field: str, value: Any) -> Quality:
     """Accuracy grade from a `Quality` or a table; its own errors begin with ``quality.``."""
     if isinstance(value, Quality):
         return value
-    if not isinstance(value, Mapping) or set(value) != {"standard", "grade"}:
-        raise InputError(field, "must be a table with standard and grade", value,
+    known = {f.name for f in fields(Quality)}
+    if not isinstance(value, Mapping) or not {"standard", "grade"} <= set(value) <= known:
+        raise InputError(field, "must be a table with standard and grade, and deviations if they are known", value,
                          "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }.")
-    return Quality(value["standard"], value["grade"])
+    return Quality(**value)
 
 
 @dataclass(frozen=True, kw_only=True)

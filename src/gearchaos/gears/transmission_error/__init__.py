@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.fields import declared
+from gearchaos.validation import to_float
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
@@ -67,20 +68,31 @@ def editions() -> dict[str, Edition]:
     return {each.name: each for each in declared(__name__, "EDITION")}
 
 
+PERMISSIBLE_OVER_SD = 3.0
+"""Permissible deviation over the standard deviation of wheels within a grade, which no standard has: a convention, the
+limits at which a process has a capability index C_p of 1 (ISO 22514-2)."""
+
+
 @dataclass(frozen=True)
 class Quality:
     """Accuracy grade of the teeth, of both wheels or of each; the deviations grow with the number, by √2 from grade to
     grade.
 
     A national standard that is the text of an edition is kept as it; its grades may have their letter, e.g. "N8".
-    Raises `InputError` for an unknown standard, with the nearest grade of an edition, or a grade outside the edition's
-    range.
+    ``deviations`` are the tooth-to-tooth deviations f_i′ that wheels 1 and 2 have, over those permissible, from −1 to
+    1: positive where profiles are crowned, negative where they are hollow.
+
+    Raises `InputError` for an unknown standard, with the nearest grade of an edition, a grade outside the edition's
+    range, or deviations that are not those of the grade.
     """
 
     standard: str
     grade: int | tuple[int, int]
+    deviations: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if self.deviations is not None:
+            object.__setattr__(self, "deviations", _within(self.deviations))
         if isinstance(self.grade, list):
             object.__setattr__(self, "grade", tuple(self.grade))
         if isinstance(self.grade, tuple) and len(self.grade) != 2:
@@ -119,6 +131,18 @@ class Quality:
     def coarsest(self) -> int:
         """The grade of the less accurate wheel."""
         return max(self.grades)
+
+
+def _within(deviations: Any) -> tuple[float, float]:
+    """Deviations over the permissible ones; raises `InputError` unless they are two numbers from −1 to 1."""
+    if not isinstance(deviations, (list, tuple)) or len(deviations) != 2:
+        raise InputError("quality.deviations", "must be a list of two, those of wheels 1 and 2", deviations)
+    first, second = (to_float(f"quality.deviations[{wheel}]", each) for wheel, each in enumerate(deviations))
+    for wheel, each in enumerate((first, second)):
+        if not -1 <= each <= 1:
+            raise InputError(f"quality.deviations[{wheel}]", "must lie in [-1, 1]", each,
+                             "It is over the permissible one: beyond that the wheel is of a coarser grade.")
+    return first, second
 
 
 def _number(grade: Any, letter: str) -> Any:

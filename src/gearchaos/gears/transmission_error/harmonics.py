@@ -27,6 +27,7 @@ import numpy as np
 
 from gearchaos.errors import whole_number
 from gearchaos.gears.fields import described
+from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.validation import MAX_HARMONICS
 
@@ -77,11 +78,12 @@ class QualityError(ErrorHarmonics):
         "f_i′", "K (4.3 2^((Q−5)/2) + f_pt + F_α), K = 0.2 (ε_γ + 4)/ε_γ, at least 0.4", "ISO 1328-1:1995, annex A",
         "µm", 1e6)
     peak_to_peak: float = described(
-        "", "√(f_i1′² + f_i2′²), a third of it for a typical pair", "assumption: independent deviations", "µm", 1e6)
+        "", "√(f_i1′² + f_i2′²), a third of it for a typical pair; |a_1 f_i1′ + a_2 f_i2′| for deviations a over these",
+        "assumption: independent deviations", "µm", 1e6)
 
 
 BOUND = "from quality"
-FROM_QUALITY = {BOUND: 1.0, "from quality (typical)": 1 / 3}
+FROM_QUALITY = {BOUND: 1.0, "from quality (typical)": 1 / PERMISSIBLE_OVER_SD}
 """What a design says for an error that follows from its grade, and the share of the permissible deviations in it."""
 
 
@@ -106,6 +108,9 @@ def from_quality(
     normal with a standard deviation of a third of the permissible one, as those of the pitch that are drawn within a
     grade are: the root mean square of each harmonic is a third of its upper limit.
 
+    A quality with the ``deviations`` of its wheels, over those permissible, has the sum of both instead, with their
+    signs: one that is less than 0 is a parabola turned over, greatest in the middle of the path of contact.
+
     The formula of annex A agrees with its other form K (9 + 0.3 m + 3.2 √m + 0.34 √d) and could be compared with one
     source only. The edition of 2013 has no such formula in terms of f_pt and F_α; with its tolerances the formula of
     1995 is used all the same.
@@ -115,7 +120,9 @@ def from_quality(
     deviation = tuple(factor * (4.3e-6 * 2 ** ((grade - 5) / 2) + t.single_pitch + t.profile)
                       for grade, t in zip(quality.grades, tolerances, strict=True))
     total = math.hypot(*deviation) * FROM_QUALITY[method]
-    numbers = range(1, check_orders(orders) + 1)
+    if quality.deviations is not None:
+        total = sum(share * each for share, each in zip(quality.deviations, deviation, strict=True))
+    turned, numbers = math.pi * (total < 0), range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
     of, meant = ("upper limit of the grade: the permissible tooth-to-tooth deviation f_i′",
                  "an upper limit of the grade from its permissible deviations")
@@ -123,6 +130,9 @@ def from_quality(
         of, meant = ("typical of the grade: a third of the permissible tooth-to-tooth deviation f_i′",
                      "typical of the grade: the root mean square of deviations that are normal, with a third of the "
                      "permissible ones as standard deviation")
+    if quality.deviations is not None:
+        has = "{:g} and {:g} of the permissible tooth-to-tooth deviations".format(*quality.deviations)
+        of, meant = f"wheels that have {has} f_i′", f"of wheels that have {has}"
     source = f"{quality.standard}, grade {grades}: assumption, {of} as a parabola"
     assumption = f"The accuracy grade gives no transmission error; this one is an assumption, {meant}"
     if quality.standard == ISO_1995:
@@ -132,6 +142,7 @@ def from_quality(
                    f"{quality.standard}")
         assumption += (f", by the formula of {ISO_1995}, annex A, for f_i′ with the deviations of {quality.standard}, "
                        "which has no such formula.")
-    return QualityError(amplitudes=tuple(4 * total / (math.pi * j) ** 2 for j in numbers),
-                        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) for j in numbers), source=source,
-                        tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=total, assumptions=(assumption,))
+    return QualityError(amplitudes=tuple(4 * abs(total) / (math.pi * j) ** 2 for j in numbers),
+                        phases=tuple(math.pi * j * (geometry.contact_ratio - 1) + turned for j in numbers),
+                        source=source, tooth_to_tooth=(deviation[0], deviation[1]), peak_to_peak=abs(total),
+                        assumptions=(assumption,))

@@ -8,11 +8,10 @@ import numpy as np
 
 from gearchaos.gears import units
 from gearchaos.gears.tables import Column, read_table
-from gearchaos.gears.transmission_error import Tolerances
+from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD, Tolerances
 
 _SINGLE = "single pitch deviation"
 _CUMULATIVE = "cumulative pitch deviation"
-_SPREAD = 3.0  # permissible single deviation over the standard deviation of the drawn ones
 
 
 def pitch_from_table(path: str | Path, field: str) -> tuple[float, ...]:
@@ -46,6 +45,6 @@ def drawn_pitch(tolerances: Tolerances, teeth: int, rng: np.random.Generator) ->
     The single deviations are normal with a standard deviation of a third of the permissible one; where they or their
     sums would exceed what the grade permits, all are reduced.
     """
-    cumulative = _closed(rng.normal(scale=tolerances.single_pitch / _SPREAD, size=teeth))
+    cumulative = _closed(rng.normal(scale=tolerances.single_pitch / PERMISSIBLE_OVER_SD, size=teeth))
     single = np.abs(np.diff(cumulative, prepend=cumulative[-1])).max()
     return cumulative * min(1.0, tolerances.single_pitch / single, tolerances.cumulative_pitch / np.ptp(cumulative))
