@@ -1,4 +1,4 @@
-"""Points per CPU second along a 1T branch, and the time that shooting with heyoka takes for the same orbits, in one run.
+"""Points per CPU second along a 1T branch, and the time that shooting with heyoka takes for the same orbits.
 
 The branch is that of the 1T motion over ω from 0.85 to 2.4, q0 = 0.1, ε1 = 0.02, for d = 2, 4 and 7 coordinates. "Ours"
 is the whole branch with its events. "Shooting" converges the same orbits from the previous point of the branch, by
