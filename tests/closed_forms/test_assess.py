@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.stats import binomtest
 
 import gearchaos as gc
 from benchmarks.speeds_to_avoid import random_design
@@ -14,8 +16,9 @@ from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.speed_windows import UsableRange
-from gearchaos.studies.window_edges import Way, continue_orbits, ends_of_orbits
+from gearchaos.studies.proportions import proportion
+from gearchaos.studies.speed_windows import RandomStates, UsableRange
+from gearchaos.studies.window_edges import Edge, Sought, Way, _Orbits, continue_orbits, ends_of_orbits
 
 SPUR = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
@@ -76,6 +79,76 @@ def test_torques_side_by_side_are_as_each_alone(found):
     for torque, own in zip((100.0, 300.0), found.at, strict=True):
         alone = gc.speeds_to_avoid(SPUR, "750:1330:30", torque, starts=16, spacing=0.02)
         assert alone.windows == own.windows and alone.jumps == own.jumps and alone.tried == own.tried
+
+
+def test_torques_are_in_rising_order_however_they_are_given():
+    found = gc.assess(SPUR, "500:505:2", [300.0, 100.0], starts=0)
+    assert [each.torque for each in found.at] == [100.0, 300.0]
+
+
+def test_the_share_of_random_states_is_that_of_a_basin_drawn_anew(found):
+    design = replace(SPUR, torque=100.0)
+    (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
+    speeds = np.linspace(window.start, window.stop, 6)[1:-1]
+    drawn = [gc.attractors(design.at(speed=speed), 256, seed=7) for speed in speeds.tolist()]
+    share = np.mean([each.attractor_fraction.values[each.attractor_contact.values > 0].sum() for each in drawn])
+    states = window.random_states
+    assert 0 < states.fraction_lo < share < states.fraction_hi < 1 and states.fraction_lo < states.fraction
+
+
+def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be_avoided(found):
+    narrow = gc.assess(SPUR, "520:640:3", 100.0, starts=16, spacing=0.02)  # has fewer in a range by itself
+    for each in (*found.at, *narrow.at):
+        counts, speeds = each.dataset.random_states.values, each.dataset.speed.values
+        assert counts.max() >= 16
+        for window in each.windows:
+            inside = (speeds >= window.start) & (speeds <= window.stop)
+            assert window.random_states.states == counts[inside].sum() >= 16
+            assert window.random_states.speeds == (counts[inside] > 0).sum()
+            assert window.depends_on_history or window.random_states.fraction == 1
+
+
+def states_at(speeds, states, avoided):
+    return xr.Dataset({"random_states": ("speed", states), "avoided_states": ("speed", avoided)}, {"speed": speeds})
+
+
+def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():
+    for k, n in ((0, 64), (3, 64), (64, 64)):
+        exact = binomtest(k, n).proportion_ci(0.95)
+        assert proportion(k, n) == pytest.approx([k / n, exact.low, exact.high], abs=1e-9)
+    assert proportion(0, 8)[2] == pytest.approx(1 - 0.025 ** (1 / 8)) and np.isnan(proportion(0, 0)).all()
+    alike = RandomStates.of(states_at([10.0, 20.0, 30.0], [8, 8, 8], [0, 8, 4]))
+    assert [alike.fraction, alike.fraction_lo, alike.fraction_hi] == pytest.approx(proportion(12, 24))
+    assert (alike.states, alike.speeds) == (24, 3)
+
+
+def test_each_speed_counts_by_the_range_for_which_it_stands_not_by_its_states():
+    found = RandomStates.of(states_at([10.0, 20.0, 25.0, 40.0], [64, 8, 0, 8], [0, 8, 0, 4]))
+    weights = np.array([10.0, 15.0, 20.0]) / 45  # the speed without states is left out
+    assert found.fraction == pytest.approx(weights @ [0, 1, 0.5]) and (found.states, found.speeds) == (80, 3)
+    alike = 1 / (weights**2 @ [1 / 64, 1 / 8, 1 / 8])
+    assert [found.fraction_lo, found.fraction_hi] == pytest.approx(proportion(found.fraction * alike, alike)[1:])
+    assert RandomStates.of(states_at([10.0], [0], [0])) is None
+    assert RandomStates.of(states_at([10.0, 20.0, 25.0, 40.0], [3, 3, 3, 3], [3, 3, 3, 3])).fraction == 1
+
+
+@pytest.mark.parametrize(("inside", "outside", "ends", "edge"), [
+    (100.0, 110.0, (106.0, 103.0), 106.0), (110.0, 100.0, (104.0, 107.0), 104.0),
+    (100.0, 110.0, (103.0, 106.0), 106.0)])
+def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(inside, outside, ends, edge):
+    sought = Sought(None, inside, outside, (), (), lambda _: 1, Edge(inside))
+    for speed in ends:
+        sought.reach(Edge(speed))
+    assert sought.found.speed == edge
+
+
+def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
+    one, motion = np.ones(1), Motion(1, 2, 0, 1.0, 0.5, (0.0, 0.0), np.zeros(2))
+    far = _Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one,
+                  np.zeros((1, 0), int), one > 0)
+    ways = [Way(None, 100.0, 101.0, motion)]
+    assert far.fails(np.zeros((2, 1)), ways).tolist() == [1] and far.fails(far.w - 1e-3, ways).tolist() == [0]
+    assert replace(far, shorter=one < 0).fails(np.zeros((2, 1)), ways).tolist() == [0]
 
 
 def test_usable_ranges_are_between_those_to_avoid_and_shared_by_all_torques(found):

@@ -13,14 +13,17 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
+from gearchaos.datasheet.answer import edges
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
-from gearchaos.datasheet.verdict import HEADINGS, rows, usable_in_words, verdict, worst
+from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
+from gearchaos.gears.operating import as_model
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
-from gearchaos.studies.speed_windows import FORCE_CRITERION, Reached, UsableRange
-from gearchaos.studyfile import load_design
+from gearchaos.studies.speed_windows import FORCE_CRITERION, RandomStates, Reached, UsableRange
+from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
+from gearchaos.studyfile import load_design, load_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPUR = EXAMPLES / "spur_50_50.toml"
@@ -74,7 +77,7 @@ def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
     assert len(shown) == len(expected) == 4
     for row, window in zip(shown, expected, strict=True):
         assert float(row[0]) <= window.start < float(row[0]) + 1 and float(row[1]) - 1 < window.stop <= float(row[1])
-        assert row[-5:-2] == ["graze", "graze", f"{window.dynamic_factor:.3g}"] and row[-1] == "no"
+        assert row[-6:-3] == ["graze", "graze", f"{window.dynamic_factor:.3g}"] and row[-2:] == ["no", "–"]
 
 
 def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
@@ -323,7 +326,84 @@ def test_a_motion_without_bound_in_one_range_is_said_first(found):
 
 def test_inputs_without_effect_do_not_matter_most(found):
     report = Report(found, sensitivity=[Changed("backlash", "a", "b", found)])
-    assert report.matters_most == [] and "None of the 1 changes alters it." in report_html(report)
+    assert report.matters_most == []
+    assert "None of the 1 changes alters it by more than the search leaves open." in report_html(report)
+
+
+def test_a_change_within_what_the_search_leaves_open_is_not_told_apart(found):
+    """The first range, 27.4 of 200 rpm, is not certain in the one, and 3 rpm of its edge in the other."""
+    at, few = found.at[0], RandomStates(0.02, 0.001, 0.09, 64, 8)
+    others = (Reached("other initial states", 1.0, 2.0),)
+    rare = replace(at.windows[0], reached=others, random_states=few)
+    usual = replace(rare, random_states=replace(few, fraction=0.1))
+    loose = replace(at.windows[0], stop_resolution=3.0)
+    base, rest = replace(found, at=(at,)), at.windows[1:]
+
+    def told(*windows, beside=base):
+        return Changed("a", "1", "2", replace(found, at=(replace(at, windows=windows),))).told_apart(beside)
+
+    assert told(*rest) and told(usual, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    assert not told(*rest, beside=replace(found, at=(replace(at, windows=(rare, *rest)),)))
+    assert not told(rare, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    assert not told(loose, *rest) and told(loose, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    alike = replace(found, at=(replace(at, windows=(loose, *rest)),))
+    report = Report(base, sensitivity=[Changed("a", "1", "2", alike)])
+    assert report.matters_most == [] and "which the search does not tell apart" in report_html(report)
+    assert report.document()["sensitivity"][0]["told_apart"] is False
+
+
+def test_how_likely_a_range_is_stands_in_every_form(found):
+    states = RandomStates(0.359, 0.2431, 0.489, 64, 8)
+    (first, second), at = found.at[0].windows, found.at[0]
+    windows = (replace(first, random_states=states), replace(second, random_states=replace(
+        states, fraction=1.0, fraction_lo=0.9439, fraction_hi=1.0)))
+    one = replace(found, at=(replace(at, windows=windows),))
+    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (24–49 %), 64 at 8 speeds",
+             "593 to 627 rpm at 100 N m: loss of contact, from every random start tried, 64 at 8 speeds"]
+    assert keep_out(one) == words and [row.likelihood for row in rows(one.at[0])] == ["36 (24–49)", "100 (94–100)"]
+    page = report_html(Report(one))
+    assert page.index("Keep out of") < page.index(words[0]) < page.index("<figure") and words[1] in page
+    assert one.document()["avoid"][0]["random_states"] == {
+        "fraction": 0.359, "fraction_lo": 0.2431, "fraction_hi": 0.489, "states": 64, "speeds": 8}
+    none, rare = (replace(first, random_states=replace(states, fraction=f)) for f in (0.0, 0.996))
+    assert [row.likelihood.split()[0] for row in rows(replace(at, windows=(none, rare)))] == ["0", "99"]
+    assert "no random starts tried" in keep_out(found)[0]
+
+
+def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are_listed(found):
+    states = RandomStates(0.25, 0.1, 0.4, 64, 8)
+    first, second = (replace(each, random_states=states) for each in found.at[0].windows)
+    above = replace(first, start=550.0, stop=580.0, contact="both flanks", random_states=replace(states, fraction=1.0))
+    same = (replace(found.at[0], torque=torque, windows=(first, second)) for torque in (1.0, 2.0, 3.0))
+    many = replace(found, at=(*same, replace(found.at[0], torque=4.0, windows=(above, second))))
+    merged = "4 ranges at 4 torques from 1 to 4 N m merged: at worst"
+    assert keep_out(many, 2) == [
+        f"531 to 580 rpm, {merged} both flanks at 4 N m, from 25 to 100 % of random starts",
+        f"593 to 627 rpm, {merged} loss of contact at 1 N m, from 25 % of random starts"]
+    assert keep_out(many, 1)[0].startswith("531 to 580 rpm") and keep_out(many, 1)[1:] == [
+        "1 narrower range, in the tables"]
+    assert len(keep_out(many)) == 8 and keep_out(replace(found, at=())) == []
+
+
+def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
+    window = replace(found.at[0].windows[0], start=6411.2, stop=6889.4, start_resolution=0.5, to_scan_end=True)
+    assert window.words == "6410 to 6890 rpm" and edges(window) == ("6410", "≥ 6890")
+    assert rows(replace(found.at[0], windows=(window,)))[0][:2] == edges(window)
+    slow = replace(window, start=12.345, stop=12.341, start_resolution=0.0)
+    assert slow.ends == ("12.3", "12.4")
+
+
+def test_the_price_is_said_before_the_work(monkeypatch):
+    assert "this may take" not in assess(SPUR, *SCAN, "--torque", 100).stderr
+    monkeypatch.setattr("gearchaos.studies.cost.ANNOUNCED_SECONDS", 0.0)
+    alone = assess(SPUR, *SCAN, "--torque", 100).stderr
+    assert re.match(r"this may take about \d+ \w+, up to \d+ \w+ if all motions are chaotic", " ".join(alone.split()))
+    motions = [int(re.search(r"([\d,]+)\smotions", text).group(1).replace(",", "")) for text in (
+        alone, assess(SPUR, *SCAN, "--torque", "100,300").stderr)]
+    assert motions[1] == 2 * motions[0]
+    found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
+                        Criteria())
+    assert found.seconds(1) > 2 * replace(found, periods=found.usual_periods).seconds(1) > 60
 
 
 def test_what_was_tried_stands_on_the_first_page_for_all_torques(found):

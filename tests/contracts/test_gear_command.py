@@ -79,15 +79,15 @@ def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motio
 def window(start, stop, start_resolution, stop_resolution, **ends):
     return Window(start, stop, 2.0, start, start_resolution, stop_resolution, (), "", "",
                   **{"from_scan_start": False, "to_scan_end": False, **ends}, begins_with="", ends_with="",
-                  depends_on_history=False, meshes=(), peaks=())
+                  depends_on_history=False, random_states=None, meshes=(), peaks=())
 
 
 @pytest.mark.parametrize(("found", "shown"), [
-    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2310", "2570")), (window(533.0, 533.0, 103.0, 103.0), ("400", "700")),
-    (window(533.2, 540.1, 0.4, 2.0), ("532", "543")), (window(1014.2, 10120.0, 0.5, 0.5), ("1010", "10200")),
+    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2310", "2569")), (window(533.0, 533.0, 103.0, 103.0), ("430", "636")),
+    (window(533.2, 540.1, 0.4, 2.0), ("532", "543")), (window(1014.2, 10120.0, 0.5, 0.5), ("1013", "10121")),
     (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000")),
 ])
-def test_edges_are_rounded_outwards_to_their_resolution(found, shown):
+def test_edges_are_rounded_outwards_to_whole_speeds(found, shown):
     assert edges(found) == shown
 
 

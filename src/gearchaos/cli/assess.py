@@ -202,7 +202,16 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 def _print(report: Report) -> None:
     """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
     from gearchaos.datasheet.report import changed_in_words, usable_share
-    from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, usable_in_words, verdict, worst
+    from gearchaos.datasheet.verdict import (
+        HEADINGS,
+        at_no_speed,
+        jumps,
+        keep_out,
+        rows,
+        usable_in_words,
+        verdict,
+        worst,
+    )
 
     found = report.found
     _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found),
@@ -218,12 +227,14 @@ def _print(report: Report) -> None:
         if len(found.at) > 1:
             _say_lines(f"usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
     if len(found.at) > _MOST_TABLES:
-        _say_lines(f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
+        print()
+        _say_lines(*(f"keep out of {text}" for text in keep_out(found)),
+                   f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
     met = jumps(found)
     print()
     for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
         for each in changes or ():
-            _say_lines(f"{words}: {changed_in_words(each)}")
+            _say_lines(f"{words}: {changed_in_words(each, found)}")
     _say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
                *(f"Assumed: {text}" for text in found.assumptions[:-1]))
 

@@ -204,9 +204,8 @@ def listed(words: Sequence[str]) -> str:
 
 def in_words(window: Window) -> str:
     """A range to avoid in words, without its unit."""
-    start, stop = edges(window)
-    return f"{'the start, ' * window.from_scan_start}{start.lstrip('≤ ')} to " \
-           f"{'the end, ' * window.to_scan_end}{stop.lstrip('≥ ')}"
+    start, stop = window.ends
+    return f"{'the start, ' * window.from_scan_start}{start} to {'the end, ' * window.to_scan_end}{stop}"
 
 
 def factor_and_share(motion: Reached) -> str:
@@ -216,14 +215,11 @@ def factor_and_share(motion: Reached) -> str:
 
 
 def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, as far outside as they may lie, rounded outwards to three digits; an end
-    of the computed speeds is marked, beyond which it may go on.
+    """Both ends of a range to avoid, in rpm, rounded outwards; an end of the computed speeds is marked, beyond which it
+    may go on.
     """
-    low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
-    start, stop = (10.0 ** max(math.floor(math.log10(max(r, 1.0))), math.floor(math.log10(max(end, 1.0))) - 2, 0)
-                   for r, end in ((window.start_resolution, low), (window.stop_resolution, high)))
-    return (f"{'≤ ' * window.from_scan_start}{math.floor(low / start) * start:.0f}",
-            f"{'≥ ' * window.to_scan_end}{math.ceil(high / stop) * stop:.0f}")
+    start, stop = window.ends
+    return f"{'≤ ' * window.from_scan_start}{start}", f"{'≥ ' * window.to_scan_end}{stop}"
 
 
 def _both(values: tuple[float, float], factor: float = 1.0) -> str:

@@ -15,11 +15,23 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
-from gearchaos.datasheet.verdict import HEADINGS, at_no_speed, jumps, rows, scanned, torques_in_words, verdict, worst
+from gearchaos.datasheet.verdict import (
+    HEADINGS,
+    at_no_speed,
+    jumps,
+    keep_out,
+    rows,
+    scanned,
+    torques_in_words,
+    verdict,
+    worst,
+)
 
 _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
-_COLUMNS = (9, 9, 30, 16, 16, 9, 9, 8)  # widths of a table of ranges to avoid
+_LINE = 0.0165  # height of a line on the first page, over that of the page
+_FEW_RANGES = 3  # to keep out of, that the first page names beside another report
+_COLUMNS = (8, 8, 26, 15, 15, 9, 8, 8, 14)  # widths of a table of ranges to avoid
 
 
 def report_pdf(report: Report, against: Report | None = None) -> bytes:
@@ -47,17 +59,25 @@ def _first_page(reports: list[Report]) -> Figure:
     page = Figure(figsize=_PAPER)
     share = 0.92 / len(reports)
     for number, report in enumerate(reports):
-        found, top = report.found, 0.96 - number * share
+        top = 0.96 - number * share
         page.text(0.08, top, report.title, fontsize=14, va="top", parse_math=False)
-        sentences = [f"{text[0].upper()}{text[1:]}." for text in (
-            verdict(found), worst(found), f"tried: {found.tried}")]
-        page.text(0.08, top - 0.03, "\n".join(line for text in sentences for line in textwrap.wrap(text, 95)),
-                  fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
-        ax = page.add_axes((0.14, top - 0.16 - 0.52 * (share - 0.17), 0.78, 0.42 * (share - 0.17)))
-        plot.assessment(found, ax)
-        page.text(0.08, top - 0.2 - 0.54 * (share - 0.17), "\n".join(_below(report, len(reports) == 1)), fontsize=8.5,
-                  va="top", linespacing=1.4, parse_math=False)
+        above, below = list(_above(report, len(reports) == 1)), list(_below(report, len(reports) == 1))
+        page.text(0.08, top - 0.03, "\n".join(above), fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
+        text_end, under = top - 0.03 - _LINE * len(above), top - share + _LINE * len(below) + 0.01
+        plot.assessment(report.found, page.add_axes((0.14, under + 0.06, 0.78, text_end - under - 0.12)))
+        page.text(0.08, under, "\n".join(below), fontsize=8.5, va="top", linespacing=1.4, parse_math=False)
     return page
+
+
+def _above(report: Report, alone: bool) -> Iterator[str]:
+    """What the first page says above the picture: beside another report fewer ranges."""
+    found = report.found
+    for text in (verdict(found), worst(found), f"tried: {found.tried}"):
+        yield from textwrap.wrap(f"{text[0].upper()}{text[1:]}.", 95)
+    if found.avoid:
+        yield from ("", "Keep out of")
+    for text in keep_out(found, *[] if alone else [_FEW_RANGES]):
+        yield from textwrap.wrap(text, 95, initial_indent="   ", subsequent_indent="      ")
 
 
 def _below(report: Report, alone: bool) -> Iterator[str]:
@@ -69,13 +89,13 @@ def _below(report: Report, alone: bool) -> Iterator[str]:
     if report.sensitivity is None:
         yield "Not computed: the command does so with --sensitivity."
     elif not report.matters_most:
-        yield f"None of the {len(report.sensitivity)} changes alters it."
+        yield f"None of the {len(report.sensitivity)} changes alters it by more than the search leaves open."
     for each in report.matters_most:
-        yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
+        yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
     if report.improvements is not None:
         yield from ("", "What to change")
         for each in report.helps_most:
-            yield from textwrap.wrap(changed_in_words(each), 100, subsequent_indent="   ")
+            yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
         if not report.helps_most:
             yield f"None of the {len(report.improvements)} changes that were tried widens the usable speeds."
 
@@ -95,8 +115,8 @@ def _lines(report: Report) -> Iterator[str]:
         yield from _wrapped(f"Tried: {at.tried}")
     sections = {
         "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],
-        "Assumed inputs varied one at a time": [changed_in_words(e) for e in report.sensitivity or ()],
-        "Changes of the design that were tried": [changed_in_words(e) for e in report.improvements or ()],
+        "Assumed inputs varied one at a time": [changed_in_words(e, found) for e in report.sensitivity or ()],
+        "Changes of the design that were tried": [changed_in_words(e, found) for e in report.improvements or ()],
         "Inputs": [f"{name}: {value}" for name, value in inputs_of(found.gears).items()],
         "Assumptions": found.assumptions}
     for heading, texts in sections.items():

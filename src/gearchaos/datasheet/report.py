@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib import metadata
 from typing import Any
 
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from gearchaos import plot
 from gearchaos.cards.card import card
@@ -19,6 +18,7 @@ from gearchaos.datasheet.verdict import (
     HEADINGS,
     at_no_speed,
     jumps,
+    keep_out,
     rows,
     scanned,
     title,
@@ -29,15 +29,11 @@ from gearchaos.datasheet.verdict import (
 )
 from gearchaos.gears.operating import is_design, is_train
 from gearchaos.gears.pair import GearPair
-from gearchaos.plot._assessment import height
-from gearchaos.plot._dynamic_factor import LARGE
-from gearchaos.plot.axes import draw_legend
+from gearchaos.plot._assessment import draw_factors, height
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.changed_designs import Changed
-from gearchaos.studies.speed_windows import MOTIONS, SpeedsToAvoid
 
 _MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
-_WIDER = 1e-3  # least share of the speeds by which a change must alter what is usable to be named
 _MOST_NAMED = 3  # changes that the first page names
 _WIDTH = 5.2  # of the picture of the decision, in inches
 
@@ -67,8 +63,7 @@ class Report:
     @property
     def matters_most(self) -> list[Changed]:
         """The changes of the inputs to which the usable share is most sensitive, one of each, most first."""
-        ordered = sorted((each for each in self.sensitivity or ()
-                          if each.assessment and abs(each.widening(self.found)) > _WIDER),
+        ordered = sorted((each for each in self.sensitivity or () if each.told_apart(self.found)),
                          key=lambda each: -abs(each.widening(self.found)))
         first = [each for number, each in enumerate(ordered) if each.name not in {o.name for o in ordered[:number]}]
         return first[:_MOST_NAMED]
@@ -77,7 +72,7 @@ class Report:
     def helps_most(self) -> list[Changed]:
         """The changes of the design that widen the usable share, most first."""
         ordered = sorted(self.improvements or (), key=lambda each: -each.widening(self.found))
-        return [each for each in ordered if each.widening(self.found) > _WIDER][:_MOST_NAMED]
+        return [each for each in ordered if each.widening(self.found) > 0 and each.told_apart(self.found)][:_MOST_NAMED]
 
 
 def usable_share(found: Assessment) -> str:
@@ -87,10 +82,11 @@ def usable_share(found: Assessment) -> str:
     return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}"
 
 
-def changed_in_words(each: Changed) -> str:
-    """A change, and what is usable after it."""
+def changed_in_words(each: Changed, found: Assessment) -> str:
+    """A change, and what is usable after it, beside the assessment of the design itself."""
     after = f"not possible, {each.reason}" if each.assessment is None else usable_share(each.assessment)
-    return f"{each.name} {each.given} to {each.value}: {after}"
+    same = ", which the search does not tell apart" * (each.assessment is not None and not each.told_apart(found))
+    return f"{each.name} {each.given} to {each.value}: {after}{same}"
 
 
 def inputs_of(gears: Any) -> dict[str, str]:
@@ -135,10 +131,11 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
     return {
         "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
         "verdict": [verdict(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
+        "keep_out": keep_out(found),
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
                            "there, and the events at their edges. Blank is usable: ± is how far the speed may differ "
                            "from the middle.", height(found), lambda ax: plot.assessment(found, ax), _WIDTH),
-        **{name: None if each is None else [changed_in_words(one) for one in each]
+        **{name: None if each is None else [changed_in_words(one, found) for one in each]
            for name, each in {**first, **changes}.items()},
         **_evidence(found, prefix)}
 
@@ -153,25 +150,7 @@ def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
         "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
         "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
                             "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
-                            partial(_factors, at=each))
+                            partial(draw_factors, each))
                     for number, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
         "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
         "kind": "train" if is_train(found.gears) else "pair"}
-
-
-def _factors(ax: Axes, at: SpeedsToAvoid) -> Axes:
-    """Draw the dynamic factor over the speed, by the motions, with the ranges to avoid."""
-    ds, handles = at.dataset, []
-    for window in at.windows:
-        ax.axvspan(window.start, window.stop, facecolor="#f3d3cb", linewidth=0, zorder=0)
-    for name, words in MOTIONS.items():
-        values = ds["dynamic_factor"].sel(motion=name).values
-        if (values == values).any():
-            style: Mapping[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 3} if name == "other" else {}
-            handles += ax.plot(ds["speed"].values, values, label=words, linewidth=1.1, **style)
-    ax.set(xlim=(ds["speed"].values[0], ds["speed"].values[-1]), xlabel="speed of wheel 1 [rpm]",
-           ylabel="dynamic factor")
-    if ax.get_ylim()[1] > LARGE:
-        ax.set_yscale("log", subs=(2, 5))
-    draw_legend(ax, handles)
-    return ax

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearchaos.datasheet.answer import listed, pair_title
+from gearchaos.datasheet.answer import edges, listed, pair_title
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
-from gearchaos.studies.speed_windows import MOTIONS
+from gearchaos.studies.speed_windows import CONTACT_WORDS, rounded
 
 if TYPE_CHECKING:
     from gearchaos.studies.assess import Assessment
-    from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
+    from gearchaos.studies.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
 
 _MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
+_MOST_KEPT_OUT = 8  # ranges to keep out of that a list names
 
 
 class Row(NamedTuple):
@@ -29,16 +30,21 @@ class Row(NamedTuple):
     factor: str
     at: str
     history: str
+    likelihood: str
 
 
 HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "begins\nwith", "ends\nwith", "dynamic\nfactor", "at\nrpm",
-               "history\ndecides")
+               "history\ndecides", "% of random\nstarts")
 """Of the columns of a table of ranges to avoid."""
 
 
 def torques_in_words(found: Assessment) -> str:
     """The torques with their unit: "100 and 300 N m", or how many there are."""
-    torques = [f"{each.torque:.6g}" for each in found.at]
+    return _torques([each.torque for each in found.at])
+
+
+def _torques(values: Sequence[float]) -> str:
+    torques = [f"{each:.6g}" for each in values]
     if len(torques) > _MOST_NAMED:
         return f"{len(torques)} torques from {torques[0]} to {torques[-1]} N m"
     return f"{listed(torques)} N m"
@@ -54,9 +60,9 @@ def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -
 
     An end of the ``speeds`` that were looked through is marked: the range may go on beyond.
     """
-    rounded = ((part, _rounded(part.start, math.ceil), _rounded(part.stop, math.floor)) for part in parts)
-    return [f"{'≤ ' * (part.start == speeds[0])}{low:g} to {'≥ ' * (part.stop == speeds[1])}{high:g} rpm "
-            f"(±{100 * part.margin:.1f} %)" for part, low, high in rounded if low < high]
+    inwards = ((part, rounded(part.start, math.ceil), rounded(part.stop, math.floor)) for part in parts)
+    return [f"{'≤ ' * (part.start == speeds[0])}{low} to {'≥ ' * (part.stop == speeds[1])}{high} rpm "
+            f"(±{100 * part.margin:.1f} %)" for part, low, high in inwards if float(low) < float(high)]
 
 
 def verdict(found: Assessment) -> str:
@@ -85,11 +91,70 @@ def worst(found: Assessment) -> str:
     part, torque = max(((each.largest, each.torque) for each in found.at), key=lambda pair: pair[0].dynamic_factor)
     history = sum(window.depends_on_history for _, window in found.avoid)
     of_all = f"{history} of {len(found.avoid)}"
-    others = sum(_by_others(window) for _, window in found.avoid)
+    others = sum(window.by_others for _, window in found.avoid)
     decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
     decides += f", {others} of these only other initial states lead to" * bool(others)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
             f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
+
+
+def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
+    """The ranges to avoid with what happens there and from how many random states, rounded outwards.
+
+    Where there are more than so many, those that overlap, also at different torques, are merged, and the widest named.
+    """
+    merged = [[pair] for pair in found.avoid]
+    if len(merged) > most:
+        merged = []
+        for pair in sorted(found.avoid, key=lambda pair: pair[1].reach):
+            if merged and pair[1].reach[0] <= max(window.reach[1] for _, window in merged[-1]):
+                merged[-1].append(pair)
+            else:
+                merged.append([pair])
+    widest = sorted(merged, key=_width)[-most:]
+    more = len(merged) - len(widest)
+    return [_kept_out(part) for part in merged if part in widest] + (
+        [f"{more} narrower range{'s' * (more > 1)}, in the tables"] if more else [])
+
+
+def _width(part: Sequence[tuple[float, Window]]) -> float:
+    return max(window.reach[1] for _, window in part) - part[0][1].reach[0]
+
+
+def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
+    """A range to keep out of, made of ranges to avoid that overlap: where, what happens, and the share of starts."""
+    first, last = part[0][1], max((window for _, window in part), key=lambda each: each.reach[1])
+    where, torques = f"{edges(first)[0]} to {edges(last)[1]} rpm", _torques(sorted({torque for torque, _ in part}))
+    if len(part) == 1:
+        return f"{where} at {torques}: {first.cause}, {likelihood(first)}"
+    torque, worst = max(part, key=lambda pair: (CONTACT_WORDS.index(pair[1].contact), pair[1].dynamic_factor))
+    shares = [window.random_states.fraction for _, window in part if window.random_states]
+    ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
+    return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
+        f", from {' to '.join(ends)} % of random starts" if ends else "")
+
+
+def likelihood(window: Window) -> str:
+    """From which share of random initial states a range's motion to avoid is reached, with its 95 % interval."""
+    found = window.random_states
+    if found is None:
+        return "no random starts tried"
+    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}"
+    if found.fraction == 1:
+        return f"from every random start tried, {behind}"
+    return f"from {_percent(found.fraction)} % of random starts ({_interval(found)} %), {behind}"
+
+
+def _percent(share: float) -> str:
+    """A share in percent; 0 and 100 are none and all."""
+    if 0 < share < 0.01:
+        return f"{100 * share:.1g}"
+    return f"{100 if share == 1 else min(round(100 * share), 99)}"
+
+
+def _interval(found: RandomStates) -> str:
+    """The interval of a share in percent, rounded outwards."""
+    return f"{math.floor(100 * found.fraction_lo)}–{math.ceil(100 * found.fraction_hi)}"
 
 
 def rows(at: SpeedsToAvoid) -> list[Row]:
@@ -103,20 +168,15 @@ def at_no_speed(at: SpeedsToAvoid) -> str:
 
 
 def _row(window: Window) -> Row:
-    low, high = window.start - window.start_resolution, window.stop + window.stop_resolution
-    start = f"{'≤ ' * window.from_scan_start}{_rounded(low, math.floor):g}"
-    stop = f"{'≥ ' * window.to_scan_end}{_rounded(high, math.ceil):g}"
+    shares = window.random_states
     factor, speed = (measured(value, 3) if math.isfinite(value) else "unbounded"
                      for value in (window.dynamic_factor, window.speed_of_largest))
-    return Row(start, stop, window.cause, _event(window.begins_with, window.start_resolution, window.from_scan_start),
+    begins = _event(window.begins_with, window.start_resolution, window.from_scan_start)
+    return Row(*edges(window), window.cause, begins,
                _event(window.ends_with, window.stop_resolution, window.to_scan_end), factor,
                speed if math.isfinite(window.speed_of_largest) else "–",
-               "others" if _by_others(window) else "yes" if window.depends_on_history else "no")
-
-
-def _by_others(window: Window) -> bool:
-    """Whether neither the motion from rest nor those of slow sweeps are to be avoided in a range."""
-    return [each.motion for each in window.reached] == [MOTIONS["other"]]
+               "others" if window.by_others else "yes" if window.depends_on_history else "no", "–" if shares is None
+               else f"{_percent(shares.fraction)} ({_interval(shares)})")
 
 
 def _event(kind: str, resolution: float, scan_end: bool) -> str:
@@ -141,9 +201,3 @@ def title(gears: Any) -> str:
     if hasattr(gears, "meshes"):
         return f"Gear train, {len(gears.bodies)} bodies, {len(gears.meshes)} meshes"
     return f"Gear pair {gears.n1}/{gears.n2}"
-
-
-def _rounded(speed: float, direction: Callable[[float], int]) -> float:
-    """A speed rounded up or down to whole rpm, below 100 rpm to three digits."""
-    unit = 10.0 ** min(math.floor(math.log10(max(speed, 1e-3))) - 2, 0)
-    return direction(speed / unit) * unit

@@ -12,11 +12,12 @@ from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
 from gearchaos.plot._datasets import described
+from gearchaos.plot._dynamic_factor import computed_factors, draw_computed
 from gearchaos.plot.axes import draw_legend
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
 from gearchaos.studies.assess import Assessment
-from gearchaos.studies.speed_windows import CONTACT_WORDS, FORCE_CRITERION, Window
+from gearchaos.studies.speed_windows import CONTACT_WORDS, FORCE_CRITERION, MOTIONS, SpeedsToAvoid, Window
 
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
@@ -24,6 +25,7 @@ MOST_ROWS = 12
 _COLOURS = dict(zip(CONTACT_WORDS, [*(each.colour for each in CONTACT_CLASSES[:3]), MOTION_CLASSES[-1].colour],
                     strict=True)) | {FORCE_CRITERION: CONTACT_CLASSES[0].colour}
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
+_SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
 _PALE = 0.45  # opacity of a range in which motions that are not to be avoided exist too
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
@@ -103,6 +105,18 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
     return ax
 
 
+def draw_factors(at: SpeedsToAvoid, ax: Axes) -> Axes:
+    """Draw the dynamic factor of each motion found at a torque over the speed, with the ranges to avoid."""
+    for window in at.windows:
+        ax.axvspan(*window.reach, facecolor=_colour(window), alpha=_SHADE, linewidth=0, zorder=0)
+    lines = computed_factors({name: at.dataset.sel(motion=name) for name in MOTIONS})
+    draw_computed(ax, lines)
+    speeds = at.dataset["speed"].values
+    ax.set(xlim=(speeds[0], speeds[-1]), xlabel="speed of wheel 1 [rpm]", ylabel="dynamic factor")
+    draw_legend(ax, lines)
+    return ax
+
+
 def height(found: Assessment) -> float:
     """The height of a picture in which there is room for all torques, in inches."""
     return min(1.9 + 0.4 * len(found.at), _HIGHEST) if len(found.at) <= MOST_ROWS else _HIGHEST
@@ -116,16 +130,25 @@ def _between(torques: np.ndarray) -> np.ndarray:
 
 def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
     """Draw a range to avoid, and return its legend handles by label."""
-    words = window.criterion if window.criterion == FORCE_CRITERION else window.contact
-    colour, margin = adapt(_COLOURS[words]), (1 - share) / 2 * (high - low)
-    start, stop = window.start - window.start_resolution, window.stop + window.stop_resolution
+    colour, margin = _colour(window), (1 - share) / 2 * (high - low)
+    start, stop = window.reach
     pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
     style = {"facecolor": colour, "linewidth": 0, **(pale if window.depends_on_history else {})}
     least = 1e-3 * (ax.get_xlim()[1] - ax.get_xlim()[0])  # a single speed is seen, too
     ax.broken_barh([(start, max(stop - start, least))], (low + margin, high - low - 2 * margin), zorder=2, **style)
+    words = _words(window)
     found = {words: Patch(facecolor=colour, label=words)}
     return found | ({"history": Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": "the history decides"})}
                     if window.depends_on_history else {})
+
+
+def _words(window: Window) -> str:
+    """What happens in a range, as the legend says it."""
+    return window.criterion if window.criterion == FORCE_CRITERION else window.contact
+
+
+def _colour(window: Window) -> str:
+    return adapt(_COLOURS[_words(window)])
 
 
 def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:

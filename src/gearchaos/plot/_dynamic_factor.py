@@ -88,7 +88,7 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     for motion in motions.values():
         check(motion, "dynamic_factor", **dict.fromkeys(by_speed, 1), quasi_static_ratio=())
     ax = new_axes(ax)
-    speed, computed, by_standards = ds["speed"].values, _computed(motions), []
+    speed, computed, by_standards = ds["speed"].values, computed_factors(motions), []
     for standard, style in zip(standards(), cycle(_STANDARD_STYLES), strict=False):
         values = ds[standard.name].values
         valid = np.flatnonzero(np.isfinite(values))
@@ -98,13 +98,8 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
             where = f", {start}to {speed[valid[-1]]:.0f} rpm"
         by_standards += ax.plot(
             speed, values, **adapt_style({"label": standard.label + where, "linewidth": 1.3, **style}))
-    for handle in computed:
-        ax.add_line(handle)
+    draw_computed(ax, computed)
     computed += _quasi_static(ax, motions)
-    if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
-        ax.set_yscale("log", subs=(2, 5))
-        ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
-    ax.autoscale_view()
     shaded = _ranges(ax, ds)
     ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor")
     if len(speed) > 1:
@@ -115,7 +110,17 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
     return ax
 
 
-def _computed(motions: dict[str, xr.Dataset]) -> list[Line2D]:
+def draw_computed(ax: Axes, lines: list[Line2D]) -> None:
+    """Draw the lines of `computed_factors`, on a logarithmic scale if a factor is large."""
+    for line in lines:
+        ax.add_line(line)
+    if max(np.nanmax(line.get_ydata(), initial=0) for line in lines) > LARGE:
+        ax.set_yscale("log", subs=(2, 5))
+        ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
+    ax.autoscale_view()
+
+
+def computed_factors(motions: dict[str, xr.Dataset]) -> list[Line2D]:
     """The lines of the computed factors, and dots where the flanks separate."""
     lines, dots = [], []
     for name, ds in motions.items():

@@ -326,6 +326,8 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("fraction", long_name="share of the starts"),
     Quantity("fraction_lo", long_name="lower end of its 95 % interval"),
     Quantity("fraction_hi", long_name="upper end of its 95 % interval"),
+    Quantity("random_states", long_name="number of random initial states"),
+    Quantity("avoided_states", long_name="number of random initial states that lead to the motion to avoid"),
     Quantity("kick", long_name="smallest change of the state that leaves the basin"),
     Quantity("coordinate"),
     Quantity("kick_change"),

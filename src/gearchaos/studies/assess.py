@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.execute.machine import check_memory
 from gearchaos.gears.design.values import method_in_words
 from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value, separated_torques
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, operating_axis
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
-from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_torques, summarised
+from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_cost, search_torques, summarised
 
 SPEEDS = 40  # speeds of a range without a number: others are added between them
 _EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
@@ -75,6 +73,15 @@ class Assessment:
         return sum(part.stop - part.start for part in self.usable_at_all) / (self.speeds[1] - self.speeds[0])
 
     @property
+    def largest_usable_share(self) -> float:
+        """The usable share if all was usable of which it is not certain that a search drawn anew finds it to be
+        avoided: what lies beyond the edges that are located, and ranges that few random states lead to."""
+        sure = tuple(replace(each, windows=tuple(
+            replace(w, start_resolution=0.0, stop_resolution=0.0) for w in each.windows if not w.may_be_missed))
+            for each in self.at)
+        return replace(self, at=sure).usable_share
+
+    @property
     def tried(self) -> str:
         """From which initial states motions were looked for, at all torques, of many at the first and the last."""
         if len(self.at) == 1:
@@ -110,7 +117,8 @@ class Assessment:
                 "torque": torque, "from": w.start, "to": w.stop, "cause": w.cause, "begins_with": w.begins_with,
                 "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
-                "depends_on_history": w.depends_on_history, "meshes": list(w.meshes),
+                "depends_on_history": w.depends_on_history,
+                "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],
             } for torque, w in self.avoid],
             "usable": [{"torque": torque, "from": part.start, "to": part.stop, "margin": part.margin}
@@ -180,13 +188,11 @@ def assess(
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
     base = checked_operating_model(as_model(gears)).with_values(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
-    check_memory("speeds times starts", axis.count * max(1, criteria.starts) * len(torques))
-    Bifurcation(base, axis, points=0, settings=criteria.settings).cost.check_time()
+    search_cost(base, axis, len(torques), criteria).announce(progress, threads)
     own = base.value("torque") if base.kind != "train" else None
     found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
                            progress=progress, threads=threads)
-    at = tuple(summarised(each, tried) for each, tried in found)
-    return Assessment(gears_of(base), at, (axis.start, axis.stop), like_teeth)
+    return Assessment(gears_of(base), tuple(map(summarised, found)), (axis.start, axis.stop), like_teeth)
 
 
 def speed_range(speed: Axis | str, field: str = "speed") -> Axis:

@@ -28,12 +28,12 @@ from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import PERIODS_PER_VALUE, Motions, swept_initial_values
 from gearchaos.studies.options import option
+from gearchaos.studies.proportions import proportion
 from gearchaos.studies.study import Results
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_CONFIDENCE = 0.95
 """Confidence level of the intervals of the shares."""
 
 _MAX_POINTS = 16
@@ -265,10 +265,6 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
     """The share of the initial states that each attractor attracts, with its confidence interval."""
-    from scipy.stats import binomtest  # here, since scipy.stats takes a second to load
-
-    counts = [a.count for a in attractors.ordered]
-    intervals = [binomtest(c, starts).proportion_ci(_CONFIDENCE) for c in counts]
-    values = {"fraction": [c / starts for c in counts], "fraction_lo": [i.low for i in intervals],
-              "fraction_hi": [i.high for i in intervals]}
-    return {f"attractor_{n}": variable(f"attractor_{n}", ("number",), np.array(v, float)) for n, v in values.items()}
+    found = proportion([a.count for a in attractors.ordered], starts)
+    names = ("attractor_fraction", "attractor_fraction_lo", "attractor_fraction_hi")
+    return {n: variable(n, ("number",), v) for n, v in zip(names, found, strict=True)}

@@ -12,6 +12,7 @@ from gearchaos.gears.stiffness import methods
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.studies.assess import Assessment, assess
 
+_LEAST = 1e-3  # share of the speeds by which what is usable must differ to be told apart
 _DAMPING = (0.6, 1.6)  # factors of the damping ratio: its usual range about its middle
 _BACKLASH = (0.7, 1.3)
 _RELIEF = (0.0, 0.7, 1.3)  # factors of the tip relief
@@ -37,11 +38,18 @@ class Changed:
         """By how much the usable share of the speeds is larger than in the assessment of the design itself."""
         return 0.0 if self.assessment is None else self.assessment.usable_share - found.usable_share
 
+    def told_apart(self, found: Assessment) -> bool:
+        """Whether its usable share differs by more than the search leaves open, in both assessments."""
+        own = self.assessment
+        return own is not None and (own.usable_share > found.largest_usable_share + _LEAST
+                                    or found.usable_share > own.largest_usable_share + _LEAST)
+
     def document(self, found: Assessment) -> dict[str, Any]:
         """It ready for JSON, beside the assessment of the design itself."""
         own = self.assessment
         return {"input": self.name, "given": self.given, "value": self.value, "reason": self.reason,
                 "usable_share": [found.usable_share, None if own is None else own.usable_share],
+                "told_apart": self.told_apart(found),
                 "largest_margin": [_widest(found), None if own is None else _widest(own)]}
 
 

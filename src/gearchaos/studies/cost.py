@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +53,7 @@ class Cost:
     table_bytes: int  # of the step matrices of one parameter point, the largest over the points
     dimension: int  # the number d of coordinates of the dynamic state
     step_cost: float = 1.0  # computing time of a step, relative to one with shared matrices and one harmonic
+    usual_periods: int = 0  # mesh periods after which most motions are known; 0 if that is left open
 
     def seconds(self, threads: int | None = None) -> float:
         """Upper bound of the computing time in seconds, with this many threads, by default one per core."""
@@ -62,8 +63,12 @@ class Cost:
     def warning(self, threads: int | None = None) -> str | None:
         """A sentence on the computing time and the amount of work; None below `ANNOUNCED_SECONDS`."""
         seconds = self.seconds(threads)
-        if seconds <= ANNOUNCED_SECONDS:
+        usually = replace(self, periods=self.usual_periods or self.periods).seconds(threads)
+        if usually <= ANNOUNCED_SECONDS:
             return None
+        if self.usual_periods:
+            return (f"this may take about {_duration(usually)}, up to {_duration(seconds)} if all motions are chaotic. "
+                    f"{self.summary}")
         usual = ", if all motions are chaotic; most settle far sooner" if self.motions > 1 else ""
         return f"this may take up to about {_duration(seconds)}{usual}. {self.summary}"
 

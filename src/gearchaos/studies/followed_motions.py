@@ -87,7 +87,7 @@ def side_by_side(
     """
     running, done = dict(enumerate(searches)), dict[int, _T]()
     answers: dict[int, list[Motion] | None] = dict.fromkeys(running)
-    brief = replace(settings, longest_transient=min(_BRIEF, settings.longest_transient))
+    brief = brief_settings(settings)
     while answers:
         asked: dict[int, Asked] = {}
         for i, answer in answers.items():
@@ -139,6 +139,11 @@ def classified(
     return [motions[end - size : end] for size, end in zip(sizes, ends, strict=True)]
 
 
+def brief_settings(settings: Classification) -> Classification:
+    """The settings for motions of which a chaotic one is followed no longer than `_BRIEF` periods."""
+    return replace(settings, longest_transient=min(_BRIEF, settings.longest_transient))
+
+
 def damping_ratio(model: MeshModel) -> float:
     """The damping ratio of the mesh, of a train the least of its modes in contact."""
     if model.kind != "train":
@@ -160,9 +165,9 @@ def parts_between(model: MeshModel, low: float, high: float, spacing: float) -> 
 class FollowedMotions:
     """The motions found at speeds that are added one after another, at one torque.
 
-    ``speeds`` are in rising order, rpm; ``at`` has the motions of each, the one from rest first. The model has a
-    parameter ``speed``, and the ``torque`` of the motions if one is given. The methods that compute are searches for
-    `side_by_side`.
+    ``speeds`` are in rising order, rpm; ``at`` has the motions of each, the one from rest first, and ``drawn`` those
+    that the random states of a speed lead to, one for each state. The model has a parameter ``speed``, and the
+    ``torque`` of the motions if one is given. The methods that compute are searches for `side_by_side`.
     """
 
     def __init__(self, model: MeshModel, torque: float | None = None) -> None:
@@ -170,6 +175,7 @@ class FollowedMotions:
         self._names = coordinates(vary(model, {}))
         self.speeds: list[float] = []
         self.at: dict[float, list[Motion]] = {}
+        self.drawn: dict[float, list[Motion]] = {}
 
     def add(self, speeds: Sequence[float], starts: int = 0, seed: int = 0) -> Search[None]:
         """Add speeds, with the motions from the initial values of the model, and those from ``starts`` random states.
@@ -185,7 +191,8 @@ class FollowedMotions:
             base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
             values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
             w = initial_value_problems(base, values, self._names).w
-            yield from self._add(each, w, random=True)
+            for speed, motion in zip(each.tolist(), (yield from self._add(each, w, random=True)), strict=True):
+                self.drawn.setdefault(speed, []).append(motion)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
         while pending := [(motion, there) for here, there in pairs for motion in self.at[here]
                           if there not in motion.leads_to]:
@@ -196,40 +203,45 @@ class FollowedMotions:
 
     def search(
         self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int, spacing: float
-    ) -> Search[np.ndarray]:
+    ) -> Search[None]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
         motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
         ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
         for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
-        Returns the numbers of speeds with all random initial states, and with an eighth of them; ``limit`` is that of
-        the dynamic factor.
+        Where a motion is to be avoided there are at last as many random states in a range as elsewhere at a speed;
+        ``limit`` is that of the dynamic factor.
         """
-        tried = yield from self._add_random(speeds, severity, starts, seed)
+        yield from self._add_random(speeds, severity, starts, seed)
         more = list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
                 free = not any(severity(m) for end in (low, high) for m in self.at[end])
                 more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else 1) + 1)[
                     1:-1].tolist()
-        tried += yield from self._add_random(more, severity, starts, seed + 1)
+        yield from self._add_random(more, severity, starts, seed + 1)
         yield from self.refine(severity, limit)
-        return tried
+        yield from self._draw_in_ranges(severity, starts, seed + 2)
+        yield from self.refine(severity, limit)
 
-    def _add_random(
-        self, speeds: Sequence[float], severity: Severity, starts: int, seed: int
-    ) -> Search[np.ndarray]:
-        """Add speeds with random states; where a motion to be avoided is known without them, with an eighth of them.
-
-        Returns the numbers of the others and of these.
-        """
+    def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: int) -> Search[None]:
+        """Add speeds with random states; where a motion to be avoided is known without them, with an eighth of them."""
         yield from self.add(speeds)
         avoided = [s for s in speeds if any(map(severity, self.at[s]))]
         free = sorted(set(speeds) - set(avoided))
         yield from self.add(free, starts, seed)
         yield from self.add(avoided, -(-starts // FEWER), seed)
-        return np.array([len(free), len(avoided)])
+
+    def _draw_in_ranges(self, severity: Severity, starts: int, seed: int) -> Search[None]:
+        """Add random states at speeds throughout each range to be avoided that has fewer of them than ``starts``."""
+        chosen = list[float]()
+        for run in runs([max(map(severity, self.at[s])) for s in self.speeds]):
+            inside = [self.speeds[i] for i in run]
+            few = sum(len(self.drawn.get(s, ())) for s in inside) < starts
+            if few and any(map(severity, self.at[inside[0]])):
+                chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(inside[0], inside[-1], FEWER)]
+        yield from self.add(chosen, -(-starts // FEWER), seed)
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""

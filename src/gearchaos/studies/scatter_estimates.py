@@ -11,8 +11,8 @@ from collections.abc import Callable
 import numpy as np
 
 from gearchaos.studies.distributions import Scattered
+from gearchaos.studies.proportions import CONFIDENCE, proportion
 
-_CONFIDENCE = 0.95
 _FEW = 16  # events, or events that are missing, below which an interval is that of a binomial distribution
 _BINS = 8  # parts of equal probability in which the best value of an input is looked for
 
@@ -29,7 +29,7 @@ def jackknife(estimate: Callable[..., np.ndarray], *means: np.ndarray) -> np.nda
     whole = estimate(*(each.mean(axis=0) for each in means))
     left = np.stack([estimate(*((each.sum(axis=0) - each[r]) / (count - 1) for each in means)) for r in range(count)])
     pseudo = count * whole - (count - 1) * left
-    half = t.ppf((1 + _CONFIDENCE) / 2, count - 1) * pseudo.std(axis=0, ddof=1) / np.sqrt(count)
+    half = t.ppf((1 + CONFIDENCE) / 2, count - 1) * pseudo.std(axis=0, ddof=1) / np.sqrt(count)
     return np.stack([pseudo.mean(axis=0), pseudo.mean(axis=0) - half, pseudo.mean(axis=0) + half])
 
 
@@ -43,22 +43,16 @@ def probability(events: np.ndarray, among: np.ndarray) -> np.ndarray:
     Where events are few, or nearly all, the interval is that of Clopper and Pearson: the scramblings then differ too
     little to show what is not known. No interval is narrower than theirs without an event.
     """
-    from scipy.stats import beta
-
     among = np.broadcast_to(among.reshape(*among.shape, *[1] * (events.ndim - among.ndim)), events.shape)
     number, total = (each.sum(axis=(0, 1)) for each in (events & among, among))
-    tail = (1 - _CONFIDENCE) / 2
     found = _widened(jackknife(_ratio, (events & among).mean(axis=1), among.mean(axis=1)), total)
-    low = np.where(number > 0, beta.ppf(tail, number, total - number + 1), 0.0)
-    high = np.where(number < total, beta.ppf(1 - tail, number + 1, total - number), 1.0)
     few = np.minimum(number, total - number) < _FEW
-    exact = np.stack([_ratio(number, total), low, high])
-    return np.where(few, np.where(total > 0, exact, np.nan), found)
+    return np.where(few, proportion(number, total), found)
 
 
 def _widened(found: np.ndarray, total: np.ndarray) -> np.ndarray:
     """A probability (3, ...) with an interval no narrower than that of no event among these numbers of samples."""
-    least = 1 - ((1 - _CONFIDENCE) / 2) ** (1 / np.maximum(total, 1))
+    least = 1 - ((1 - CONFIDENCE) / 2) ** (1 / np.maximum(total, 1))
     ends = np.minimum(found[1], found[0] - least), np.maximum(found[2], found[0] + least)
     return np.clip(np.stack([found[0], *ends]), 0.0, 1.0)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +11,7 @@ import numpy as np
 
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.studies.followed_motions import runs
+from gearchaos.studies.proportions import CONFIDENCE, proportion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,6 +53,35 @@ class Reached:
 
 
 @dataclass(frozen=True)
+class RandomStates:
+    """The share ``fraction`` of random initial states that lead to the motion to avoid, at the ``speeds`` of a range at
+    which there were such ``states``, and its 95 % interval.
+
+    Each speed counts half way to the next, so that the interval is that of Clopper and Pearson for as many states as
+    count alike.
+    """
+
+    fraction: float
+    fraction_lo: float
+    fraction_hi: float
+    states: int
+    speeds: int
+
+    @classmethod
+    def of(cls, part: xr.Dataset) -> RandomStates | None:
+        """Those of all speeds of a Dataset; None if there are none."""
+        drawn = part.isel(speed=part["random_states"].values > 0)
+        states = drawn["random_states"].values
+        if len(states) == 0:
+            return None
+        weights = weights_of(drawn)
+        share = float((weights * (drawn["avoided_states"].values / states)).sum() / weights.sum())
+        alike = float(weights.sum() ** 2 / (weights**2 / states).sum())
+        fraction, low, high = proportion(share * alike, alike).tolist()
+        return cls(fraction, low, high, int(states.sum()), len(states))
+
+
+@dataclass(frozen=True)
 class SpeedRange:
     """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
 
@@ -70,7 +102,8 @@ class Window(SpeedRange):
     The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
     neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
     true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. In a range that
-    ``depends_on_history`` there are also motions that are not to be avoided. ``meshes`` are those of a train at which
+    ``depends_on_history`` there are also motions that are not to be avoided; ``random_states`` says how likely it is to
+    come to those that are, None where no random states were tried. ``meshes`` are those of a train at which
     the teeth separate. ``contact`` is the worst
     contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
     ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
@@ -87,8 +120,20 @@ class Window(SpeedRange):
     begins_with: str
     ends_with: str
     depends_on_history: bool
+    random_states: RandomStates | None
     meshes: tuple[str, ...]
     peaks: tuple[Peak, ...]
+
+    @property
+    def by_others(self) -> bool:
+        """Whether neither the motion from rest nor those of slow sweeps are to be avoided in it."""
+        return [each.motion for each in self.reached] == [MOTIONS["other"]]
+
+    @property
+    def may_be_missed(self) -> bool:
+        """Whether random states alone lead to it, and as many drawn anew might well not (with more than 5 %)."""
+        found = self.random_states
+        return self.by_others and (found is None or (1 - found.fraction) ** found.states > 1 - CONFIDENCE)
 
     @property
     def cause(self) -> str:
@@ -99,11 +144,20 @@ class Window(SpeedRange):
         return f"{self.contact}{where}"
 
     @property
+    def reach(self) -> tuple[float, float]:
+        """Both ends in rpm, as far outside as they may lie."""
+        return self.start - self.start_resolution, self.stop + self.stop_resolution
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Both ends of `reach` as a reader wants them, rounded outwards."""
+        low, high = self.reach
+        return rounded(low, math.floor), rounded(high, math.ceil)
+
+    @property
     def words(self) -> str:
-        """The range as a reader wants it: "1453 to 8000 rpm", or "near 575 rpm" if it is a single computed speed."""
-        if self.start == self.stop:
-            return f"near {self.start:.0f} rpm"
-        return f"{self.start:.0f} to {self.stop:.0f} rpm"
+        """The range as a reader wants it: "1453 to 8000 rpm"."""
+        return f"{' to '.join(self.ends)} rpm"
 
 
 @dataclass(frozen=True)
@@ -150,7 +204,9 @@ class SpeedsToAvoid:
         Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
         ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
         worst of the motions that are reached from random initial states, or followed from such a motion to other
-        speeds. Over ``speed`` the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
+        speeds. Over ``speed`` also ``random_states``, the number of random initial states, and ``avoided_states``, how
+        many of them lead to the motion to avoid, and the factors by the standards and resonance ratios of
+        `gearchaos.dynamic_factor`.
     tried, coarse, transmission_error : str
         From which initial states motions were computed; what is not known to the resolution, empty if all is; where
         the transmission error is from.
@@ -172,9 +228,9 @@ class SpeedsToAvoid:
     @property
     def usable(self) -> list[UsableRange]:
         """The ranges between those to avoid, as far as these may reach, in rising order."""
-        ends = [float(self.dataset["speed"][0])]
+        ends: list[float] = [float(self.dataset["speed"][0])]
         for each in self.windows:
-            ends += [each.start - each.start_resolution, each.stop + each.stop_resolution]
+            ends += each.reach
         pairs = zip(ends[::2], [*ends[1::2], float(self.dataset["speed"][-1])], strict=True)
         return [UsableRange(start, stop) for start, stop in pairs if start < stop]
 
@@ -192,7 +248,8 @@ class SpeedsToAvoid:
         speeds = self.dataset["speed"].values
         outside = np.ones(len(speeds), dtype=bool)
         for each in self.windows:
-            outside &= (speeds < each.start - each.start_resolution) | (speeds > each.stop + each.stop_resolution)
+            low, high = each.reach
+            outside &= (speeds < low) | (speeds > high)
         part = self.dataset.isel(speed=outside)
         return (speed_range(part), bool((part["contact"] > 0).any())) if outside.any() else None
 
@@ -221,6 +278,17 @@ class SpeedsToAvoid:
             "ranges": [asdict(each) for each in self.windows],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
+
+
+def rounded(speed: float, direction: Callable[[float], int]) -> str:
+    """A speed as text, rounded up or down to whole rpm, below 100 rpm to three digits."""
+    unit = 10.0 ** min(math.floor(math.log10(max(speed, 1e-3))) - 2, 0)
+    return f"{direction(speed / unit) * unit:g}"
+
+
+def weights_of(part: xr.Dataset) -> np.ndarray:
+    """The part (N,) of the range of its speeds for which each of them stands: half way to the next."""
+    return np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
 
 
 def largest_factors(dataset: xr.Dataset) -> np.ndarray:

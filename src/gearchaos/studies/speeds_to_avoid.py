@@ -20,14 +20,15 @@ from gearchaos.model import MeshModel
 from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.cost import Cost
 from gearchaos.studies.followed_motions import (
-    FEWER,
     MOST_SPEEDS,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
     FollowedMotions,
     Motion,
     Severity,
+    brief_settings,
     damping_ratio,
     parts_between,
     runs,
@@ -42,11 +43,13 @@ from gearchaos.studies.speed_windows import (
     MOTIONS,
     Jump,
     Peak,
+    RandomStates,
     Reached,
     SpeedsToAvoid,
     Window,
     largest_factors,
     speed_range,
+    weights_of,
 )
 from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
 from gearchaos.validation import check_rule, to_float
@@ -156,24 +159,36 @@ class _AtTorque:
         return out
 
 
+def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) -> Cost:
+    """What a search at so many torques computes: the motions from random states where none is to be avoided.
+
+    Raises `InputError` if that takes too many speeds, too much memory or too long.
+    """
+    speeds = sum(parts_between(model, low, high, criteria.spacing) for low, high in pairwise(axis.values.tolist()))
+    if speeds > MOST_SPEEDS:
+        raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{axis.start:g}:{axis.stop:g}",
+                         f"At a spacing of {criteria.spacing:g} it takes {speeds}. Give a narrower range.")
+    starts = max(1, criteria.starts)
+    check_memory("speeds times starts", axis.count * starts * torques)
+    found = replace(Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost,
+                    motions=torques * speeds * starts, usual_periods=sum(criteria.settings.transient_lengths))
+    found.check_time()
+    return found
+
+
 def search_torques(
     model: MeshModel, speeds: Sequence[float], torques: Sequence[float | None], criteria: Criteria, *,
     progress: bool = False, threads: int | None = None,
-) -> list[tuple[_AtTorque, np.ndarray]]:
-    """The motions at several torques side by side with their edges, and the numbers of speeds with random states: with
-    all of them, and with an eighth.
+) -> list[_AtTorque]:
+    """The motions at several torques side by side with their edges.
 
     Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
     at = [_AtTorque(criteria, FollowedMotions(each, t), np.nan if each.kind == "train" else quasi_static_ratio(each))
           for each, t in zip(models, torques, strict=True)]
-    count = sum(parts_between(models[0], low, high, criteria.spacing) for low, high in pairwise(speeds))
-    if count > MOST_SPEEDS:
-        raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{speeds[0]:g}:{speeds[-1]:g}",
-                         f"At a spacing of {criteria.spacing:g} it takes {count}. Give a narrower range.")
     words = "motions from random states" if progress else None
-    tried = side_by_side(
+    side_by_side(
         [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
          for each in at],
         model, criteria.settings, progress=words, threads=threads)
@@ -194,7 +209,7 @@ def search_torques(
     for each, left in zip(at, swept, strict=True):
         each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
                            for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
-    return list(zip(at, tried, strict=True))
+    return at
 
 
 def speeds_to_avoid(
@@ -221,7 +236,7 @@ def speeds_to_avoid(
         that diverges exceeds every factor.
     starts : int, optional
         Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
-        them where a motion to avoid is known without them.
+        them where a motion to avoid is known without them, but at least as many in each range to avoid.
     spacing : float, optional
         Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
     seed : int, optional
@@ -255,24 +270,19 @@ def speeds_to_avoid(
     axis = operating_axis("speed", speed)
     at_start = loaded(design, torque).at(speed=axis.start)
     criteria = Criteria.checked(factor, separation, starts, spacing, seed, settings)
-    check_memory("speeds times starts", axis.count * max(1, criteria.starts))
     model = as_model(at_start)
-    Bifurcation(model, axis, points=0, settings=criteria.settings).cost.check_time()  # and the steps of a period
-    ((found, tried_at),) = search_torques(
+    search_cost(model, axis, 1, criteria).announce(progress, threads)
+    (found,) = search_torques(
         model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
-    result = summarised(found, tried_at)
+    result = summarised(found)
     return replace(result, dataset=result.dataset.assign(by_standards(at_start, np.array(found.motions.speeds))))
 
 
-def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
+def summarised(found: _AtTorque) -> SpeedsToAvoid:
     """What was found at a torque."""
     motions, criteria, model = found.motions, found.criteria, found.motions.model
-    tried = f"from rest, sweeps at {len(motions.speeds)} speeds" + (
-        f", {criteria.starts} random states at {tried_at[0]}" + (
-            f", {-(-criteria.starts // FEWER)} at {tried_at[1]}" if tried_at[1] else "")
-        if criteria.starts else "")
     gears, torque = gears_of(model), (model.value("torque") or 0.0) if motions.torque is None else motions.torque
-    dataset = _dataset(motions).assign(
+    dataset = _dataset(found).assign(
         quasi_static_ratio=variable("quasi_static_ratio", (), np.array(found.ratio)),
     ).assign_coords(torque=variable("torque", (), np.array(torque))).assign_attrs(provenance(
         "speeds_to_avoid", model, starts=criteria.starts, spacing=criteria.spacing, seed=criteria.seed,
@@ -283,17 +293,33 @@ def summarised(found: _AtTorque, tried_at: np.ndarray) -> SpeedsToAvoid:
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
-        float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, tried, RESOLUTION, "; ".join(coarse),
-        gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
+        float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, _tried(found), RESOLUTION,
+        "; ".join(coarse), gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
 
 
-def _dataset(motions: FollowedMotions) -> xr.Dataset:
-    """The motions over the motion and the speed."""
-    rows = motions.named().values()
+def _tried(found: _AtTorque) -> str:
+    """From which initial states motions were looked for: the usual number of random ones, and fewer."""
+    starts, words = found.criteria.starts, f"from rest, sweeps at {len(found.motions.speeds)} speeds"
+    if not starts:
+        return words
+    drawn = [len(each) for each in found.motions.drawn.values()]
+    fewer = [number for number in drawn if number < starts]
+    between = " to ".join(map(str, sorted({min(fewer), max(fewer)}))) if fewer else ""
+    return f"{words}, {starts} random states at {len(drawn) - len(fewer)}" + (
+        f", {between} at {len(fewer)}" if fewer else "")
+
+
+def _dataset(found: _AtTorque) -> xr.Dataset:
+    """The motions over the motion and the speed, and over the speed the random states."""
+    motions, rows = found.motions, found.motions.named().values()
     data = {name: np.array([[none if m is None else getattr(m, name) for m in row] for row in rows], dtype=dtype)
             for name, none, dtype in (("label", 0, np.int32), ("period", 0, np.int32), ("contact", -1, np.int32),
                                       ("dynamic_factor", np.nan, float))}
-    return new_dataset(variables(("motion", "speed"), data), {
+    drawn = [motions.drawn.get(speed, []) for speed in motions.speeds]
+    avoided = [sum(own > 0 and found.severity(m) == own for m in each)
+               for each, own in zip(drawn, found.severities, strict=True)]
+    states = {"random_states": np.array([len(each) for each in drawn]), "avoided_states": np.array(avoided)}
+    return new_dataset(variables(("motion", "speed"), data) | variables(("speed",), states), {
         "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)})
 
 
@@ -314,8 +340,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)
         peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
-        # of the share each speed counts half way to the next
-        weights = np.gradient(within["speed"].values) if within.sizes["speed"] > 1 else np.ones(1)
+        weights = weights_of(within)
         rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
                    strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
@@ -329,5 +354,6 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
             to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
             meshes=found.meshes(first, last, own), depends_on_history=any(
                 severity(m) < own for s in speeds[first : last + 1].tolist() for m in motions.at[s]),
+            random_states=RandomStates.of(within),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)
