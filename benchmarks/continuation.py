@@ -1,10 +1,11 @@
-"""Points per second along a 1T branch, and the time that shooting with heyoka takes for the same orbits, in one run.
+"""Points per CPU second along a 1T branch, and the time that shooting with heyoka takes for the same orbits.
 
 The branch is that of the 1T motion over ω from 0.85 to 2.4, q0 = 0.1, ε1 = 0.02, for d = 2, 4 and 7 coordinates. "Ours"
 is the whole branch with its events. "Shooting" converges the same orbits from the previous point of the branch, by
 Newton's method on the map of one mesh period, to a residual of 1e-10; the monodromy matrix is from forward
 differences with heyoka, since its integrators with events have no variational equations. The time to compile heyoka's
-integrators is left out. The peer follows nothing and looks for no events: it only converges orbits.
+integrators is left out. The peer follows nothing and looks for no events: it only converges orbits. The time is that of
+the processor, on which a busy machine has less effect.
 """
 
 from __future__ import annotations
@@ -32,23 +33,23 @@ RESIDUAL = 1e-10
 
 
 def follow(values: dict[str, Any]) -> tuple[Branch, float]:
-    """The branch, and the seconds that it took; once before for compilation."""
+    """The branch, and the CPU seconds that it took; once before for compilation."""
     family, cycle = find_cycle(gc.MeshModel.of(omega=1.5, q0=0.1, eps1=0.02, **values), ("omega",), None, None)
     follow_branch(family, cycle, BOUNDS, Settings(points=3))
-    begin = time.perf_counter()
+    begin = time.process_time()
     branch = follow_branch(family, cycle, BOUNDS, Settings())
-    return branch, time.perf_counter() - begin
+    return branch, time.process_time() - begin
 
 
 def shoot(branch: Branch) -> tuple[int, int, float]:
-    """Orbits that shooting converged, mesh periods integrated, and the seconds that it took."""
+    """Orbits that shooting converged, mesh periods integrated, and the CPU seconds that it took."""
     points, family = branch.points, branch.family
     converged, periods, seconds = 0, 0, 0.0
     for before, point in pairwise(points):
         peer = Heyoka(family.system(point.u[None, -1:]))
-        begin = time.perf_counter()
+        begin = time.process_time()
         found, count = newton(peer, before.u[:-1].copy())
-        seconds += time.perf_counter() - begin
+        seconds += time.process_time() - begin
         converged, periods = converged + found, periods + count
     return converged, periods, seconds
 

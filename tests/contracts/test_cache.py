@@ -149,7 +149,7 @@ def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path):
 @pytest.mark.slow
 def test_a_process_killed_while_it_compiles_leaves_a_cache_that_works(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", "from gearchaos.flow.beside import main; main('orbits')"]
+    command = [sys.executable, "-c", "from gearchaos.flow.first_kernels import main; main('orbits')"]
     given = pickle.dumps(switched_system(vary(MeshModel.of(), {})))
     killed = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE)
     killed.stdin.write(given)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.linalg.lapack import dgesv
 
 from gearchaos.errors import InputError
 
@@ -125,7 +126,7 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
             break
         if stalled and residual > 1e3 * best[0]:
             raise Stopped("Newton's method diverges")
-        change = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
+        change, _ = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
     assert best is not None
     if best[0] > ACCEPTED:
@@ -141,23 +142,22 @@ def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float
 
 def _point(equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
            data: Any) -> Point:
-    """The point with its tangent, turned so that it does not point against ``along``."""
-    matrix = np.vstack([jacobian, equations.weights * along])
-    tangent = _solve(matrix, np.append(np.zeros(len(jacobian)), 1.0))
-    tangent = tangent / length(equations.weights, tangent)
-    sign, _ = np.linalg.slogdet(np.vstack([jacobian, equations.weights * tangent]))
-    return Point(u, tangent, int(sign), residual, data, step)
+    """The point with its tangent, turned so that it does not point against ``along``.
+
+    With the tangent as last row the determinant of the Jacobian has the same sign as with ``along``.
+    """
+    tangent, sign = _solve(np.vstack([jacobian, equations.weights * along]), np.append(np.zeros(len(jacobian)), 1.0))
+    return Point(u, tangent / length(equations.weights, tangent), sign, residual, data, step)
 
 
-def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The solution of a linear system; raises `Stopped` if it is singular."""
-    try:
-        found = np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        raise Stopped("the Jacobian is singular") from None
-    if not np.all(np.isfinite(found)):
+def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
+    """The solution of a linear system, and the sign of its determinant; raises `Stopped` if it is singular."""
+    factors, pivots, found, failed = dgesv(matrix, right)
+    if failed or not np.all(np.isfinite(found)):
         raise Stopped("the Jacobian is singular")
-    return found
+    swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+    negative = np.count_nonzero(factors.diagonal() < 0)
+    return found, -1 if (swaps + negative) % 2 else 1
 
 
 def follow(equations: Curve, start: Point, settings: Settings) -> Iterator[Point]:

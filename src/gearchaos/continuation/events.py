@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -66,18 +67,18 @@ class Event:
 
 def branch_test(cycle: Cycle) -> float:
     """Π (μ − 1) over all multipliers: up to its sign the determinant of M − 1."""
-    return float(np.prod(cycle.multipliers - 1.0).real)
+    return float(prod([m - 1.0 for m in cycle.multipliers.tolist()]).real)
 
 
 def flip_test(cycle: Cycle) -> float:
     """Π (μ + 1) over all multipliers: the determinant of M + 1."""
-    return float(np.prod(cycle.multipliers + 1.0).real)
+    return float(prod([m + 1.0 for m in cycle.multipliers.tolist()]).real)
 
 
 def pair_test(cycle: Cycle) -> float:
     """Π (μ_i μ_j − 1) over all pairs of multipliers; it vanishes for a pair on the unit circle, and for a neutral
     saddle. It cannot vanish for d = 2, where the product is exp(tr A n T)."""
-    return float(np.prod([a * b - 1.0 for a, b in combinations(cycle.multipliers, 2)]).real)
+    return float(prod([a * b - 1.0 for a, b in combinations(cycle.multipliers.tolist(), 2)]).real)
 
 
 TESTS: dict[str, Callable[[Cycle], float]] = {FOLD: branch_test, FLIP: flip_test, NEIMARK_SACKER: pair_test}
@@ -337,19 +338,17 @@ def _best_rotation(before: np.ndarray, after: np.ndarray, period: int) -> tuple[
 
     The cost is infinite if maxima and minima do not alternate alike.
     """
-    count, best = len(before), (0, np.inf)
+    count = len(before)
     if count == 0:
         return 0, 0.0
-    for shift in range(-min(count, 4), min(count, 4) + 1):
-        rolled = np.roll(after, -shift, axis=0)
-        if np.any(rolled[:, 2] != before[:, 2]):
-            continue
-        lag = rolled[:, 0] - before[:, 0]
-        lag -= period * np.round(lag / period)
-        cost = float(np.abs(lag).sum() + np.abs(rolled[:, 1] - before[:, 1]).sum())
-        if cost < best[1]:
-            best = (shift, cost)
-    return best
+    shifts = np.arange(-min(count, 4), min(count, 4) + 1)
+    rolled = after[(np.arange(count) + shifts[:, None]) % count]
+    lag = rolled[:, :, 0] - before[:, 0]
+    lag -= period * np.round(lag / period)
+    cost = (np.abs(lag) + np.abs(rolled[:, :, 1] - before[:, 1])).sum(axis=1)
+    cost[np.any(rolled[:, :, 2] != before[:, 2], axis=1)] = np.inf
+    best = int(np.argmin(cost))
+    return int(shifts[best]), float(cost[best])
 
 
 def _without_pair(many: np.ndarray, index: np.ndarray, few: np.ndarray, others: np.ndarray,

@@ -10,7 +10,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearchaos.flow import DifferencedFlow, ExactFlow, SensitivityFlow, differentiate
+from gearchaos.continuation.cells import Cells
+from gearchaos.flow import (
+    DifferencedFlow,
+    ExactFlow,
+    PeriodEquations,
+    SensitivityFlow,
+    differentiate,
+)
 from gearchaos.model import Batch, MeshModel, vary
 from gearchaos.model.coordinates import initial_state, to_physical, transmission_error_at_start
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -62,6 +69,11 @@ class ParameterFamily:
 
     def check(self, values: np.ndarray) -> None:
         """Raise `InputError` if the model does not accept these values, (P, Q)."""
+        cells = map(self._cells.cell, values)
+        if self._several or not all(cell is not None and cell.accepted for cell in cells):
+            self._check(values)
+
+    def _check(self, values: np.ndarray) -> None:
         vary(self.model, dict(zip(self.axes, values.T, strict=True)))
 
     def initial_states(self, values: np.ndarray) -> np.ndarray:
@@ -83,18 +95,37 @@ class ParameterFamily:
         return switched_system(self.batch(values), self.names)
 
     def flow(self, values: np.ndarray) -> PeriodFlow:
-        """The exact flow at values (P, Q), with derivatives by the Q parameters."""
-        own = self.system(values)
-        several = own.contacts is not None
+        """The exact flow at values (1, Q), with derivatives by the Q parameters."""
+        if self._several:
+            own = self.system(values)
+            if not self.axes:
+                return DifferencedFlow(own)
+            points, steps = self._stencil(values, _FLOW_STEP)
+            return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
+        cell = self._cells.cell(values[0]) if self.axes else None
+        return SensitivityFlow(self._differentiated(values) if cell is None else cell.at(values[0].tolist()))
+
+    def _differentiated(self, values: np.ndarray) -> PeriodEquations:
+        """The equations at values (P, Q), with derivatives by differences."""
         if not self.axes:
-            return (DifferencedFlow if several else SensitivityFlow)(own)
-        points, steps = self._stencil(values, _FLOW_STEP if several else _STEP)
-        (count, parameters), width = values.shape, len(_STENCIL)
-        system = switched_system(self.batch(points), self.names)
-        if several:
-            return DifferencedFlow(own, system, _WEIGHTS, steps)
-        derivatives = differentiate(system, _WEIGHTS, steps)
-        return SensitivityFlow(system.take(np.arange(count) * parameters * width), derivatives)
+            return PeriodEquations.of(self.system(values))
+        points, steps = self._stencil(values, _STEP)
+        return PeriodEquations.of(self.system(values), differentiate(self.system(points), _WEIGHTS, steps))
+
+    @cached_property
+    def _several(self) -> bool:
+        """Whether the model has several contacts."""
+        return self.system(self.start[None]).contacts is not None
+
+    @cached_property
+    def _cells(self) -> Cells:
+        return Cells(lambda values: PeriodEquations.of(self.system(values)), self._check, self._divides)
+
+    @cached_property
+    def _divides(self) -> np.ndarray:
+        """Whether the equations divide by each parameter, or it must be positive for another reason, (Q,)."""
+        found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
+        return np.array([any(q is not None and q.divisor for q in group) for group in found], bool)
 
     def batch(self, values: np.ndarray) -> Batch:
         """The model at values (P, Q), which are not checked: a difference may step beyond the end of a range."""
@@ -104,10 +135,7 @@ class ParameterFamily:
     def _stencil(self, values: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
         """The points of the differences about values (P, Q), in turn by parameter and stencil, and the steps (P, Q);
         ``step`` is relative to the parameter."""
-        found = [[find(single) for single in (name, *self.model.set_by(name))] for name in self.axes]
-        # (Q,) whether the equations divide by each parameter, or it must be positive for another reason:
-        divisor = np.array([any(q is not None and q.divisor for q in group) for group in found])
-        size = np.where(divisor & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
+        size = np.where(self._divides & (values != 0), np.abs(values), np.clip(np.abs(values), _LEAST, 1.0))
         steps, q = step * size, values.shape[1]
         offsets = np.einsum("pq,s,qr->pqsr", steps, _STENCIL, np.eye(q))
         return (values[:, None, None, :] + offsets).reshape(-1, q), steps

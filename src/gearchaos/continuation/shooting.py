@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ from gearchaos.flow import OK, PeriodResult
 _UNIT_CIRCLE = 1e-9  # distance from 1 up to which the modulus of a multiplier counts as 1
 
 _ITERATIONS = 30
-_MAX_CHANGE = 0.25  # largest change of `_positions` in a step
+_MAX_CHANGE = 0.25  # largest change of `Cycle.positions` in a step
 
 SAME_ATTRACTOR = 1e-4
 """An orbit is an attractor known already if one of its points is one of the attractor's, up to this distance."""
@@ -53,7 +55,7 @@ class Cycle:
     @cached_property
     def defect(self) -> np.ndarray:
         """Images of the points less the next points, (n, d)."""
-        return self.result.w - np.roll(self.points, -1, axis=0)
+        return self.result.w - np.concatenate([self.points[1:], self.points[:1]])
 
     @cached_property
     def residual(self) -> float:
@@ -76,13 +78,12 @@ class Cycle:
     def jacobian(self) -> np.ndarray:
         """Derivatives (n d, n d + Q) of the defect by the points and the parameters."""
         (n, d), q = self.points.shape, len(self.values)
-        out = np.zeros((n, d, n * d + q))
-        for k in range(n):
-            out[k, :, k * d : (k + 1) * d] = self.result.monodromy[k]
-            after = (k + 1) % n * d
-            out[k, :, after : after + d] -= np.eye(d)
-        out[:, :, n * d :] = self.result.sensitivity
-        return out.reshape(n * d, -1)
+        out = np.zeros((n * d, n * d + q))
+        blocks, number = out[:, : n * d].reshape(n, d, n, d), np.arange(n)
+        blocks[number, :, number] = self.result.monodromy
+        blocks[number, :, number - n + 1] -= np.eye(d)
+        out[:, n * d :] = self.result.sensitivity.reshape(n * d, q)
+        return out
 
     def monodromy_at(self, number: int) -> np.ndarray:
         """Derivative (d, d) of Pⁿ at a point."""
@@ -100,6 +101,20 @@ class Cycle:
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, complex (d,), largest modulus first."""
         return floquet_multipliers(self.monodromy)
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """Where the multipliers lie relative to 1, −1 and the unit circle: three numbers from −1 to 1.
+
+        They are Π (μ − 1), Π (μ + 1) and Π (μ_i μ_j − 1), each factor divided by its largest value for this modulus.
+        """
+        multipliers = self.multipliers.tolist()
+        products = [a * b for a, b in combinations(multipliers, 2)]
+        return np.array([
+            prod([(m - 1.0) / (1.0 + abs(m)) for m in multipliers]).real,
+            prod([(m + 1.0) / (1.0 + abs(m)) for m in multipliers]).real,
+            prod([(p - 1.0) / (1.0 + abs(p)) for p in products]).real,
+        ])
 
     @cached_property
     def extrema(self) -> np.ndarray:
@@ -205,21 +220,7 @@ class CycleEquations:
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""
-        return bool(np.abs(_positions(first.multipliers) - _positions(last.multipliers)).max() < _MAX_CHANGE)
-
-
-def _positions(multipliers: np.ndarray) -> np.ndarray:
-    """Where the multipliers lie relative to 1, −1 and the unit circle: three numbers from −1 to 1.
-
-    They are Π (μ − 1), Π (μ + 1) and Π (μ_i μ_j − 1), each factor divided by its largest value for this modulus.
-    """
-    size = 1.0 + np.abs(multipliers)
-    i, j = np.triu_indices(len(multipliers), 1)
-    products = multipliers[i] * multipliers[j]
-    return np.array([
-        np.prod((multipliers - 1.0) / size).real, np.prod((multipliers + 1.0) / size).real,
-        np.prod((products - 1.0) / (1.0 + np.abs(products))).real,
-    ])
+        return bool(np.abs(first.positions - last.positions).max() < _MAX_CHANGE)
 
 
 def passes(points: np.ndarray, state: np.ndarray) -> bool:
@@ -271,13 +272,17 @@ def returned_start(equations: Any, start: Point, last: Point, point: Point) -> P
         points = u[: equations.size].reshape(equations.period, -1)
         return np.append(np.roll(points, -shift, axis=0).ravel(), u[equations.size :])
 
-    weights = equations.weights
+    weights, other = equations.weights, equations.size
     size = length(weights, point.u - last.u)
+    if length(weights[other:], point.u[other:] - start.u[other:]) >= 2 * size:
+        return None
     for shift in range(equations.period):
-        u, tangent = shifted(start.u, shift), shifted(start.tangent, shift)
+        u = shifted(start.u, shift)
+        if max(length(weights, point.u - u), length(weights, last.u - u)) >= 2 * size:
+            continue
+        tangent = shifted(start.tangent, shift)
         before, after = (float(np.sum(weights * tangent * (v - u))) for v in (last.u, point.u))
-        near = max(length(weights, point.u - u), length(weights, last.u - u)) < 2 * size
-        if near and before < 0 <= after and float(np.sum(weights * tangent * point.tangent)) > 0:
+        if before < 0 <= after and float(np.sum(weights * tangent * point.tangent)) > 0:
             at = between(equations, last, point, along(weights, last, u))
             if length(weights, at.u - u) < _RETURNED * size:
                 return at

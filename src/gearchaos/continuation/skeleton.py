@@ -12,6 +12,7 @@ from collections.abc import MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -190,6 +191,12 @@ Journal = MutableMapping[str, Any]
 is none (str)."""
 
 
+@lru_cache(maxsize=4)
+def _plane(model: MeshModel, axes: tuple[str, str]) -> ParameterFamily:
+    """The model along both axes: one for all curves of a worker, since it keeps the equations that it has computed."""
+    return ParameterFamily(model, axes)
+
+
 @dataclass(frozen=True)
 class CurveWork:
     """What a worker needs to follow curves."""
@@ -201,9 +208,8 @@ class CurveWork:
 
     def __call__(self, seed: EventSeed) -> CurveData | str:
         """The curve of a seed, or why there is none."""
-        family = ParameterFamily(self.model, self.axes)
         try:
-            return follow_curve(family, seed, self.bounds, self.settings)
+            return follow_curve(_plane(self.model, self.axes), seed, self.bounds, self.settings)
         except (Stopped, np.linalg.LinAlgError) as error:
             return str(error)
 

@@ -16,7 +16,7 @@ curve beyond is then searched on a whole circle about the last point, in the sur
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
@@ -72,7 +72,7 @@ class SpecialPoint(NamedTuple):
     point: Point  # of the curve; its data is an `EventState`
 
 
-def find_special_points(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
+def find_special_points(equations: EventEquations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """All points of codimension 2 between two neighbouring points of the curve of an event, in order along it."""
     found = []
     for name, test in _tests(kind, first.data, equations):
@@ -87,7 +87,7 @@ def find_special_points(equations: Equations, first: Point, last: Point, kind: s
 
 
 def _tests(kind: str, reference: EventState,
-           equations: Equations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
+           equations: EventEquations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
     """Names and test functions of the points that a curve of this kind can have."""
     if kind == FOLD:
         yield "cusp", lambda s: _aligned_curvature(s, reference)
@@ -95,7 +95,7 @@ def _tests(kind: str, reference: EventState,
         yield "fold-flip", lambda s: flip_test(s.cycle)
         yield "fold-neimark-sacker", lambda s: _pairs(s, 1.0)
     elif kind == FLIP:
-        yield "generalised flip", lambda s: flip_coefficient(s, equations)
+        yield "generalised flip", lambda s: _known_coefficient(s, equations)
         yield "1:2 resonance", lambda s: _others(s, -1.0)
         yield "fold-flip", lambda s: branch_test(s.cycle)
         yield "flip-neimark-sacker", lambda s: _pairs(s, -1.0)
@@ -128,14 +128,14 @@ def _aligned_curvature(state: EventState, reference: EventState) -> float:
     return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
 
 
-def flip_coefficient(state: EventState, equations: Equations) -> float:
+def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
     From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
     w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
     where another multiplier is 1, or a graze is so near that the differences reach across it.
     """
-    cycle, family = state.cycle, equations.family  # type: ignore[attr-defined]
+    cycle, family = state.cycle, equations.family
     flow = family.flow(cycle.values[None])
     a = cycle.monodromy
     values, vectors = np.linalg.eig(a)
@@ -146,16 +146,16 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
 
     switches = set[int]()
 
-    def image(offset: np.ndarray) -> np.ndarray:
-        x, count = (cycle.points[0] + offset)[None], 0
+    def images(*offsets: np.ndarray) -> np.ndarray:
+        x, count = cycle.points[0] + np.array(offsets), np.zeros(len(offsets), np.int64)
         for _ in range(cycle.period):
-            result = flow.advance(x, np.zeros(1, np.int64))
-            x, count = result.w, count + int(result.switch_count[0])
-        switches.add(count)
-        return x[0]
+            result = flow.advance(x, np.zeros(len(x), np.int64))
+            x, count = result.w, count + result.switch_count
+        switches.update(count.tolist())
+        return x
 
-    h, base = _STEP, image(np.zeros(len(v)))
-    one, minus, two, minus_two = (image(k * h * v) for k in (1, -1, 2, -2))
+    h = _STEP
+    base, one, minus, two, minus_two = images(*(k * h * v for k in (0, 1, -1, 2, -2)))
     b = (one + minus - 2 * base) / h**2
     c = (two - 2 * one + 2 * minus - minus_two) / (2 * h**3)
     try:
@@ -164,8 +164,13 @@ def flip_coefficient(state: EventState, equations: Equations) -> float:
         return float("nan")
     size = np.linalg.norm(y) or 1.0
     y = y / size
-    mixed = (image(h * (v + y)) - image(h * (v - y)) - image(h * (y - v)) + image(-h * (v + y))) / (4 * h**2) * size
+    ahead, across, back, against = images(h * (v + y), h * (v - y), h * (y - v), -h * (v + y))
+    mixed = (ahead - across - back + against) / (4 * h**2) * size
     return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
+
+
+_known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
+"""Every point is the last one of a step and the first of the next."""
 
 
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
@@ -303,11 +308,10 @@ def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float],
         except Stopped:
             return float("nan")
 
-    values = [value(float(angle)) for angle in angles]
-    for i in range(len(angles) - 1):
-        if values[i] * values[i + 1] < 0:
+    for (first, before), (last, after) in pairwise((angle, value(angle)) for angle in angles.tolist()):
+        if before * after < 0:
             try:
-                yield on_circle(float(brentq(value, float(angles[i]), float(angles[i + 1]), xtol=1e-13)))
+                yield on_circle(float(brentq(value, first, last, xtol=1e-13)))
             except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
                 continue
 

@@ -12,15 +12,22 @@ from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK,
 from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.kernels.orbits import RESIDUAL, NewtonSearch, near_returns, newton_iteration, start_newton_search
 from gearchaos.flow.schedule import Followed, follow_schedule
-from gearchaos.flow.sensitivity import DifferencedFlow, PeriodResult, SensitivityFlow, differentiate
+from gearchaos.flow.sensitivity import (
+    Derivatives,
+    DifferencedFlow,
+    PeriodEquations,
+    PeriodResult,
+    SensitivityFlow,
+    differentiate,
+)
 from gearchaos.flow.step_tables import steps_share_matrices
 from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period
 from gearchaos.flow.target import Processor, processor
 
 __all__ = [
-    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "DifferencedFlow", "ExactFlow", "FlowResult",
-    "Followed", "Measure", "NewtonSearch", "PeriodResult", "Processor", "SensitivityFlow", "StoppedError",
-    "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event", "combine_measures", "compile_beside",
-    "differentiate", "fastest_rate", "follow_schedule", "min_steps_per_period", "near_returns", "newton_iteration",
-    "of_meshes", "on_compile", "processor", "start_newton_search", "steps_share_matrices",
+    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "Derivatives", "DifferencedFlow", "ExactFlow",
+    "FlowResult", "Followed", "Measure", "NewtonSearch", "PeriodEquations", "PeriodResult", "Processor",
+    "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event",
+    "combine_measures", "compile_beside", "differentiate", "fastest_rate", "follow_schedule", "min_steps_per_period",
+    "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor", "start_newton_search", "steps_share_matrices",
 ]

@@ -19,7 +19,6 @@ import numpy as np
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import dimensions
 from gearchaos.flow.kernels.compilation import is_missing
-from gearchaos.flow.kernels.orbits import near_returns, newton_iteration, start_newton_search
 
 if TYPE_CHECKING:
     from gearchaos.flow.system import SwitchedSystem
@@ -56,22 +55,6 @@ def compile_others(system: SwitchedSystem) -> None:
 
 
 def _start(job: str, given: bytes) -> None:
-    """Run `main` in a process for one job, and wait for it."""
-    program = f"from gearchaos.flow.beside import main; main({job!r})"
+    """Run `first_kernels.main` in a process for one job, and wait for it."""
+    program = f"from gearchaos.flow.first_kernels import main; main({job!r})"
     subprocess.run([sys.executable, "-c", program], input=given, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def main(job: str) -> None:
-    """Compile the kernels of one job for the system on stdin, from arguments of the right types."""
-    from gearchaos.flow import exact, step_tables
-
-    system = pickle.load(sys.stdin.buffer)
-    w = np.zeros((system.dimension, 1))
-    if job == "advance":
-        step_tables.tabulate_steps = lambda *_: None  # tables of zeros will do
-        exact.ExactFlow(system).advance(w, 1)
-    else:
-        near_returns(np.zeros((5, *w.shape)), 2, 0.1, 0.1, 1)
-        tangent = np.zeros((system.dimension, *w.shape))
-        newton_iteration(start_newton_search(w), np.arange(1), w, tangent, np.zeros(1, np.int64), 0.1, 0.1)
-    os._exit(0)  # nothing else is to be done

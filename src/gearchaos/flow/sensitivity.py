@@ -3,27 +3,108 @@ extrema of z."""
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from gearchaos.flow.exact import ExactFlow, raise_if_cancelled
-from gearchaos.flow.kernels.arrays import dimensions, new_workspace, sensitivity_rows
+from gearchaos.flow.kernels.arrays import Harmonics, dimensions, new_workspace, sensitivity_rows
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
-from gearchaos.flow.step_tables import harmonics_of, parameter_array, step_counts, step_values, steps_in_parts
-from gearchaos.flow.system import SwitchedSystem, contact_states
+from gearchaos.flow.step_tables import harmonics_of, parameter_array, rounded_counts, step_values, steps_in_parts
+from gearchaos.flow.system import SwitchedSystem, contact_states, min_steps_per_period
 
 _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of the equations by Q parameters at P points."""
+    """Derivatives of the equations by Q parameters at P points.
 
-    equations: np.ndarray  # (P, Q, total) of the columns of `step_tables.parameter_array`
-    starts: np.ndarray  # (P, Q, N) of the starts of the parts of the period
+    Attributes
+    ----------
+    equations : (P, Q, total)
+        Of the arrays of the system side by side.
+    starts : (P, Q, N)
+        Of the starts of the parts of the period.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import Derivatives
+    >>> Derivatives(np.zeros((3, 1, 20)), np.zeros((3, 1, 2))).equations.shape
+    (3, 1, 20)
+    """
+
+    equations: np.ndarray
+    starts: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodEquations:
+    """The equations of P parameter points as plain arrays, with derivatives by Q parameters.
+
+    Attributes
+    ----------
+    dimension : int
+    damping_law : str
+    same_starts : bool
+        As in `SwitchedSystem`.
+    harmonics : Harmonics
+        The numbers of harmonics and the columns of ``parameters``.
+    parameters : (P, total)
+        The arrays of the system side by side.
+    starts : (P, N)
+        Where the parts of the period begin.
+    steps : (P,)
+        Least number of steps in a mesh period, see `min_steps_per_period`.
+    derivatives : Derivatives
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import PeriodEquations
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> PeriodEquations.of(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system).dimension
+    2
+    """
+
+    dimension: int
+    damping_law: str
+    same_starts: bool
+    harmonics: Harmonics
+    parameters: np.ndarray
+    starts: np.ndarray
+    steps: np.ndarray
+    derivatives: Derivatives
+
+    @classmethod
+    def of(cls, system: SwitchedSystem, derivatives: Derivatives | None = None) -> Self:
+        """Those of a system, by default without derivatives."""
+        parameters = parameter_array(system, bounded=False)
+        sizes = (parameters.shape[1], system.levels.shape[1])
+        none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
+        return cls(system.dimension, system.damping_law, system.same_starts, harmonics_of(system), parameters,
+                   system.starts, min_steps_per_period(system), derivatives or none)
+
+    @property
+    def levels(self) -> np.ndarray:
+        """Stiffness level in each part of the period, (P, N)."""
+        first = self.harmonics.columns.levels
+        return self.parameters[:, first : first + self.starts.shape[1]]
+
+    @property
+    def chi_cos(self) -> np.ndarray:
+        """Cosines of the stiffness, (P, K)."""
+        first = self.harmonics.columns.chi_cos
+        return self.parameters[:, first : first + self.harmonics.stiffness]
+
+    @property
+    def damping(self) -> np.ndarray:
+        """Damping coefficient in the mesh force, (P,)."""
+        return self.parameters[:, self.harmonics.columns.damping]
 
 
 @dataclass(frozen=True)
@@ -75,10 +156,10 @@ class SensitivityFlow:
 
     Parameters
     ----------
-    system : SwitchedSystem
+    system : SwitchedSystem or PeriodEquations
         P parameter points with d coordinates.
     derivatives : Derivatives, optional
-        The derivatives of the equations by Q parameters. By default there are none.
+        The derivatives of the equations of a `SwitchedSystem` by Q parameters. By default there are none.
 
     Notes
     -----
@@ -98,22 +179,17 @@ class SensitivityFlow:
     True
     """
 
-    def __init__(self, system: SwitchedSystem, derivatives: Derivatives | None = None) -> None:
-        self._system, self._harmonics, self.dimension = system, harmonics_of(system), system.dimension
-        self._dims = dimensions(system.dimension, system.damping_law)
-        self._parameters = parameter_array(system, bounded=False)
-        sizes = (self._parameters.shape[1], system.levels.shape[1])
-        none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
-        self._derivatives, self._starts = derivatives or none
-        self._rows = sensitivity_rows(self.dimension, self._harmonics, self._derivatives.shape[1])
-        highest = max(system.f_cos.shape[1], system.chi_cos.shape[1])
-        keys = list(zip(map(tuple, step_counts(system).tolist()), map(tuple, system.starts.tolist()), strict=True))
-        distinct = list(dict.fromkeys(keys))
-        parts = [step_values(*steps_in_parts(np.array(steps), np.array([starts])), highest)
-                 for steps, starts in distinct]  # each: `Steps.values` of one mesh period
-        counts, index = np.array([len(part) for part in parts]), np.array([distinct.index(key) for key in keys])
+    def __init__(self, system: SwitchedSystem | PeriodEquations, derivatives: Derivatives | None = None) -> None:
+        own = system if isinstance(system, PeriodEquations) else PeriodEquations.of(system, derivatives)
+        self._equations, self.dimension = own, own.dimension
+        self._dims = dimensions(own.dimension, own.damping_law)
+        self._rows = _offsets(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
+        keys = list(zip(np.ceil(own.steps).tolist(), map(tuple, own.starts.tolist()), strict=True))
+        index = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+        parts = [_period_steps(*key, own.same_starts, own.harmonics.highest) for key in index]
+        counts, which = np.array([len(part) for part in parts]), np.array([index[key] for key in keys])
         self._values = parts[0] if len(parts) == 1 else np.concatenate(parts)  # `Steps.values` of all points
-        self._first, self.step_count = (np.cumsum(counts) - counts)[index], counts[index]
+        self._first, self.step_count = (np.cumsum(counts) - counts)[which], counts[which]
 
     def advance(self, w: np.ndarray, points: np.ndarray | None = None) -> PeriodResult:
         """Advance trajectories from phase 0 by one mesh period.
@@ -131,20 +207,21 @@ class SensitivityFlow:
             If the computation is cancelled, see `cancel_event`.
         """
         raise_if_cancelled()
-        (count, d), parameters = w.shape, self._derivatives.shape[1]
+        own, (count, d) = self._equations, w.shape
+        parameters = own.derivatives.equations.shape[1]
         points = np.arange(count) if points is None else np.asarray(points, np.int64)
         records = _MIN_RECORDS + 2 * int(self.step_count.max())
         call = SensitivityCall(
-            self._parameters, self._derivatives, self._starts, self._values, points, self._first[points],
+            own.parameters, *own.derivatives, self._values, points, self._first[points],
             np.array(w, dtype=float, order="C"), np.empty((count, d, d)), np.empty((count, parameters, d)),
             np.empty((count, records, 4)), np.zeros(count, np.int64),
             np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
-            contact_states(self._system, w.T, points),
+            contact_states(own, w.T, points),
         )
-        work, segment, steps = new_workspace(self._rows.total), new_segment(), self.step_count[points]
-        for number in np.unique(steps):
+        (work, segment), steps = _scratch.of(self._rows.total), self.step_count[points]
+        for number in sorted(set(steps.tolist())):
             lanes = np.flatnonzero(steps == number)
-            advance_with_sensitivities(self._dims, self._harmonics, self._rows, call, int(number), lanes, work, segment)
+            advance_with_sensitivities(self._dims, own.harmonics, self._rows, call, number, lanes, work, segment)
         return PeriodResult(
             call.w, call.tangent.transpose(0, 2, 1), call.sensitivity.transpose(0, 2, 1), call.switches,
             call.switch_count, call.extrema, call.extremum_count, call.status,
@@ -239,7 +316,21 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
         np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))
 
 
-@lru_cache(maxsize=256)
-def _period_steps(counts: tuple[int, ...], starts: tuple[float, ...], highest: int) -> np.ndarray:
-    """`Steps.values` of one mesh period, from the numbers of steps in its parts and where these begin."""
-    return step_values(*steps_in_parts(np.array(counts), np.array([starts])), highest)
+_offsets = lru_cache(maxsize=64)(sensitivity_rows)
+
+
+@lru_cache(maxsize=1024)
+def _period_steps(least: float, starts: tuple[float, ...], same_starts: bool, highest: int) -> np.ndarray:
+    """`Steps.values` of one mesh period with at least so many steps, from where its parts begin."""
+    where = np.array([starts])
+    return step_values(*steps_in_parts(rounded_counts(np.array([least]), where, same_starts)[0], where), highest)
+
+
+class _Scratch(threading.local):
+    """The memory in which a thread computes, by its number of rows."""
+
+    def __init__(self) -> None:
+        self.of = lru_cache(maxsize=8)(lambda rows: (new_workspace(rows), new_segment()))
+
+
+_scratch = _Scratch()

@@ -150,10 +150,15 @@ def step_counts(system: SwitchedSystem) -> np.ndarray:
 
     They and `orthonormalisations` depend on the point alone, so that a result does not depend on the other points.
     """
-    needed = np.ceil(min_steps_per_period(system))
+    return rounded_counts(min_steps_per_period(system), system.starts, system.same_starts)
+
+
+def rounded_counts(least: np.ndarray, starts: np.ndarray, same_starts: bool) -> np.ndarray:
+    """The `step_counts` of points with at least so many steps in a period, (P,), and these parts of it."""
+    needed = np.ceil(least)
     multiple = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    rounded, fraction = np.ceil(needed / multiple) * multiple, np.diff(system.starts, axis=1, append=1.0)
-    if not system.same_starts:
+    rounded, fraction = np.ceil(needed / multiple) * multiple, np.diff(starts, axis=1, append=1.0)
+    if not same_starts:
         fraction = np.ceil(_FRACTIONS * fraction) / _FRACTIONS
     return np.maximum(np.ceil(rounded[:, None] * fraction), 1).astype(int)
 

@@ -187,7 +187,20 @@ def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
     return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
 
 
-def contact_states(system: SwitchedSystem, w: np.ndarray, points: np.ndarray) -> np.ndarray:
+class MeshForce(Protocol):
+    """What of a `SwitchedSystem` says whether its flanks touch."""
+
+    @property
+    def damping_law(self) -> str: ...
+    @property
+    def levels(self) -> np.ndarray: ...
+    @property
+    def chi_cos(self) -> np.ndarray: ...
+    @property
+    def damping(self) -> np.ndarray: ...
+
+
+def contact_states(system: MeshForce, w: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The contact states (L,) of trajectories in the states w (d, L) at phase 0, at these points (L,).
 
     They are 0 in free flight, 1 or −1 in contact with the front or back flank, and 1/2 or −1/2 where a flank is
