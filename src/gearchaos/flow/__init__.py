@@ -29,5 +29,6 @@ __all__ = [
     "FlowResult", "Followed", "Measure", "NewtonSearch", "PeriodEquations", "PeriodResult", "Processor",
     "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event",
     "combine_measures", "compile_beside", "differentiate", "fastest_rate", "follow_schedule", "min_steps_per_period",
-    "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor", "start_newton_search", "steps_share_matrices",
+    "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor", "start_newton_search",
+    "steps_share_matrices",
 ]

@@ -7,7 +7,6 @@ whoever needs its kernel compiles it, as without them.
 
 from __future__ import annotations
 
-import os
 import pickle
 import subprocess
 import sys
