@@ -16,8 +16,8 @@ from gearchaos.execute.progress import bar
 TILE = 8192
 """Largest number of trajectories in a tile: a few seconds of work, so that progress is seen and interrupts act soon."""
 
-_MIN_PER_THREAD = 256
-"""Smallest number of trajectories that justifies a thread: fewer do not fill the lanes of one kernel call."""
+_MIN_PER_THREAD = 16
+"""Smallest number of trajectories that justifies a thread: two packs of lanes."""
 
 _FINAL_DIVISOR = 16
 """The smallest tile is the share of one thread divided by this, so that threads end at about the same time."""
