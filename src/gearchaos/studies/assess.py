@@ -117,7 +117,7 @@ class Assessment:
                 "torque": torque, "from": w.start, "to": w.stop, "cause": w.cause, "begins_with": w.begins_with,
                 "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
-                "depends_on_history": w.depends_on_history,
+                "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
                 "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],
             } for torque, w in self.avoid],
