@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gearchaos as gc
@@ -19,6 +20,7 @@ from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, repo
 from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
+from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
@@ -329,6 +331,14 @@ def test_a_motion_without_bound_in_one_range_is_said_first(found):
     assert worst(replace(found, at=(at, found.at[1]))) == "motions grow without bound at 100 N m"
     many = tuple(replace(at, torque=float(torque)) for torque in (1, 2, 3, 4))
     assert worst(replace(found, at=many)).endswith("at 1, 2 and 3 N m and more")
+
+
+def test_factors_are_drawn_where_all_motions_grow_without_bound(found):
+    nothing = found.at[0].dataset.copy()
+    nothing["dynamic_factor"] = np.nan * nothing.dynamic_factor
+    nothing["contact"] = -1 + 0 * nothing.contact
+    ax = draw_factors(replace(found.at[0], dataset=nothing), Figure().subplots())
+    assert ax.get_xlim() == (500, 700) and len(ax.lines) == 0
 
 
 def test_inputs_without_effect_do_not_matter_most(found):
