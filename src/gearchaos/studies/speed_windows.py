@@ -291,7 +291,7 @@ class SpeedsToAvoid:
             "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
             "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
             "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
-            "ranges": [asdict(each) for each in self.windows],
+            "ranges": [{**asdict(each), "depends_on_history": each.depends_on_history} for each in self.windows],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
 
