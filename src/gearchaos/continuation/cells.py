@@ -26,6 +26,7 @@ _ROUNDING = 2e-14
 """Largest of these, relative to the larger of 1 and the largest value: the equations are dimensionless."""
 
 _LEAST = 0.125  # width of the first cells beside 0, for parameters by which the equations do not divide
+_MOST_PARAMETERS = 2  # of a curve; a cell has N^Q nodes
 _HALVINGS = 6  # most times that a cell is halved; where that is not enough, the equations are not interpolated
 
 
@@ -78,7 +79,7 @@ class Cell:
     """A box of parameters on which the equations are polynomials."""
 
     box: Box
-    equations: PeriodEquations  # at its nodes
+    equations: PeriodEquations  # at its first node
     origin: np.ndarray  # (C,) parameters, starts and steps of the equations at its lower ends
     coefficients: np.ndarray  # (N^Q, C) of the differences from there
     scale: np.ndarray  # (Q, 1) by which derivatives by its own coordinates, from −1 to 1, are multiplied
@@ -106,7 +107,7 @@ class Cell:
 
 
 class Cells:
-    """The equations along Q parameters, interpolated where that is exact to rounding errors.
+    """The equations along Q parameters, interpolated where that is exact to rounding errors, for Q of 1 or 2.
 
     The equations divide by the parameters ``divides`` (Q,), so that their cells begin as octaves.
     """
@@ -119,6 +120,8 @@ class Cells:
     def cell(self, values: np.ndarray) -> Cell | None:
         """The cell with values (Q,); None where the equations are not interpolated."""
         at, last = values.tolist(), self._last
+        if not 0 < len(at) <= _MOST_PARAMETERS:
+            return None
         if last is not None and last.contains(at):
             return last
         octaves = [_octave(*each) for each in zip(at, self._divides, strict=True)]
@@ -152,7 +155,7 @@ class Cells:
         most = _ROUNDING * np.maximum(1.0, np.abs(columns).max(axis=0))
         tails = (np.moveaxis(np.abs(coefficients), i, 0)[-_TAIL:] > most for i in range(q))
         rough = tuple(i for i, tail in enumerate(tails) if np.any(tail[..., :-1]))  # steps need not be exact
-        return rough or Cell(box, own, columns[-1], coefficients.reshape(_NODES**q, -1),
+        return rough or Cell(box, own.first, columns[-1], coefficients.reshape(_NODES**q, -1),
                              2 / np.array(box.width)[:, None], self._accepts(nodes))
 
     def _accepts(self, nodes: np.ndarray) -> bool:

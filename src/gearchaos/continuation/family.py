@@ -102,7 +102,7 @@ class ParameterFamily:
                 return DifferencedFlow(own)
             points, steps = self._stencil(values, _FLOW_STEP)
             return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
-        cell = self._cells.cell(values[0]) if self.axes else None
+        cell = self._cells.cell(values[0])
         return SensitivityFlow(self._differentiated(values) if cell is None else cell.at(values[0].tolist()))
 
     def _differentiated(self, values: np.ndarray) -> PeriodEquations:

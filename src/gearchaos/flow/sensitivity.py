@@ -4,7 +4,7 @@ extrema of z."""
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple, Self
 
@@ -88,6 +88,13 @@ class PeriodEquations:
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
         return cls(system.dimension, system.damping_law, system.same_starts, harmonics_of(system), parameters,
                    system.starts, min_steps_per_period(system), derivatives or none)
+
+    @property
+    def first(self) -> PeriodEquations:
+        """Those of the first point alone."""
+        parameters, starts, steps, *derivatives = (
+            a[:1].copy() for a in (self.parameters, self.starts, self.steps, *self.derivatives))
+        return replace(self, parameters=parameters, starts=starts, steps=steps, derivatives=Derivatives(*derivatives))
 
     @property
     def levels(self) -> np.ndarray:
