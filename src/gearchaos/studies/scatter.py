@@ -73,7 +73,7 @@ class Scatter(ClassifyingStudy):
         where its spread is halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and
         ``cut_share``. ``impossible`` is the share of designs that are not possible; the others are those that count.
         Over ``sample`` the inputs and results of each design: ``sample_value``, ``sample_possible``,
-        ``sample_share_lost``, ``sample_factor``.
+        ``sample_share_lost``, ``sample_contact`` (the worst at any speed), ``sample_factor``.
 
     Raises
     ------
@@ -305,7 +305,8 @@ class Scatter(ClassifyingStudy):
         results = ScatterResults(
             inputs=self.inputs, points=self.points, values=self.values, speeds=self.speed, indices=self.has_indices,
             independent=not self.correlations, outcomes=np.stack([outcomes[n] for n in OUTCOMES]),
-            excess=np.where(diverged, np.inf, excess), possible=possible[:, 0, 0] == 1, loaded=loaded[:, 0, 0])
+            contact=contact, excess=np.where(diverged, np.inf, excess), possible=possible[:, 0, 0] == 1,
+            loaded=loaded[:, 0, 0])
         undecided = (label == Label.UNDECIDED) & (possible == 1)
         data = {**results.variables(), **variables((), {
             "undecided_share": np.array(undecided.sum() / max(1, np.sum(possible == 1)))})}
