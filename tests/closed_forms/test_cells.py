@@ -121,6 +121,24 @@ def test_values_that_the_model_does_not_have_are_left_out():
         family_of("torsional", "contact_ratio").check(np.array([[2.5]]))
 
 
+@pytest.mark.parametrize("axis", ["beta", "beta1"])
+def test_equations_at_a_divisor_of_0_are_those_of_the_model(axis):
+    """The octaves of a parameter by which the equations divide have no 0."""
+    model = gc.MeshModel.of(q0=0.1, eps1=0.05, omega=1.4, beta1=0.0)
+    family = ParameterFamily(model, (axis,))
+    w = np.array([[1.2, 0.1, 0.0]])[:, : family.dimension]
+    family.check(family.start[None])
+    found = family.flow(family.start[None]).advance(w)
+    assert np.array_equal(found.w, SensitivityFlow(family.system(family.start[None])).advance(w).w)
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("axis", ["omega", "q1"])
+def test_values_that_are_not_finite_are_refused(axis, value):
+    with pytest.raises(InputError, match=f"{axis} must"):
+        ParameterFamily(gc.MeshModel.of(q0=0.1, eps1=0.05), (axis,)).check(np.array([[value]]))
+
+
 def test_a_branch_takes_no_model_at_its_points(monkeypatch):
     """It has hundreds of evaluations; models are computed at the nodes of a few cells."""
     batches = []

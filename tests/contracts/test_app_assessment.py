@@ -55,6 +55,12 @@ def test_the_numbers_are_those_of_assess(found):
     assert [(round(w.start), round(w.stop), w.depends_on_history) for _, w in found.avoid] == [(791, 808, True)]
 
 
+@pytest.mark.parametrize(("stiffness", "axis"), [("harmonics", "c1"), ("tooth pairs", "relief")])
+def test_a_view_along_a_parameter_of_another_stiffness_is_of_other_gears(stiffness, axis):
+    other = PAIR.with_stiffness(stiffness).with_axis("y", axis)
+    assert not SpeedLine(PAIR).belongs_to(other) and not SpeedLine(other).belongs_to(PAIR)
+
+
 def test_the_speeds_are_those_of_the_map_or_of_the_run_up():
     assert LINE.speeds == (770.0, 830.0) and SpeedLine(FIRST).speeds == (300.0, 7500.0)
     assert SpeedLine(VIEW.with_axis("x", "zeta").with_run(start=400.0)).speeds == (400.0, 7500.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gearchaos as gc
@@ -19,6 +20,7 @@ from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, repo
 from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
+from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
@@ -83,7 +85,8 @@ def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
 
 def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
     (window, *_) = found.at[0].windows
-    open_ = replace(window, begins_with="", start_resolution=0.25, to_scan_end=True, depends_on_history=True)
+    open_ = replace(
+        window, begins_with="", start_resolution=0.25, to_scan_end=True, history=(window.start, window.stop))
     (row,) = rows(replace(found.at[0], windows=(open_,)))
     assert row.begins_with == "– ±0.25" and row.ends_with == "end of scan" and row.stop.startswith("≥ ")
     assert row.history == "yes"
@@ -132,9 +135,8 @@ def test_of_many_torques_the_merged_answer_is_printed_alone():
 def test_the_report_has_the_numbers_of_json_and_loads_nothing(command, found):
     page = (command[1] / "out.html").read_text()
     for each in found.document()["usable"]:
-        cells = [f"{each[key]:{form}}" for key, form in (("torque", "g"), ("from", ".1f"), ("to", ".1f"))]
-        cells.append(f"±{100 * each['margin']:.2f} %")
-        assert re.search("".join(f"<td[^>]*>{cell}</td>" for cell in cells), page)
+        words = f"{math.ceil(each['from'])} to (≥ )?{math.floor(each['to'])} rpm .±{100 * each['margin']:.1f} %."
+        assert re.search(f"<td[^>]*>{each['torque']:g}</td><td[^>]*>(≤ )?{words}</td>", page)
     for at in found.at:
         for row in rows(at):
             assert re.search(r"\s*".join(f"<td [^>]*>{re.escape(value)}</td>" for value in row), page)
@@ -167,7 +169,7 @@ def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_ev
 def test_where_the_history_decides_bars_are_pale_and_hatched(found):
     at = found.at[0]
     ax = gc.plot.assessment(replace(found, at=(replace(at, windows=tuple(
-        replace(w, depends_on_history=True, contact="both flanks", begins_with="") for w in at.windows)),)))
+        replace(w, history=(w.start, w.stop), contact="both flanks", begins_with="") for w in at.windows)),)))
     assert {(bars.get_hatch(), bars.get_alpha()) for bars in ax.collections} == {("////", 0.45)}
     assert {to_hex(bars.get_facecolor()[0]) for bars in ax.collections} == {CONTACT_CLASSES[2].colour}
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
@@ -232,7 +234,7 @@ def test_each_assumed_input_is_varied_alone():
     known = replace(design, quality=replace(design.quality, deviations=(0.5, -0.2)))
     of_known = [each for each in assumptions(known) if each.name in ("accuracy grade", "transmission error")]
     assert [each.value for each in of_known] == ["5", "7"]  # their error is not assumed
-    assert all(each.fields["quality"].deviations == (0.5, -0.2) for each in of_known)
+    assert all(replace(known, **each.fields).quality.deviations == (0.5, -0.2) for each in of_known)
     for each in changes:
         other, (name,) = replace(design, **each.fields), each.fields
         assert getattr(other, name) != getattr(design, name)
@@ -331,6 +333,14 @@ def test_a_motion_without_bound_in_one_range_is_said_first(found):
     assert worst(replace(found, at=many)).endswith("at 1, 2 and 3 N m and more")
 
 
+def test_factors_are_drawn_where_all_motions_grow_without_bound(found):
+    nothing = found.at[0].dataset.copy()
+    nothing["dynamic_factor"] = np.nan * nothing.dynamic_factor
+    nothing["contact"] = -1 + 0 * nothing.contact
+    ax = draw_factors(replace(found.at[0], dataset=nothing), Figure().subplots())
+    assert ax.get_xlim() == (500, 700) and len(ax.lines) == 0
+
+
 def test_inputs_without_effect_do_not_matter_most(found):
     report = Report(found, sensitivity=[Changed("backlash", "a", "b", found)])
     assert report.matters_most == []
@@ -365,7 +375,7 @@ def test_how_likely_a_range_is_stands_in_every_form(found):
     windows = (replace(first, random_states=states), replace(second, random_states=replace(
         states, fraction=1.0, fraction_lo=0.9439, fraction_hi=1.0)))
     one = replace(found, at=(replace(at, windows=windows),))
-    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (24–49 %), 64 at 8 speeds",
+    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (95 %: 24–49 %), 64 at 8 speeds",
              "593 to 627 rpm at 100 N m: loss of contact, from every random start tried, 64 at 8 speeds"]
     assert keep_out(one) == words and [row.likelihood for row in rows(one.at[0])] == ["36 (24–49)", "100 (94–100)"]
     page = report_html(Report(one))
@@ -377,6 +387,21 @@ def test_how_likely_a_range_is_stands_in_every_form(found):
     assert "no random starts tried" in keep_out(found)[0]
 
 
+def test_where_in_a_range_the_history_decides_is_said_and_drawn(found):
+    at, (first, *_) = found.at[0], found.at[0].windows
+    states = RandomStates(0.359, 0.2431, 0.489, 64, 8)
+    part = replace(first, history=(first.start, 545.2), random_states=states)
+    one = replace(found, at=(replace(at, windows=(part,)),))
+    assert rows(one.at[0])[0].history == "to 546" and keep_out(one)[0].endswith("where the history decides: to 546 rpm")
+    assert part.parts == [(first.start, 545.2, True), (545.2, first.stop, False)]
+    ax = gc.plot.assessment(one)
+    drawn = [(bars.get_hatch(), *bars.get_datalim(ax.transData).intervalx.round(1)) for bars in ax.collections[:2]]
+    assert drawn == [("////", round(first.start, 1), 545.2), (None, 545.2, round(first.stop, 1))]
+    assert replace(part, history=(540.0, 545.2)).parts[1] == (540.0, 545.2, True)
+    assert [row.history for row in rows(replace(at, windows=(replace(part, history=(540.0, 545.2)), replace(
+        part, history=(540.7, first.stop)))))] == ["540–546", "from 540"]
+
+
 def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are_listed(found):
     states = RandomStates(0.25, 0.1, 0.4, 64, 8)
     first, second = (replace(each, random_states=states) for each in found.at[0].windows)
@@ -385,8 +410,8 @@ def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are
     many = replace(found, at=(*same, replace(found.at[0], torque=4.0, windows=(above, second))))
     merged = "4 ranges at 4 torques from 1 to 4 N m merged: at worst"
     assert keep_out(many, 2) == [
-        f"531 to 580 rpm, {merged} both flanks at 4 N m, from 25 to 100 % of random starts",
-        f"593 to 627 rpm, {merged} loss of contact at 1 N m, from 25 % of random starts"]
+        f"531 to 580 rpm, {merged} both flanks at 4 N m; from 25 to 100 % of random starts, by range and torque",
+        f"593 to 627 rpm, {merged} loss of contact at 1 N m; from 25 % of random starts, by range and torque"]
     assert keep_out(many, 1)[0].startswith("531 to 580 rpm") and keep_out(many, 1)[1:] == [
         "1 narrower range, in the tables"]
     assert len(keep_out(many)) == 8 and keep_out(replace(found, at=())) == []

@@ -13,7 +13,7 @@ import pytest
 from filelock import FileLock
 from numba import typeof
 
-from gearchaos.flow import ExactFlow, exact
+from gearchaos.flow import ExactFlow, beside, exact
 from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
@@ -144,6 +144,16 @@ def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path):
     assert first.count("compiles") in (1, 2), first
     assert [line for line in first if line != "compiles"] == second != []
     assert len(list(tmp_path.rglob("*.nbc"))) == 4
+
+
+def test_a_process_beside_imports_nothing_from_where_it_is(monkeypatch, tmp_path):
+    """A file of the user's may have the name of a module that is imported."""
+    (tmp_path / "platformdirs.py").write_text("open('imported', 'w')\nraise SystemExit\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    beside._start("advance", b"")
+    assert not (tmp_path / "imported").exists()
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "nowhere"))
+    beside._start("advance", b"")  # is no error
 
 
 @pytest.mark.slow

@@ -79,7 +79,7 @@ def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motio
 def window(start, stop, start_resolution, stop_resolution, **ends):
     return Window(start, stop, 2.0, start, start_resolution, stop_resolution, (), "", "",
                   **{"from_scan_start": False, "to_scan_end": False, **ends}, begins_with="", ends_with="",
-                  depends_on_history=False, random_states=None, meshes=(), peaks=())
+                  history=None, random_states=None, meshes=(), peaks=())
 
 
 @pytest.mark.parametrize(("found", "shown"), [

@@ -121,7 +121,10 @@ class Cells:
         at, last = values.tolist(), self._last
         if last is not None and last.contains(at):
             return last
-        box = Box(*zip(*map(_octave, at, self._divides), strict=True))
+        octaves = [_octave(*each) for each in zip(at, self._divides, strict=True)]
+        if None in octaves:
+            return None
+        box = Box(*zip(*octaves, strict=True))
         least = [width / 2**_HALVINGS for width in box.width]
         while True:
             found = self._found.get(box) or self._found.setdefault(box, self._interpolated(box))
@@ -160,8 +163,10 @@ class Cells:
         return True
 
 
-def _octave(value: float, divides: bool) -> tuple[float, float]:
-    """The lower end and the width of the first interval with a value."""
+def _octave(value: float, divides: bool) -> tuple[float, float] | None:
+    """The lower end and the width of the first interval with a value; None if there is none."""
+    if not math.isfinite(value) or (divides and value == 0):
+        return None
     fraction, exponent = math.frexp(value)
     width = math.ldexp(0.5, exponent)
     if not divides and abs(value) < _LEAST:

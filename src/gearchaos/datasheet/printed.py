@@ -23,6 +23,7 @@ from gearchaos.datasheet.verdict import (
     rows,
     scanned,
     torques_in_words,
+    usable_in_words,
     verdict,
     worst,
 )
@@ -110,8 +111,9 @@ def _lines(report: Report) -> Iterator[str]:
             cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, _COLUMNS, strict=True)]
             for line in zip_longest(*cells, fillvalue=""):
                 yield "".join(f"{value:<{width}}" for value, width in zip(line, _COLUMNS, strict=True))
-        usable = ", ".join(f"{p.start:.1f} to {p.stop:.1f} rpm (±{100 * p.margin:.2f} %)" for p in at.usable)
-        yield from _wrapped(f"Usable: {usable or 'nothing'}")
+        if not at.windows:
+            yield "Nothing to avoid was found."
+        yield from _wrapped(f"Usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
         yield from _wrapped(f"Tried: {at.tried}")
     sections = {
         "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],

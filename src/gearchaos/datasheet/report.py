@@ -145,8 +145,8 @@ def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
     return {
         "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each)}
                   for each in found.at],
-        "usable": [(f"{each.torque:.6g}", f"{part.start:.1f}", f"{part.stop:.1f}", f"±{100 * part.margin:.2f} %")
-                   for each in found.at for part in each.usable],
+        "usable": [(f"{each.torque:.6g}", words)
+                   for each in found.at for words in usable_in_words(each.usable, found.speeds)],
         "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
         "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
                             "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,

@@ -135,6 +135,8 @@ def _most(one: dict[str, Any]) -> str:
         return ""
     most = max(totals.values(), key=lambda each: each["value"])
     alike = [name for name, each in totals.items() if each["high"] >= most["low"]]
+    if len(alike) == len(totals) > 1:
+        return "; the indices do not tell the inputs apart: more samples might"
     return f"; most by {' or '.join(alike)} (S_T {most['value']:.2f})"
 
 

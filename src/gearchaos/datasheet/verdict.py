@@ -131,7 +131,7 @@ def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
     shares = [window.random_states.fraction for _, window in part if window.random_states]
     ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
     return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
-        f", from {' to '.join(ends)} % of random starts" if ends else "")
+        f"; from {' to '.join(ends)} % of random starts, by range and torque" if ends else "")
 
 
 def likelihood(window: Window) -> str:
@@ -139,10 +139,12 @@ def likelihood(window: Window) -> str:
     found = window.random_states
     if found is None:
         return "no random starts tried"
-    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}"
+    part = _history(window)
+    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}" + (
+        f", where the history decides: {part} rpm" if part not in ("no", "yes") else "")
     if found.fraction == 1:
         return f"from every random start tried, {behind}"
-    return f"from {_percent(found.fraction)} % of random starts ({_interval(found)} %), {behind}"
+    return f"from {_percent(found.fraction)} % of random starts (95 %: {_interval(found)} %), {behind}"
 
 
 def _percent(share: float) -> str:
@@ -175,8 +177,17 @@ def _row(window: Window) -> Row:
     return Row(*edges(window), window.cause, begins,
                _event(window.ends_with, window.stop_resolution, window.to_scan_end), factor,
                speed if math.isfinite(window.speed_of_largest) else "–",
-               "others" if window.by_others else "yes" if window.depends_on_history else "no", "–" if shares is None
+               "others" if window.by_others else _history(window), "–" if shares is None
                else f"{_percent(shares.fraction)} ({_interval(shares)})")
+
+
+def _history(window: Window) -> str:
+    """Whether the history decides in a range, or in which part of it."""
+    if window.history is None:
+        return "no"
+    low, high = (rounded(own, way) if own != end else "" for own, end, way in zip(
+        window.history, (window.start, window.stop), (math.floor, math.ceil), strict=True))
+    return f"{low}–{high}" if low and high else f"from {low}" if low else f"to {high}" if high else "yes"
 
 
 def _event(kind: str, resolution: float, scan_end: bool) -> str:

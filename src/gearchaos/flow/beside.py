@@ -10,6 +10,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from contextlib import suppress
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
@@ -56,4 +57,6 @@ def compile_others(system: SwitchedSystem) -> None:
 def _start(job: str, given: bytes) -> None:
     """Run `first_kernels.main` in a process for one job, and wait for it."""
     program = f"from gearchaos.flow.first_kernels import main; main({job!r})"
-    subprocess.run([sys.executable, "-c", program], input=given, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with suppress(OSError):  # no program, or no memory for one
+        subprocess.run([sys.executable, "-P", "-c", program], input=given, stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)

@@ -135,10 +135,11 @@ def meaning(window: Window) -> tuple[str, str]:
     return words, _COLOURS[words]
 
 
-def extent(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:
-    """Where a range to avoid is drawn over an axis: as far as it may reach, and so wide that a single speed is seen."""
-    start, stop = window.reach
-    return start, max(stop, start + _NARROWEST * (speeds[1] - speeds[0]))
+def bars(window: Window, speeds: tuple[float, float]) -> list[tuple[float, float, bool]]:
+    """Where a range to avoid is drawn over an axis, see `Window.parts`; so wide that a single speed is seen."""
+    low, high = window.reach
+    narrowest = _NARROWEST * (speeds[1] - speeds[0])
+    return window.parts if high - low > narrowest else [(low, low + narrowest, window.depends_on_history)]
 
 
 def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
@@ -146,9 +147,9 @@ def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dic
     words, plain = meaning(window)
     colour, margin = adapt(plain), (1 - share) / 2 * (high - low)
     pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
-    style = {"facecolor": colour, "linewidth": 0, **(pale if window.depends_on_history else {})}
-    start, stop = extent(window, ax.get_xlim())
-    ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
+    for start, stop, decides in bars(window, ax.get_xlim()):
+        style = {"facecolor": colour, "linewidth": 0, **(pale if decides else {})}
+        ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
     found = {words: Patch(facecolor=colour, label=words)}
     return found | ({"history": Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": "the history decides"})}
                     if window.depends_on_history else {})

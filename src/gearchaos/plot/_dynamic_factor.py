@@ -114,7 +114,7 @@ def draw_computed(ax: Axes, lines: list[Line2D]) -> None:
     """Draw the lines of `computed_factors`, on a logarithmic scale if a factor is large."""
     for line in lines:
         ax.add_line(line)
-    if max(np.nanmax(line.get_ydata(), initial=0) for line in lines) > LARGE:
+    if max((np.nanmax(line.get_ydata(), initial=0) for line in lines), default=0) > LARGE:
         ax.set_yscale("log", subs=(2, 5))
         ax.yaxis.set(major_formatter="{x:g}", minor_formatter="{x:g}")
     ax.autoscale_view()

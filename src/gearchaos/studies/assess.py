@@ -23,6 +23,7 @@ _EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
 counts as such: the first of which there are not too many states, or the last."""
 
 _MOST_STATES = 300_000  # random initial states of all torques
+_RANGE = "E.g. 500:6000, or with a number of first speeds 500:6000:120."
 _MOST_TORQUES, _MOST_TOLD = 1000, 3
 
 
@@ -117,7 +118,7 @@ class Assessment:
                 "torque": torque, "from": w.start, "to": w.stop, "cause": w.cause, "begins_with": w.begins_with,
                 "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
-                "depends_on_history": w.depends_on_history,
+                "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
                 "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],
             } for torque, w in self.avoid],
@@ -200,9 +201,12 @@ def assess(
 def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
     """A range of speeds as an axis, with a number of them; raises `InputError` for a single speed."""
     given = f"{speed}:{SPEEDS}" if isinstance(speed, str) and speed.count(":") == 1 else speed
-    axis = operating_axis("speed", given, field)
+    try:
+        axis = operating_axis("speed", given, field)
+    except InputError as error:
+        raise InputError(field, error.rule, error.value, _RANGE) from None
     if axis.count < 2:
-        raise InputError(field, "must be a range of speeds", str(speed), "E.g. 500:6000.")
+        raise InputError(field, "must be a range of speeds", str(speed), _RANGE)
     return axis
 
 

@@ -34,8 +34,6 @@ from gearchaos.studies.study import Results
 if TYPE_CHECKING:
     import xarray as xr
 
-"""Confidence level of the intervals of the shares."""
-
 _MAX_POINTS = 16
 """Largest number of stroboscopic points of the attractor that are perturbed."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 from gearchaos.errors import InputError
@@ -75,10 +75,10 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
         yield Change("damping ratio", f"{zeta:g}", f"{zeta * factor:g}", {"damping_ratio": zeta * factor})
     quality, error = design.quality, design.transmission_error
     if quality is not None and isinstance(error, str) and error in FROM_QUALITY:
+        same = {name: value for name, value in asdict(quality).items() if value is not None}
         for step in (-1, 1):
             grades = tuple(grade + step for grade in quality.grades)
-            yield Change("accuracy grade", _both(quality.grades), _both(grades), {
-                "quality": replace(quality, grade=grades)})
+            yield Change("accuracy grade", _both(quality.grades), _both(grades), {"quality": {**same, "grade": grades}})
         for other in FROM_QUALITY:
             if other != error and quality.deviations is None:
                 yield Change("transmission error", error, other, {"transmission_error": other})

@@ -101,13 +101,13 @@ class Window(SpeedRange):
 
     The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
     neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
-    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. In a range that
-    ``depends_on_history`` there are also motions that are not to be avoided; ``random_states`` says how likely it is to
-    come to those that are, None where no random states were tried. ``meshes`` are those of a train at which
-    the teeth separate. ``contact`` is the worst
-    contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed (``from_scan_start``), or
-    ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic factor at other speeds, at
-    most the `MOST_PEAKS` largest, in rising order of speed.
+    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. From one speed to another of
+    ``history`` there are also motions that are not to be avoided; ``random_states`` says how likely it is there to come
+    to those that are, None where no random states were tried. It is None where all are to be avoided. ``meshes`` are
+    those of a train at which the teeth separate. ``contact`` is the worst contact state, one of `CONTACT_WORDS`. A
+    range that begins with the first computed speed (``from_scan_start``), or ends with the last one, may go on beyond.
+    ``peaks`` are the local peaks of the dynamic factor at other speeds, at most the `MOST_PEAKS` largest, in rising
+    order of speed.
     """
 
     start_resolution: float
@@ -119,10 +119,26 @@ class Window(SpeedRange):
     to_scan_end: bool
     begins_with: str
     ends_with: str
-    depends_on_history: bool
+    history: tuple[float, float] | None
     random_states: RandomStates | None
     meshes: tuple[str, ...]
     peaks: tuple[Peak, ...]
+
+    @property
+    def depends_on_history(self) -> bool:
+        """Whether there are also motions in it that are not to be avoided."""
+        return self.history is not None
+
+    @property
+    def parts(self) -> list[tuple[float, float, bool]]:
+        """It in up to three parts, as far as it may reach, each with whether the history decides there."""
+        low, high = self.reach
+        if self.history is None:
+            return [(low, high, False)]
+        first, last = (reach if end == own else own for reach, end, own in zip(
+            self.reach, (self.start, self.stop), self.history, strict=True))
+        found = [each for each in ((low, first, False), (first, last, True), (last, high, False)) if each[1] > each[0]]
+        return found or [(low, high, True)]
 
     @property
     def by_others(self) -> bool:
@@ -275,7 +291,7 @@ class SpeedsToAvoid:
             "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
             "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
             "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
-            "ranges": [asdict(each) for each in self.windows],
+            "ranges": [{**asdict(each), "depends_on_history": each.depends_on_history} for each in self.windows],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
 

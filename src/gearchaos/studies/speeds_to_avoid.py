@@ -340,7 +340,10 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)
         peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
-        weights = weights_of(within)
+        weights, speeds_within = weights_of(within), speeds[first : last + 1].tolist()
+        free = [i for i, s in enumerate(speeds_within) if any(severity(m) < own for m in motions.at[s])]
+        history = (start.speed if free[0] == 0 else speeds_within[free[0]],
+                   stop.speed if free[-1] == last - first else speeds_within[free[-1]]) if free else None
         rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
                    strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
@@ -352,8 +355,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
             reached=tuple(reached), criterion=_CRITERIA[own],
             contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
             to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
-            meshes=found.meshes(first, last, own), depends_on_history=any(
-                severity(m) < own for s in speeds[first : last + 1].tolist() for m in motions.at[s]),
-            random_states=RandomStates.of(within),
+            meshes=found.meshes(first, last, own), history=history,
+            random_states=RandomStates.of(within.isel(speed=slice(free[0], free[-1] + 1)) if free else within),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)

@@ -11,7 +11,7 @@ from gearchaos.explorer.panels.style import SetAttributes, Units, title
 from gearchaos.explorer.view.models import value_on
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import View
-from gearchaos.plot._assessment import extent, meaning
+from gearchaos.plot._assessment import bars, meaning
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.speed_windows import UsableRange, Window
 
@@ -48,10 +48,10 @@ class AssessedLine:
             return
         across, at = place
         speed = view.y if across is view.x else view.x
-        windows = [window for _, window in found.avoid]
-        bars = [(*extent(each, (speed.start, speed.stop)), meaning(each)[1]) for each in windows]
-        striped = [bar for bar, each in zip(bars, windows, strict=True) if each.depends_on_history]
-        for source, parts in ((self.scanned, [(*found.speeds, _INK)]), (self.avoided, bars), (self.striped, striped)):
+        drawn = [(low, high, meaning(window)[1], decides) for _, window in found.avoid
+                 for low, high, decides in bars(window, (speed.start, speed.stop))]
+        striped = [each for each in drawn if each[3]]
+        for source, parts in ((self.scanned, [(*found.speeds, _INK)]), (self.avoided, drawn), (self.striped, striped)):
             ends = [[part[i] for part in parts] for i in range(3)]
             along, level = ("y", "x") if across is view.x else ("x", "y")
             data = {f"{along}0": ends[0], f"{along}1": ends[1], "colour": ends[2],

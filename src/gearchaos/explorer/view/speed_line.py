@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gearchaos.errors import InputError
 from gearchaos.explorer.view.bounds import rounded
 from gearchaos.explorer.view.models import value_on
 from gearchaos.explorer.view.state import View
@@ -39,7 +40,10 @@ class SpeedLine:
         other = {view.x.name: view.y, view.y.name: view.x}.get("speed")
         if other is None or view.gears is None:
             return None
-        value = value_on(self.view.operating_point, other)
+        try:
+            value = value_on(self.view.operating_point, other)
+        except InputError:  # these gears have another kind of stiffness, without that parameter
+            return None
         return (other, value) if self._is_common(view, {other.name: value}) else None
 
     def belongs_to(self, view: View) -> bool:

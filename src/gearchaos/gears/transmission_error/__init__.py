@@ -136,7 +136,8 @@ class Quality:
 def _within(deviations: Any) -> tuple[float, float]:
     """Deviations over the permissible ones; raises `InputError` unless they are two numbers from −1 to 1."""
     if not isinstance(deviations, (list, tuple)) or len(deviations) != 2:
-        raise InputError("quality.deviations", "must be a list of two, those of wheels 1 and 2", deviations)
+        raise InputError("quality.deviations", "must be a list of two, those of wheels 1 and 2", deviations,
+                         "E.g. [0.5, -0.2], each over the permissible one.")
     first, second = (to_float(f"quality.deviations[{wheel}]", each) for wheel, each in enumerate(deviations))
     for wheel, each in enumerate((first, second)):
         if not -1 <= each <= 1:
