@@ -11,6 +11,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasheet.scatter import answer, scatter_document
+from gearchaos.errors import InputError
 from gearchaos.explorer.jobs.tolerances import assumed, tolerances
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text, most_followed
@@ -91,6 +92,16 @@ def test_a_pair_varies_its_damping_and_backlash():
 def test_inputs_follow_the_page():
     changed = VIEW.with_value("zeta", 0.1).with_value("backlash", 200.0)
     assert assumed(changed.gears)[1:] == ("damping_ratio=0.07:0.13", "backlash=0.14:0.26 mm")
+
+
+@pytest.mark.parametrize(("change", "name"), [
+    (lambda view: view.with_value("eps1", 0.2), "eps1"), (lambda view: view.with_value("chi1", 0.2), "chi1"),
+    (lambda view: view.with_stiffness("harmonics"), "stiffness"),
+    (lambda view: view.with_stiffness("steps"), "stiffness"),
+])
+def test_what_was_set_apart_from_the_gears_is_refused_in_words(change, name):
+    with pytest.raises(InputError, match=f"^{name} must be that of the gears"):
+        list(tolerances(change(VIEW)))
 
 
 def test_the_inputs_of_a_study_file_come_first(tmp_path):

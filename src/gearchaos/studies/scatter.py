@@ -166,12 +166,15 @@ class Scatter(ClassifyingStudy):
         _ = self.cost
 
     def _refuse_other_values(self, gears: Any) -> None:
-        """Raise `InputError` for a parameter of the model that was set to another value than that of its gears."""
-        own = gears.to_model(self.model.kind).parameters()
+        """Raise `InputError` for a parameter or stiffness of the model that is not that of its gears."""
+        made, advice = gears.to_model(self.model.kind), "Set it in the table of the gears: samples are gears made anew."
+        given, of_gears = self.model.stiffness, made.stiffness
+        if (given.kind, given.unnamed()) != (of_gears.kind, of_gears.unnamed()):
+            raise InputError("stiffness", "must be that of the gears", given.kind, advice)
+        own = made.parameters()
         for name, value in self.model.parameters().items():
             if name not in ("omega", "q1", "q2") and own[name] != value:
-                raise InputError(name, "must be that of the gears", value,
-                                 "Set it in the table of the gears: samples are gears made anew.")
+                raise InputError(name, "must be that of the gears", value, advice)
 
     def _check_inputs(self, gears: Any) -> None:
         names = [each.name for each in self.inputs]
