@@ -172,7 +172,7 @@ def assess(
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> found = gc.assess(design, "500:700:10", [100, 300], starts=4)
     >>> [(torque, window.words, window.begins_with) for torque, window in found.avoid[1:3]]
-    [(100.0, '594 to 627 rpm', 'graze'), (300.0, '559 to 586 rpm', 'graze')]
+    [(100.0, '593 to 627 rpm', 'graze'), (300.0, '559 to 587 rpm', 'graze')]
     >>> [round(part.margin, 3) for part in found.usable_at_all[:3]]
     [0.032, 0.03, 0.006]
     """

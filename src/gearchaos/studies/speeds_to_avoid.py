@@ -263,7 +263,7 @@ def speeds_to_avoid(
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> found = gc.speeds_to_avoid(design, "500:1500:10", "300 N*m")
     >>> [each.words for each in found.windows]
-    ['559 to 586 rpm', '627 to 657 rpm', '1058 to 1094 rpm', '1135 to 1500 rpm']
+    ['559 to 587 rpm', '626 to 657 rpm', '1058 to 1094 rpm', '1134 to 1500 rpm']
     >>> [each.motion for each in found.windows[-1].reached], found.windows[-1].to_scan_end
     (['other initial states'], True)
     """
