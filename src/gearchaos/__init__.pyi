@@ -912,7 +912,7 @@ def scatter(
         where its spread is halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and
         ``cut_share``. ``impossible`` is the share of designs that are not possible; the others are those that count.
         Over ``sample`` the inputs and results of each design: ``sample_value``, ``sample_possible``,
-        ``sample_share_lost``, ``sample_factor``.
+        ``sample_share_lost``, ``sample_contact`` (the worst at any speed), ``sample_factor``.
 
     Raises
     ------

@@ -48,6 +48,7 @@ _CODE_ATTRIBUTES = {
     "contact": flag_attributes(dict(enumerate(CONTACTS))),
     "mesh_contact": flag_attributes(dict(enumerate(CONTACTS))),
     "contact_worst": flag_attributes(dict(enumerate(CONTACTS))),
+    "sample_contact": flag_attributes(dict(enumerate(CONTACTS))),
     "reason": {**flag_attributes({int(r): r.name.lower() for r in Reason}),
                "comment": "; ".join(f"{int(r)}: {REASONS[r]}" for r in Reason)},
     "proved": flag_attributes({int(p): p.name.lower() for p in Proved}),

@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.cli.scatter import _most
+from gearchaos.datasheet.scatter import _most
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
 from gearchaos.store.record import from_record, to_record
@@ -173,6 +174,7 @@ def test_designs_that_are_not_possible_are_counted():
     assert 0.1 < share < 0.9 and "bore" in found.attrs["impossible_because"]
     assert np.array_equal(found.sample_possible == 0, np.isnan(found.sample_factor[0]))
     assert share == pytest.approx(float((found.sample_possible == 0).mean()))
+    assert (found.sample_contact.values[0][found.sample_possible == 0] == CONTACTS.index("none")).all()
     possible = found.sample_share_lost.values[0][found.sample_possible.values == 1]
     anywhere = found.anywhere.sel(outcome="contact loss")[0]
     assert float(anywhere) == pytest.approx(np.mean(possible > 0), abs=0.02)
@@ -187,6 +189,10 @@ def test_samples_say_what_probabilities_say():
     largest = found.sample_factor.values
     np.testing.assert_allclose(
         found.anywhere.sel(outcome="force over limit"), np.mean(largest > 1.5, axis=1), atol=1e-12)
+    contact, lost = found.sample_contact.values, found.sample_share_lost.values > 0
+    np.testing.assert_array_equal(contact > CONTACTS.index("permanent"), lost)
+    np.testing.assert_allclose(found.anywhere.sel(outcome="both flanks hit"),
+                               np.mean(contact == CONTACTS.index("two-sided"), axis=1), atol=1e-12)
     i = 5
     damping, grade = found.sample_value.values[:, i]
     own = replace(DESIGN, damping_ratio=damping, quality={"standard": "ISO 1328-1:1995", "grade": 5 + int(grade)})
@@ -282,6 +288,10 @@ def test_the_command_says_what_the_function_finds(tmp_path):
     assert drawn.exit_code == 0 and "0.27 % cut off" in drawn.stdout and max(map(len, drawn.stdout.splitlines())) <= 80
     assert "over that which the grade permits" in " ".join(drawn.stdout.split())
     assert "which the grade permits" not in " ".join(said.stdout.split())
+    at_one = CliRunner().invoke(app, ["scatter", str(path), "--speed", "2000:2000:1", "--samples", "32", "--no-indices",
+                                      "--torque", "80"])
+    words = " ".join(at_one.stdout.split())
+    assert at_one.exit_code == 0 and ") at 2000 rpm there: both flanks hit" in words and "one or more" not in words
     for missing in (["--speed", ""], ["--correlation", "a=b"]):
         assert CliRunner().invoke(app, ["scatter", str(path), *missing]).exit_code == 2
     path.write_text(TOML.partition("[study]")[0] + "[operation]\ntorque = 60\n")

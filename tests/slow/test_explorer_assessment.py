@@ -1,8 +1,10 @@
-"""The assessment in a browser: its button, its bars over the map, its table, another torque, its file, its width."""
+"""The assessment in a browser: its button, its bars over the map, its table, another torque, its file, its width; and
+what tolerances do at the point."""
 
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gearchaos as gc
@@ -125,8 +127,32 @@ def test_nothing_is_wider_than_the_page(visit_design, size):
     assert outer["x"] < table["x"] and table["x"] + table["width"] < outer["x"] + outer["width"]
 
 
+@pytest.mark.parametrize("size", ["laptop", "phone"])
+def test_what_tolerances_do_is_said_and_drawn_until_the_point_moves(visit_design, size):
+    one = visit_design(size, "?speed=3000&torque=100")
+    plot = one.page.locator("#tolerances .plot")
+    assert plot.bounding_box()["height"] == 0
+    one.page.click("[data-press=tolerances]")
+    first = one.page.wait_for_selector("#tolerances-text p").inner_text()
+    vary = ["quality.deviations=within the grade", "damping_ratio=0.035:0.065", "backlash=0.084:0.156 mm"]
+    found = gc.scatter(load_design(DESIGN), vary, "speed=3000:3000:1", [100], samples=512, indices=False)
+    value = float(found.anywhere.sel(outcome="contact loss")[0])
+    assert first.startswith(f"100 N m: contact is lost from rest with probability {value:.2f} (")
+    sync_api.expect(one.page.locator("[data-press=tolerances]")).to_have_attribute("aria-pressed", "false")
+    shown, place, scroll = pixels(one), plot.bounding_box(), one.page.evaluate("scrollY")
+    left, top = int(place["x"]), int(place["y"] + scroll)
+    inside = shown[top:top + int(place["height"]), left:left + int(place["width"])]
+    for each in CONTACT_CLASSES[:3]:
+        colour = [int(each.colour[i:i + 2], 16) for i in (1, 3, 5)]
+        assert np.sum(np.abs(inside - colour).max(axis=-1) < 3) > 20
+    assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    one.after(lambda: one.page.keyboard.press("ArrowUp"))
+    one.page.wait_for_function("document.getElementById('tolerances-text').innerText === ''")
+    assert plot.bounding_box()["height"] == 0
+
+
 def test_a_page_without_gears_has_no_assessment(chromium, server):
     one = Visit(chromium, server)
-    assert one.page.locator("#assessment").count() == 0
+    assert one.page.locator("#assessment").count() == one.page.locator("#tolerances").count() == 0
     assert one.page.locator("#export button:has-text('assessment')").count() == 0
     one.close()

@@ -56,6 +56,7 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
     from gearchaos.explorer.view.presets import presets
     from gearchaos.explorer.view.state import view_of
     from gearchaos.gears.operating import OperatingModel
+    from gearchaos.studies.distributions import as_text
 
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],
@@ -66,7 +67,8 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
     of_study = [options[name] for name in ("x", "y") if name in options]
     if isinstance(loaded.model, OperatingModel):
         of_study = [as_operating_axis(loaded.model.gears, axis) for axis in of_study]
-    return view_of(loaded.model, *(given or of_study))
+    vary = tuple(map(as_text, loaded.options_for("scatter").get("vary", ())))
+    return view_of(loaded.model, *(given or of_study), vary=vary)
 
 
 def _serve(running: Any, page: str | None) -> None:

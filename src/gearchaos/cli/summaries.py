@@ -337,9 +337,9 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
     print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
 
 
-def _of(subject: str) -> Any:
+def _of(subject: str, folder: str = "cli") -> Any:
     """The module with the summaries of a subject; loaded when one is printed, since some take half a second."""
-    return import_module(f"gearchaos.cli.{subject}")
+    return import_module(f"gearchaos.{folder}.{subject}")
 
 
 def _map(found: Found) -> dict[str, Any]:
@@ -370,7 +370,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                lambda _, content: _of("orders").print_orders(content)),
     "fit": (lambda found: {**found.head, **_of("fit").fit_document(found.dataset)},
             lambda found, content: _of("fit").print_fit(found.dataset, content)),
-    "scatter": (lambda found: {**found.head, **_of("scatter").scatter_document(found.dataset)},
+    "scatter": (lambda found: {**found.head, **_of("scatter", "datasheet").scatter_document(found.dataset)},
                 lambda _, content: _of("scatter").print_scatter(content)),
     "result": (lambda found: {**found.head, **result_document(found.dataset)},
                lambda found, content: print_result(content)),

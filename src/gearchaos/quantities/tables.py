@@ -294,6 +294,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("sample_value", long_name="value of the input, of a list the index", unit="as varied_unit says"),
     Quantity("sample_possible", long_name="whether the design is possible"),
     Quantity("sample_share_lost", long_name="share of the speeds with contact loss of a design"),
+    Quantity("sample_contact", long_name="worst contact state of a design over the speeds"),
     Quantity("sample_factor", long_name="largest dynamic factor of a design over its quasi-static ratio"),
     Quantity("mode", long_name="natural mode"),
     Quantity("natural_frequency", "f", "f", long_name="natural frequency", unit="Hz"),

@@ -73,7 +73,7 @@ class Scatter(ClassifyingStudy):
         where its spread is halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and
         ``cut_share``. ``impossible`` is the share of designs that are not possible; the others are those that count.
         Over ``sample`` the inputs and results of each design: ``sample_value``, ``sample_possible``,
-        ``sample_share_lost``, ``sample_factor``.
+        ``sample_share_lost``, ``sample_contact`` (the worst at any speed), ``sample_factor``.
 
     Raises
     ------
@@ -166,12 +166,15 @@ class Scatter(ClassifyingStudy):
         _ = self.cost
 
     def _refuse_other_values(self, gears: Any) -> None:
-        """Raise `InputError` for a parameter of the model that was set to another value than that of its gears."""
-        own = gears.to_model(self.model.kind).parameters()
+        """Raise `InputError` for a parameter or stiffness of the model that is not that of its gears."""
+        made, advice = gears.to_model(self.model.kind), "Set it in the table of the gears: samples are gears made anew."
+        given, of_gears = self.model.stiffness, made.stiffness
+        if (given.kind, given.unnamed()) != (of_gears.kind, of_gears.unnamed()):
+            raise InputError("stiffness", "must be that of the gears", given.kind, advice)
+        own = made.parameters()
         for name, value in self.model.parameters().items():
             if name not in ("omega", "q1", "q2") and own[name] != value:
-                raise InputError(name, "must be that of the gears", value,
-                                 "Set it in the table of the gears: samples are gears made anew.")
+                raise InputError(name, "must be that of the gears", value, advice)
 
     def _check_inputs(self, gears: Any) -> None:
         names = [each.name for each in self.inputs]
@@ -305,7 +308,8 @@ class Scatter(ClassifyingStudy):
         results = ScatterResults(
             inputs=self.inputs, points=self.points, values=self.values, speeds=self.speed, indices=self.has_indices,
             independent=not self.correlations, outcomes=np.stack([outcomes[n] for n in OUTCOMES]),
-            excess=np.where(diverged, np.inf, excess), possible=possible[:, 0, 0] == 1, loaded=loaded[:, 0, 0])
+            contact=contact, excess=np.where(diverged, np.inf, excess), possible=possible[:, 0, 0] == 1,
+            loaded=loaded[:, 0, 0])
         undecided = (label == Label.UNDECIDED) & (possible == 1)
         data = {**results.variables(), **variables((), {
             "undecided_share": np.array(undecided.sum() / max(1, np.sum(possible == 1)))})}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import variables
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_estimates import at_best, at_half, probability, sobol_indices
@@ -34,6 +35,7 @@ class ScatterResults:
     indices: bool
     independent: bool
     outcomes: np.ndarray  # (outcomes, D, T, S) of bool
+    contact: np.ndarray  # (D, T, S), indices into `CONTACTS`
     excess: np.ndarray  # (D, T, S), the dynamic factor over the quasi-static ratio, inf where motions diverge
     possible: np.ndarray  # (D,) of bool
     loaded: np.ndarray  # (D,): possible, with a static load
@@ -137,6 +139,8 @@ class ScatterResults:
         values: dict[str, Any] = {
             n: np.where(possible[:, None], flat(v), np.nan).T for n, v in (
                 ("sample_share_lost", self.share_lost), ("sample_factor", self.largest))}
+        worst = np.where(possible[:, None], flat(self.contact.max(axis=2)), CONTACTS.index("none"))
+        values["sample_contact"] = worst.T.astype(np.int8)
         return {**variables(("torque", "sample"), values),
                 **variables(("varied", "sample"), {"sample_value": flat(self.values.reshape(-1, len(self.inputs))).T}),
                 **variables(("sample",), {"sample_possible": possible.astype(np.int8)})}

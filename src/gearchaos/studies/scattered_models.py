@@ -123,6 +123,24 @@ def check_values(gears: Any, scattered: Scattered, values: np.ndarray) -> None:
                      f"{scattered.name}=normal(mean, sd, low, high).")
 
 
+def present_value(gears: Any, scattered: Scattered) -> float | None:
+    """The value that gears have of a resolved input, in its unit; None where they have none, and for a list."""
+    path = scattered.path or scattered.name
+    own = _at(gears, path)
+    if scattered.items or own is None:
+        return None
+    middle = float(scattered.at(np.array(0.5)))
+    made = _at(replace(gears, **with_values(gears, {path: scattered.given(middle)})), path)
+    return middle * own / made if made else None
+
+
+def _at(value: Any, path: str) -> Any:
+    """The value at the path of an input; None where there is none."""
+    for key in path.split("."):
+        value = _keys(value).get(key)
+    return value
+
+
 def _keys(value: Any) -> dict[str, Any]:
     """The parts of a value by the name by which an input addresses them: fields, keys, or 1 and 2 for the wheels."""
     if is_dataclass(value):

@@ -15,16 +15,20 @@ from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
 from gearchaos.explorer.jobs.runup import RunUpResult, run_up
+from gearchaos.explorer.jobs.tolerances import Cloud, tolerances
 from gearchaos.explorer.jobs.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import View
+from gearchaos.gears.operating import OperatingModel
 from gearchaos.studies.assess import Assessment
 
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _SKELETON = "bifurcation curves"  # the task of the curves over the map
 _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
+_TOLERANCES = "tolerances"  # the task of what they do at the point
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
+_NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
@@ -45,6 +49,8 @@ class Display(Protocol):
     def clear_run_up(self) -> None: ...
     def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None: ...
     def clear_assessment(self) -> None: ...
+    def show_tolerances(self, found: Cloud | None) -> None: ...
+    def clear_tolerances(self) -> None: ...
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
     def show_message(self, message: str) -> None: ...
     def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
@@ -56,8 +62,8 @@ class Computations:
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
-    the branch of the motion at the point, the run-up, the assessment of the speeds, and the bifurcation curves over the
-    map, which begin once the map is complete.
+    the branch of the motion at the point, the run-up, the assessment of the speeds, what tolerances do, and the
+    bifurcation curves over the map, which begin once the map is complete.
 
     ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
     period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
@@ -81,7 +87,8 @@ class Computations:
         self.run_up: RunUpResult | None = None  # that of the present view
         self.assessment: Assessment | None = None  # that of the present map
         self._line: SpeedLine | None = None  # what is assessed, or being assessed
-        self._shares: dict[str, float] = {}  # of run-up and assessment that are computed
+        self.cloud: Cloud | None = None  # the designs at the present point
+        self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -105,6 +112,8 @@ class Computations:
         if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
             self.clear_run_up()
         self._update_assessment()
+        if before.operating_point != view.operating_point:
+            self.clear_tolerances()
 
     def update_rest(self, before: View) -> None:
         """Compute what else differs between an earlier view and the present one."""
@@ -269,6 +278,23 @@ class Computations:
             self._line = self.assessment = None
             self._drop(self._branches, _ASSESSMENT)
 
+    def ask_tolerances(self) -> None:
+        """Compute what tolerances do at the point, or cancel that; there is a message if the view has no pair."""
+        pending = _TOLERANCES in self._pending
+        self.clear_tolerances()
+        if not isinstance(self._view.operating_point, OperatingModel):
+            self._ended(_TOLERANCES, _NO_PAIR)
+        elif not pending:
+            self._display.show_message("")
+            self._display.show_tolerances(None)
+            self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view), self._show_tolerances)
+
+    def clear_tolerances(self) -> None:
+        """Remove what tolerances do; cancel its computation."""
+        if self.cloud is not None or _TOLERANCES in self._pending:
+            self.cloud = None
+            self._drop(self._branches, _TOLERANCES)
+
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
         motion, dataset, title = self.point_motion, None, ""
@@ -303,6 +329,8 @@ class Computations:
         if task == _ASSESSMENT and self.assessment is None:
             self._line = None
             self._display.clear_assessment()
+        if task == _TOLERANCES and self.cloud is None:
+            self._display.clear_tolerances()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
@@ -310,8 +338,9 @@ class Computations:
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
-        run_up, random = (self._shares.get(task, 0.0) for task in (_RUN_UP, _ASSESSMENT))
-        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * run_up:.0f} %"}
+        run_up, random, designs = (self._shares.get(task, 0.0) for task in (_RUN_UP, _ASSESSMENT, _TOLERANCES))
+        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * run_up:.0f} %",
+                 _TOLERANCES: f"{_TOLERANCES} {100 * designs:.0f} %"}
         if 0 < random < 1:
             words[_ASSESSMENT] = f"{_ASSESSMENT} (motions from random states {100 * random:.0f} %)"
         self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
@@ -363,6 +392,13 @@ class Computations:
             self._display.show_assessment(self._line, found)
         elif isinstance(found, float):
             self._shares[_ASSESSMENT] = found
+
+    def _show_tolerances(self, found: float | Cloud) -> None:
+        if isinstance(found, Cloud):
+            self.cloud = found
+            self._display.show_tolerances(found)
+        else:
+            self._shares[_TOLERANCES] = found
 
     def _show_skeleton(self, found: Skeleton) -> None:
         self._skeleton = found

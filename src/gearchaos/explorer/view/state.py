@@ -42,6 +42,7 @@ class View:
     physical: bool = False  # whether results are shown in the units of the gears, if there are some
     mesh: str = ""  # of a train, the mesh whose contact and motion are shown; empty for the worst one
     run: Run | None = None  # the run-up that is played; None without gears
+    vary: tuple[str, ...] = ()  # inputs of a pair with their scatter, of the study file; empty for those assumed
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
@@ -242,8 +243,8 @@ class View:
         return replace(self, model=model, x=x, y=y, at=(value_on(model, x), value_on(model, y)), initial=())
 
 
-def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> View:
-    """The view of a model over these axes, whose counts are ignored.
+def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None, *, vary: tuple[str, ...] = ()) -> View:
+    """The view of a model over these axes, whose counts are ignored, with the scatter of inputs of a study file.
 
     By default the axes are those of the paper's figure 2; for the model of gears their speed and torque, the map shows
     the contact of the teeth, and results are in their units.
@@ -253,7 +254,7 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None) -> V
     x, y = (Axis(a.name, a.start, a.stop, n) if a else default
             for a, default, n in zip((x, y), defaults, models.map_cells(model), strict=True))
     return View(model, x, y, (value_on(model, x), value_on(model, y)), "motion" if gears is None else "contact",
-                physical=gears is not None, run=None if gears is None else _first_run(gears, x, y))
+                physical=gears is not None, run=None if gears is None else _first_run(gears, x, y), vary=vary)
 
 
 def _first_run(gears: Gears, *axes: Axis) -> Run:

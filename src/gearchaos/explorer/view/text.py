@@ -135,7 +135,7 @@ def from_query(text: str, default: View) -> View:
     start = tuple((name, bounded(name, value)) for name, _, value in initial)
     run = Run.parse(given["run"]) if "run" in given else default.run if usual.run else None
     return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical",
-                given.get("mesh", ""), run)
+                given.get("mesh", ""), run, default.vary if usual.run else ())
 
 
 def _model(given: Mapping[str, str], default: View) -> MeshModel:

@@ -38,6 +38,7 @@ from gearchaos.explorer.view.text import from_query
 from gearchaos.explorer.web import LOCAL
 from gearchaos.explorer.web.messages import asset
 from gearchaos.explorer.web.session import Session
+from gearchaos.gears.operating import OperatingModel
 
 LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
@@ -193,7 +194,8 @@ def application(view: View, workers: Workers) -> Application:
         document.title, document.template = "gearchaos explore", template
         document.template_variables.update(
             css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
-            gears=view.gears is not None, periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS)
+            gears=view.gears is not None, pair=isinstance(view.model, OperatingModel), periods=SKELETON_PERIODS,
+            period=SKELETON_PERIOD, ways=WAYS)
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

@@ -11,12 +11,14 @@ from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.jobs.runup import RunUpResult
+from gearchaos.explorer.jobs.tolerances import Cloud
 from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.assessment import assessment_text, places
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
 from gearchaos.explorer.panels.runup import RunFigure, WaterfallFigure, played, run_up_text
 from gearchaos.explorer.panels.style import Panel, Units, hint, symbol, title
+from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.speed_line import SpeedLine
@@ -249,6 +251,7 @@ class Page:
         self.spectrum = motion.SpectrumFigure(set_attributes)
         self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
+        self.cloud = CloudFigure(set_attributes)
         self._write_choices([])
         self.line: SpeedLine | None = None
         self.ranges: list[float] = []
@@ -262,6 +265,8 @@ class Page:
             "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins}
         if self.force is not None:
             panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
+        if isinstance(self._start.model, OperatingModel):
+            panels["cloud"] = self.cloud
         return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
@@ -419,6 +424,18 @@ class Page:
         self.line, self.ranges = None, []
         self.map.assessed.clear()
         self._write("assessment-text")
+
+    def show_tolerances(self, found: Cloud | None) -> None:
+        """Draw the designs at the point and write how likely contact is lost; None while they are computed."""
+        self.messages.set_values({"tolerances": found is None})
+        if found is not None:
+            self.cloud.show(found)
+            self._write("tolerances-text", "tolerances", text=cloud_text(found, self.view))
+
+    def clear_tolerances(self) -> None:
+        """Remove the designs at the point."""
+        self.messages.set_values({"tolerances": False})
+        self._write("tolerances-text")
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""

@@ -203,6 +203,8 @@ class Session:
                 computed.ask_run_up()
             case "press", "assess":
                 computed.ask_assessment()
+            case "press", "tolerances":
+                computed.ask_tolerances()
             case "range", int(number) if page.line is not None and 0 <= number < len(page.ranges):
                 line, speed = page.line, page.ranges[number]
                 self.change(lambda view: line.moved(view, speed))
