@@ -217,6 +217,7 @@ def made_up(*motions: list[Motion]) -> FollowedMotions:
     first one."""
     found = FollowedMotions.__new__(FollowedMotions)
     found.torque = found.model = None
+    found.drawn = {}
     found.speeds = [100.0 * n for n in range(1, len(motions) + 1)]
     found.at = dict(zip(found.speeds, motions, strict=True))
     for here, there in [*zip(found.speeds, found.speeds[1:], strict=False),
@@ -233,7 +234,7 @@ def severity(each: Motion) -> int:
 def windows(*motions: list[Motion], found: FollowedMotions | None = None):
     at = _AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0)
     at.edges = [edge.found for edge in at.sought()]  # not located
-    return _windows(at, _dataset(at.motions))
+    return _windows(at, _dataset(at))
 
 
 def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():

@@ -12,7 +12,8 @@ from gearchaos.execute.progress import NotebookBar, bar, on_progress
 
 def test_few_pieces_are_divided_evenly_among_threads():
     assert [t.stop - t.start for t in tiles.split(1000, threads=2)] == [500, 500]
-    assert [t.stop - t.start for t in tiles.split(300, threads=2)] == [300]
+    assert [t.stop - t.start for t in tiles.split(32, threads=2)] == [16, 16]
+    assert [t.stop - t.start for t in tiles.split(31, threads=2)] == [31]
     assert [t.stop - t.start for t in tiles.split(10_240, threads=2)] == [5120, 5120]
     assert [t.stop - t.start for t in tiles.split(1000, largest=100, threads=2)] == [100] * 10
     assert len(tiles.split(10_241, threads=2)) > 2

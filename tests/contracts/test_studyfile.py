@@ -16,7 +16,7 @@ from gearchaos.studies.registry import STUDIES, study_class
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_design, load_study, parse_set
 
-DESIGNS = {"spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
+DESIGNS = {"spur_50_50.toml", "spur_27_35.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
 TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28}
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIR = """

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.linalg.lapack import dgesv
 
 from gearchaos.errors import InputError
 
@@ -152,6 +151,8 @@ def _point(equations: Equations, along: np.ndarray, step: float, residual: float
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
     """The solution of a linear system, and the sign of its determinant; raises `Stopped` if it is singular."""
+    from scipy.linalg.lapack import dgesv  # here: a verdict needs no linear algebra of scipy
+
     factors, pivots, found, failed = dgesv(matrix, right)
     if failed or not np.all(np.isfinite(found)):
         raise Stopped("the Jacobian is singular")
