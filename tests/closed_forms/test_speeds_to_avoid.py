@@ -249,7 +249,7 @@ def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
     assert motions_of(middle) == ("from rest", "speed rising", "speed falling", "other initial states")
     assert [(each.share, each.dynamic_factor) for each in (middle.reached[0], middle.reached[-1])] == [
         (0.75, 4.0), (0.25, 4.5)]
-    assert (middle.words, first.words) == ("200 to 500 rpm", "100 to 200 rpm")
+    assert (middle.words, first.words) == ("100 to 600 rpm", "100 to 200 rpm")  # as far as they may reach
     assert (last.start, last.stop, last.to_scan_end, last.stop_resolution) == (800, 800, True, 0)
     assert last.contact == "no bounded motion" and np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
 

@@ -199,6 +199,7 @@ def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monke
     assert np.all((low < share) & (share < high))
     xr.testing.assert_identical(data, gc.attractors(model, 512, threads=1))
     monkeypatch.setattr(tiles, "_MIN_PER_THREAD", 5)
+    monkeypatch.setattr(tiles, "_LEAST_TILE", 5)
     monkeypatch.setattr(tiles, "_FINAL_DIVISOR", 64)
     xr.testing.assert_identical(data, gc.attractors(model, 512))
     other = gc.attractors(model, 512, seed=1)

@@ -19,6 +19,9 @@ TILE = 8192
 _MIN_PER_THREAD = 16
 """Smallest number of trajectories that justifies a thread: two packs of lanes."""
 
+_LEAST_TILE = 256
+"""Smallest tile of many: fewer trajectories do not fill the lanes of one kernel call."""
+
 _FINAL_DIVISOR = 16
 """The smallest tile is the share of one thread divided by this, so that threads end at about the same time."""
 
@@ -47,7 +50,7 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
         parts = max(useful_threads(count, threads), -(-count // largest))
         ends = [count * i // parts for i in range(parts + 1)]  # equal sizes, up to one item
         return [slice(first, last) for first, last in pairwise(ends) if last > first]
-    least = min(largest, max(_MIN_PER_THREAD, count // (_FINAL_DIVISOR * workers)))
+    least = min(largest, max(_LEAST_TILE, count // (_FINAL_DIVISOR * workers)))
     tiles, first = [], 0
     while first < count:
         size = largest if workers == 1 else min(largest, max(least, (count - first) // (2 * workers)))

@@ -31,7 +31,7 @@ _begun: set[tuple[Any, ...]] = set()
 def compile_beside() -> None:
     """Let this process start others that compile kernels, where those of a motion are not on disk.
 
-    It is for processes of our own, with more than one core: they run `sys.executable`.
+    It is for processes of our own, with more than one core: they run ``sys.executable``.
 
     Examples
     --------
