@@ -105,8 +105,11 @@ def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be
             inside = (speeds >= window.start) & (speeds <= window.stop)
             assert counts[inside].sum() >= 16
             first, last = window.history or (window.start, window.stop)
-            counted = counts[(speeds >= first) & (speeds <= last)]
+            decides = inside & ((speeds > first) | (first == window.start)) & ((speeds < last) | (last == window.stop))
+            counted, avoided = counts[decides], each.dataset.avoided_states.values
             assert (window.random_states.states, window.random_states.speeds) == (counted.sum(), (counted > 0).sum())
+            beyond = inside & ~decides
+            assert np.all(avoided[beyond] == counts[beyond]) and np.all(each.dataset.contact.values[:, beyond] != 0)
             assert window.depends_on_history or window.random_states.fraction == 1
 
 

@@ -270,6 +270,15 @@ def test_only_the_motions_that_separate_are_named():
     assert (worst.contact, worst.dynamic_factor) == (1, 3.0)
 
 
+def test_the_history_decides_up_to_the_speeds_from_which_on_every_motion_separates():
+    apart, either = [motion(1, 2.0)], [motion(1, 2.0), motion(0, 1.0)]
+    free = [motion(0, 1.0)]
+    (window,) = windows(free, apart, apart, either, either, apart, free)
+    assert (window.start, window.stop, window.history) == (200, 600, (300, 600))
+    assert [window.history for window in windows(free, either, either, free)] == [(200, 300)]
+    assert [window.history for window in windows(free, apart, free)] == [None]
+
+
 def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed():
     factor = [9.0, 1.0, 3.0, 3.0, 1.0, 8.0, 1.0, 4.0, 1.0, 5.0, 1.0, 6.0, 1.0, 2.0, 1.0, 7.0]
     (window,) = windows(*([motion(1, each)] for each in factor))

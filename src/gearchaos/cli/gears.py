@@ -110,7 +110,6 @@ def gear(
         raise problem
 
 
-
 def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
     """The design of a file with the values of ``--set`` and ``--torque``."""
     from gearchaos.studyfile import load_design, parse_set, parse_value

@@ -133,8 +133,9 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
         "verdict": [verdict(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
         "keep_out": keep_out(found),
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
-                           "there, and the events at their edges. Blank is usable: ± is how far the speed may differ "
-                           "from the middle.", height(found), lambda ax: plot.assessment(found, ax), _WIDTH),
+                           "there, and the events at their edges. At a torque blank is usable: ± is how far the "
+                           "speed may differ from the middle.", height(found), lambda ax: plot.assessment(found, ax),
+                           _WIDTH),
         **{name: None if each is None else [changed_in_words(one, found) for one in each]
            for name, each in {**first, **changes}.items()},
         **_evidence(found, prefix)}

@@ -57,7 +57,7 @@ class RandomStates:
     """The share ``fraction`` of random initial states that lead to the motion to avoid, at the ``speeds`` of a range at
     which there were such ``states``, and its 95 % interval.
 
-    Each speed counts half way to the next, so that the interval is that of Clopper and Pearson for as many states as
+    Each speed counts by its `weights_of`, so that the interval is that of Clopper and Pearson for as many states as
     count alike.
     """
 
@@ -101,9 +101,10 @@ class Window(SpeedRange):
 
     The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
     neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
-    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. From one speed to another of
-    ``history`` there are also motions that are not to be avoided; ``random_states`` says how likely it is there to come
-    to those that are, None where no random states were tried. It is None where all are to be avoided. ``meshes`` are
+    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. Between the
+    speeds of ``history`` there are also motions that are not to be avoided, from there on none was found; it is None
+    where all are to be avoided. ``random_states`` says how likely it is to come to those that are, between these speeds
+    if they are given; it is None where no random states were tried. ``meshes`` are
     those of a train at which the teeth separate. ``contact`` is the worst contact state, one of `CONTACT_WORDS`. A
     range that begins with the first computed speed (``from_scan_start``), or ends with the last one, may go on beyond.
     ``peaks`` are the local peaks of the dynamic factor at other speeds, at most the `MOST_PEAKS` largest, in rising
@@ -303,7 +304,7 @@ def rounded(speed: float, direction: Callable[[float], int]) -> str:
 
 
 def weights_of(part: xr.Dataset) -> np.ndarray:
-    """The part (N,) of the range of its speeds for which each of them stands: half way to the next."""
+    """The part (N,) of a range for which each of its speeds stands: half way to the next, as far at the ends."""
     return np.gradient(part["speed"].values) if part.sizes["speed"] > 1 else np.ones(1)
 
 

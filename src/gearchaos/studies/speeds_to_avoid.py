@@ -342,8 +342,8 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
         weights, speeds_within = weights_of(within), speeds[first : last + 1].tolist()
         free = [i for i, s in enumerate(speeds_within) if any(severity(m) < own for m in motions.at[s])]
-        history = (start.speed if free[0] == 0 else speeds_within[free[0]],
-                   stop.speed if free[-1] == last - first else speeds_within[free[-1]]) if free else None
+        history = (start.speed if free[0] == 0 else speeds_within[free[0] - 1],
+                   stop.speed if free[-1] == last - first else speeds_within[free[-1] + 1]) if free else None
         rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
                    strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
