@@ -191,7 +191,9 @@ def test_words_and_rows_are_those_of_the_command(found):
     (at,) = found.at
     assert [sentence.lower() for sentence in text.sentences[:2]] == [f"{s(found)}.".lower() for s in (verdict, worst)]
     assert text.other == "" and found.tried in text.tried and "dynamic factor 1.75" in text.sentences[2].lower()
-    assert text.avoid == [(CONTACT_CLASSES[1].colour, True, rows(at)[0])]
+    (row,) = rows(at)
+    assert text.avoid == [(CONTACT_CLASSES[1].colour, True, [*row[:3], *row[5:]])]  # no room for events at the edges
+    assert len(text.headings) == len(text.avoid[0][2])
     assert [words for _, words in text.usable] == usable_in_words(at.usable, found.speeds)
     (window,), middles = at.windows, places(found)
     assert middles[0] == (window.start + window.stop) / 2

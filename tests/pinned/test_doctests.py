@@ -8,6 +8,7 @@ import matplotlib as mpl
 import pytest
 
 import gearchaos
+from gearchaos.flow import beside
 
 PACKAGE = Path(gearchaos.__file__).parent
 
@@ -19,9 +20,10 @@ def modules_with_examples() -> list[str]:
 
 
 @pytest.fixture(autouse=True)
-def _no_screen():
-    """Pictures go to no screen."""
+def _as_before(monkeypatch):
+    """Pictures go to no screen, and no kernels are compiled beside others after the example that asks for it."""
     mpl.use("Agg")
+    monkeypatch.setattr(beside, "_allowed", False)
 
 
 @pytest.mark.parametrize("name", modules_with_examples())

@@ -60,6 +60,20 @@ def served(*arguments, few=False):
             assert "Traceback" not in rest and sys.prefix not in rest, rest
 
 
+@contextmanager
+def visits(chromium, address, **options):
+    """A function that opens pages of a server with a query; whatever goes wrong on one of them fails the test."""
+    opened = []
+
+    def begin(query="", size="laptop"):
+        opened.append(Visit(chromium, address + query, size, **options))
+        return opened[-1]
+
+    yield begin
+    for one in opened:
+        one.close()
+
+
 class Visit:
     """A page, what went wrong on it, and what it asked for elsewhere."""
 

@@ -72,14 +72,7 @@ def chromium():
 @pytest.fixture
 def visit(chromium, server):
     """A function that opens a page with a query and of a size; an error on a page it opened fails the test."""
-    from tests.slow.browser import Visit
+    from tests.slow.browser import visits
 
-    visits = []
-
-    def begin(query="", size="laptop"):
-        visits.append(Visit(chromium, server + query, size))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
+    with visits(chromium, server) as begin:
+        yield begin

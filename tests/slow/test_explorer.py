@@ -17,7 +17,7 @@ from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, view_of
 from gearchaos.explorer.view.text import to_query
 from gearchaos.studyfile import load_study
-from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, Visit, served
+from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, Visit, served, visits
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
@@ -39,15 +39,8 @@ def pair_server(kernels):
 @pytest.fixture
 def visit_pair(chromium, pair_server):
     """Opens a page of that server; whatever goes wrong on it fails the test."""
-    visits = []
-
-    def begin(query=""):
-        visits.append(Visit(chromium, pair_server[0] + query, first=view_of(load_study(PAIR).model)))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
+    with visits(chromium, pair_server[0], first=view_of(load_study(PAIR).model)) as begin:
+        yield begin
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -12,7 +12,7 @@ from gearchaos.explorer.panels.assessment import places
 from gearchaos.explorer.view.state import view_of
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import NEEDED, Visit, served
+from tests.slow.browser import NEEDED, Visit, served, visits
 from tests.slow.test_explorer_curves import PLACE, near, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
@@ -38,15 +38,8 @@ def expected():
 @pytest.fixture
 def visit_design(chromium, design_server):
     """Opens a page of that server; whatever goes wrong on it fails the test."""
-    visits = []
-
-    def begin(size="laptop", query=QUERY):
-        visits.append(Visit(chromium, design_server + query, size, FIRST))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
+    with visits(chromium, design_server, first=FIRST) as begin:
+        yield lambda size="laptop", query=QUERY: begin(query, size)
 
 
 def assess(one):
@@ -72,6 +65,7 @@ def test_the_ranges_are_drawn_over_the_map_and_a_range_that_is_clicked_is_where_
     assert all(bar(one, quarter, 100.0)) and not all(bar(one, usable, 100.0)) and not all(bar(one, quarter, 105.0))
     text = one.page.locator("#assessment-text").inner_text()
     assert "790" in text and "809" in text and "loss of contact" in text and "Usable at 100 N m" in text
+    assert one.page.evaluate("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('#assessment .scroll'))")
     rows = one.page.locator("#assessment-text tr[data-range]")
     assert rows.count() == 3 and one.page.locator(".other").count() == 0
     for number, middle in ((0, avoided), (1, usable)):

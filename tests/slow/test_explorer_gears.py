@@ -9,7 +9,7 @@ import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import NEEDED, SIZES, Visit, served
+from tests.slow.browser import NEEDED, SIZES, Visit, served, visits
 from tests.slow.test_explorer_pixels import picture
 
 pytest.importorskip("playwright.sync_api")
@@ -66,15 +66,8 @@ def design_server(kernels):
 @pytest.fixture
 def visit_design(chromium, design_server):
     """Opens a page of that server; whatever goes wrong on it fails the test."""
-    visits = []
-
-    def begin(query="", size="laptop"):
-        visits.append(Visit(chromium, design_server + query, size, FIRST))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
+    with visits(chromium, design_server, first=FIRST) as begin:
+        yield begin
 
 
 @pytest.mark.parametrize("size", SIZES)

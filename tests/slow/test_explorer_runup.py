@@ -7,7 +7,7 @@ import pytest
 
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
-from tests.slow.browser import NEEDED, SIZES, Visit, served
+from tests.slow.browser import NEEDED, SIZES, served, visits
 from tests.slow.test_explorer_curves import FRAME, count, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
@@ -45,15 +45,8 @@ def design_server(kernels):
 @pytest.fixture
 def visit_design(chromium, design_server):
     """Opens a page of that server; whatever goes wrong on it fails the test."""
-    visits = []
-
-    def begin(run, size="laptop"):
-        visits.append(Visit(chromium, design_server + QUERY + run, size, FIRST))
-        return visits[-1]
-
-    yield begin
-    for one in visits:
-        one.close()
+    with visits(chromium, design_server + QUERY, first=FIRST) as begin:
+        yield begin
 
 
 def begin(one):

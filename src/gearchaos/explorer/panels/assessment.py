@@ -18,6 +18,7 @@ from gearchaos.studies.speed_windows import UsableRange, Window
 _INK, _OUTLINE = "#111111", "white"
 _WIDTH = 9.0  # of a range to avoid on the map, in pixels
 _STRIPES = [2, 4]  # dark and light, where the history decides, in pixels
+_NO_ROOM = "begins_with", "ends_with"  # columns of tables of ranges to avoid
 _NOTHING: dict[str, list[Any]] = {n: [] for n in ("x0", "y0", "x1", "y1", "colour")}
 
 
@@ -69,8 +70,8 @@ class AssessmentText(NamedTuple):
 
     other: str  # that it is not of the point; empty if it is
     sentences: list[str]
-    headings: Row
-    avoid: list[tuple[str, bool, Row]]  # colour, whether the history decides, row of a range to avoid
+    headings: list[str]
+    avoid: list[tuple[str, bool, list[str]]]  # colour, whether the history decides, row of a range to avoid
     usable: list[tuple[int, str]]  # number among `places`, and words of a range
     tried: str
 
@@ -85,12 +86,16 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
         other = f"Of the {title(axis.name)} {value:g}{unit}, not that of the point, {own:g}{unit}: assess again there."
     sentences = [f"{sentence[0].upper()}{sentence[1:]}." for sentence in (verdict(found), worst(found), at_no_speed(at))
                  if sentence]
-    avoid = [(meaning(window)[1], window.depends_on_history, row)
+    avoid = [(meaning(window)[1], window.depends_on_history, _shown(row))
              for window, row in zip(at.windows, rows(at), strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))
               if (words := usable_in_words([part], found.speeds))]
-    return AssessmentText(other, sentences, HEADINGS, avoid, usable,
+    return AssessmentText(other, sentences, _shown(HEADINGS), avoid, usable,
                           f"Tried: {found.tried}; a motion that few states lead to can be missed.")
+
+
+def _shown(row: Row) -> list[str]:
+    return [value for name, value in row._asdict().items() if name not in _NO_ROOM]
 
 
 def places(found: Assessment) -> list[float]:
