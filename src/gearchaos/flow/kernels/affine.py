@@ -20,6 +20,7 @@ from gearchaos.flow.kernels.simd import (
     smaller,
     store,
     store_affine,
+    store_bytes,
     store_scalar,
     vabs,
     vfma,
@@ -35,9 +36,9 @@ from gearchaos.flow.kernels.taylor import (
     state_series,
 )
 
-_POSITIONS = np.array([[i for i in range(WIDTH) if mask >> i & 1] + [0] * (WIDTH - mask.bit_count())
-                       for mask in range(1 << WIDTH)], dtype=np.int8)
-"""Positions of the set bits of each mask (256, WIDTH), padded with zeros."""
+_POSITIONS = np.array([sum(i << 8 * n for n, i in enumerate(i for i in range(WIDTH) if mask >> i & 1))
+                       for mask in range(1 << WIDTH)])
+"""Positions of the set bits of each mask (256,), one in each byte, the first in the lowest."""
 
 _COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.int8)
 """Number of set bits of each mask (256,)."""
@@ -47,8 +48,7 @@ _COUNTS = np.array([mask.bit_count() for mask in range(1 << WIDTH)], dtype=np.in
 def append_lanes(mask, slot, listed, count):
     """Append the lanes of a slot whose bits are set to the ``count`` listed ones; returns the new count. It always
     writes `WIDTH` numbers, so ``listed`` must have room for them."""
-    for i in range(WIDTH):
-        store_scalar(listed, count + i, slot * WIDTH + _POSITIONS[mask, i])
+    store_bytes(listed, count, _POSITIONS[mask], slot * WIDTH)
     return count + _COUNTS[mask]
 
 

@@ -320,12 +320,12 @@ def find_exits(dims, harmonics, ws):
             increment = select(touching, probe, increment)
             touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
         exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
-        increment = select(leaving, broadcast(_BEYOND_END), increment)
-        s = select(searching, s + increment, s)
+        ahead = s + increment  # of lanes that leave, too: so the polynomials need not wait for which these are
+        s = select(searching, select(leaving, broadcast(_BEYOND_END), ahead), s)
         searching = s <= broadcast(1.0)
         if not any_true(searching):
             break
-        moved, slope, second = _displacement(ws, at.state, d, s)
+        moved, slope, second = _displacement(ws, at.state, d, ahead)
     next_sigma = select(s <= broadcast(1.0), broadcast(SEARCH_FAILED), next_sigma)
     store(ws, at.end_fraction, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
     store(ws, at.next_sigma, next_sigma)

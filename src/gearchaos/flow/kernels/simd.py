@@ -169,6 +169,22 @@ def store_scalar(typingctx, array, index, value):
     return types.void(array, types.intp, array.dtype), codegen
 
 
+@intrinsic
+def store_bytes(typingctx, array, index, packed, offset):
+    """Write each byte of the integer ``packed``, the lowest first, plus ``offset`` to `WIDTH` elements of a contiguous
+    array of integers, from element ``index`` on."""
+
+    def codegen(context, builder, signature, args):
+        integers = ir.VectorType(ir.IntType(64), WIDTH)
+        data = context.make_array(signature.args[0])(context, builder, args[0]).data
+        parts = builder.zext(builder.bitcast(args[2], ir.VectorType(ir.IntType(8), WIDTH)), integers)
+        pointer = builder.bitcast(builder.gep(data, [args[1]]), integers.as_pointer())
+        builder.store(builder.add(parts, _emit_broadcast(builder, args[3], integers)), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.int64, types.intp), codegen
+
+
 def _operation(emit, result, *operands):
     """A Numba intrinsic on values of these types, whose LLVM code ``emit(builder, *values)`` writes."""
 
@@ -184,8 +200,8 @@ def _operation(emit, result, *operands):
     return intrinsic(definition)
 
 
-def _emit_broadcast(builder, value):
-    undefined = ir.Constant(_DOUBLES, ir.Undefined)
+def _emit_broadcast(builder, value, kind=_DOUBLES):
+    undefined = ir.Constant(kind, ir.Undefined)
     first = builder.insert_element(undefined, value, ir.Constant(ir.IntType(32), 0))
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
 
@@ -265,10 +281,15 @@ def _numpy_store_scalar(array, index, value):
     array.reshape(-1)[index] = value
 
 
+def _numpy_store_bytes(array, index, packed, offset):
+    array[index : index + WIDTH] = (packed >> 8 * np.arange(WIDTH) & 255) + offset
+
+
 if config.DISABLE_JIT:
     load, store, select, any_true = _numpy_load, _numpy_store, np.where, np.any
     store_affine, store_linear = _numpy_store_affine, _numpy_store_linear
     load_scalar, store_scalar = (lambda array, index: array.reshape(-1)[index]), _numpy_store_scalar
+    store_bytes = _numpy_store_bytes
     vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
 
     def broadcast(value):
