@@ -20,7 +20,7 @@ from numba import config, typeof, types
 from numba.extending import intrinsic
 
 from gearchaos.flow.kernels.compilation import inlined
-from gearchaos.flow.kernels.constants import ORDER, SLOTS, WIDTH
+from gearchaos.flow.kernels.constants import ORDER, PACKS, SLOTS, WIDTH
 from gearchaos.flow.kernels.measure import Measure
 
 CACHE_LINE, PAGE = 64, 4096
@@ -79,6 +79,9 @@ def _fixed_rows(d: int, law: str) -> dict[str, int]:
         "sigma": 1,  # contact state
         "next_sigma": 1,  # contact state after the segment
         "end_fraction": 1,  # fraction of the segment at the contact switch, or 1
+        # of the search for it: bound of |d³z/ds³|, s so far, the last touch, the distance of its probe, the next window,
+        "third": 1, "searched": 1, "touch": 1, "probe": 1, "window_limit": 1,
+        "moved": 1, "slope": 1, "second": 1,  # z(s) - z(0) and its first two derivatives
         "amplitudes": 2,  # amplitudes of a cosine and a sine, for the step tables
     }
 
@@ -310,7 +313,7 @@ class Slots(NamedTuple):
 class Workspace(NamedTuple):
     """Memory for the Taylor polynomials of one pack of lanes, and lists of lanes."""
 
-    rows: np.ndarray  # (rows * WIDTH,), see `Rows`
+    rows: np.ndarray  # (PACKS * rows * WIDTH,), see `Rows`
     listed: np.ndarray  # ((SLOTS + 1) * WIDTH,) indices of the lanes to be resolved
     suspects: np.ndarray  # (SLOTS,) suspects of each slot, one bit for each lane
     measures: np.ndarray  # (len(Measure) * WIDTH,) measures of the lanes of the pack
@@ -319,14 +322,14 @@ class Workspace(NamedTuple):
 
 
 def new_workspace(total: int) -> Workspace:
-    """A workspace with this number of rows.
+    """A workspace with this number of rows for each of `PACKS` packs.
 
     They start at a page of memory (4096 bytes). With addresses modulo 4096 of 0x600 to 0x9c0, like those of the
     most used part of the stack in worker threads, computations with d = 2 took 6 to 8 % longer. The likely cause is 4K
     aliasing: a load waits for an earlier store whose address has the same low 12 bits.
     """
     return Workspace(
-        aligned(total * WIDTH, to=PAGE), np.zeros((SLOTS + 1) * WIDTH, np.int64),
+        aligned(PACKS * total * WIDTH, to=PAGE), np.zeros((SLOTS + 1) * WIDTH, np.int64),
         np.zeros(SLOTS, np.int64), aligned(_MEASURES * WIDTH), np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64),
     )
 

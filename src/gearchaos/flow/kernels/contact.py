@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from gearchaos.flow.kernels.arrays import damps_in_contact, position_of, releases, rows, rows_per_slot, slot_of
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, ORDER, WIDTH
+from gearchaos.flow.kernels.constants import CHATTER, MAX_SWITCHES, ORDER, PACKS, WIDTH
 from gearchaos.flow.kernels.measures import gather_measures, measure_segment, output_series, scatter_measures
 from gearchaos.flow.kernels.simd import (
     any_true,
@@ -276,59 +276,108 @@ def _find_exits_with_force(dims, harmonics, ws):
 
 
 @subroutine
-def find_exits(dims, harmonics, ws):
-    """Find the *exit* of each lane: the first contact switch in the rest of the step, at a root of its gap.
-
-    Writes s at the exit, or 1 if the lane stays in its contact state, to row ``end_fraction``, and the contact state
-    after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end).
+def begin_search(dims, harmonics, ws):
+    """Begin the search for the *exit* of each lane: the first contact switch in the rest of the step, at a root of its
+    gap.
 
     A start on a boundary and a grazing contact are neither missed nor counted twice: whether a touch at vanishing speed
     is a crossing is decided by the sign of the gap a little later. From a touch on, increments are limited to windows
     proportional to the distance from it: where the gap grows like the cube of that distance, increments from a bound
     for the whole rest of the segment would only be proportional to its square.
     """
-    if releases(dims):
-        _find_exits_with_force(dims, harmonics, ws)
-        return
+    d, far = len(dims), broadcast(_BEYOND_END)
+    at = rows(dims)
+    store(ws, at.third, _third_derivative_bound(ws, at.state, d))
+    store(ws, at.searched, select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), far))  # not if no time is left
+    store(ws, at.end_fraction, far)
+    store(ws, at.next_sigma, load(ws, at.sigma))
+    store(ws, at.touch, broadcast(-_BEYOND_END))
+    store(ws, at.probe, broadcast(_PROBE))
+    store(ws, at.window_limit, far)
+    store(ws, at.moved, broadcast(0.0))
+    store(ws, at.slope, load(ws, at.state + d))
+    store(ws, at.second, broadcast(2.0) * load(ws, at.state + 2 * d))
+
+
+@subroutine
+def continue_search(dims, ws):
+    """Advance the search by one increment; returns whether it goes on in any lane."""
     d = len(dims)
     at = rows(dims)
-    sigma, third = load(ws, at.sigma), _third_derivative_bound(ws, at.state, d)
+    sigma, third, s = load(ws, at.sigma), load(ws, at.third), load(ws, at.searched)
+    touch, probe, slope = load(ws, at.touch), load(ws, at.probe), load(ws, at.slope)
     above0, below0 = _gaps(load(ws, at.state), sigma)
     up, down = _signs(sigma)
-    exit_at, next_sigma, touch, probe = broadcast(_BEYOND_END), sigma, broadcast(-_BEYOND_END), broadcast(_PROBE)
-    s = select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), broadcast(_BEYOND_END))  # not if no time is left
-    searching, window_limit = s <= broadcast(1.0), broadcast(_BEYOND_END)
-    moved, slope, second = broadcast(0.0), load(ws, at.state + d), broadcast(2.0) * load(ws, at.state + 2 * d)
+    moved, searching = load(ws, at.moved), s <= broadcast(1.0)
+    above, below = vfma(up, moved, above0), vfma(down, moved, below0)
+    window = smaller(load(ws, at.window_limit), _window_after(touch, s))
+    ahead = smaller(window, broadcast(1.0) - s)
+    change = third * ahead
+    increment, beyond = _next_increment(above, below, slope, load(ws, at.second), change, ahead, sigma)
+    speed = vabs(slope)
+    error = change * increment * increment
+    exact = error <= broadcast(_EXACT) * speed
+    leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
+    near = (increment < broadcast(_PROBE)) & (smaller(above, below) <= broadcast(_EXACT))
+    touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
+    root = s + increment
+    store(ws, at.window_limit, _next_window(error, speed, increment, ahead))
+    increment = smaller(increment, window)
+    if any_true(touching):
+        through = touching & _crosses(ws, at.state, d, s + probe, above0, below0, sigma, beyond)
+        leaving, root = leaving | through, select(through, s, root)
+        increment = select(touching, probe, increment)
+        store(ws, at.touch, select(touching, s, touch))
+        store(ws, at.probe, select(touching, probe + probe, probe))
+    store(ws, at.end_fraction, select(leaving, root, load(ws, at.end_fraction)))
+    store(ws, at.next_sigma, select(leaving, beyond, load(ws, at.next_sigma)))
+    ahead = s + increment  # of lanes that leave, too: so the polynomials need not wait for which these are
+    s = select(searching, select(leaving, broadcast(_BEYOND_END), ahead), s)
+    store(ws, at.searched, s)
+    if not any_true(s <= broadcast(1.0)):
+        return False
+    moved, slope, second = _displacement(ws, at.state, d, ahead)
+    store(ws, at.moved, moved)
+    store(ws, at.slope, slope)
+    store(ws, at.second, second)
+    return True
+
+
+@subroutine
+def end_search(dims, ws):
+    """Write s at the exit, or 1 if the lane stays in its contact state, to row ``end_fraction``, and the contact state
+    after it to row ``next_sigma`` (`SEARCH_FAILED` if the search does not end)."""
+    at, one, exit_at = rows(dims), broadcast(1.0), load(ws, rows(dims).end_fraction)
+    failed = load(ws, at.searched) <= one
+    store(ws, at.next_sigma, select(failed, broadcast(SEARCH_FAILED), load(ws, at.next_sigma)))
+    store(ws, at.end_fraction, select(exit_at > one, one, exit_at))
+
+
+@inlined
+def find_exits(dims, harmonics, ws, size, packs):
+    """Find the exits of those of `PACKS` packs whose bits are set in ``packs``, with workspaces of ``size`` floats one
+    after the other in ``ws``.
+
+    All packs make one increment after the other: a processor works on several at a time, since none waits for another.
+    """
+    if releases(dims):
+        for p in range(PACKS):
+            if packs >> p & 1:
+                _find_exits_with_force(dims, harmonics, ws[p * size : (p + 1) * size])
+        return
+    for p in range(PACKS):
+        if packs >> p & 1:
+            begin_search(dims, harmonics, ws[p * size : (p + 1) * size])
+    searching = packs
     for _ in range(_MAX_INCREMENTS):
-        above, below = vfma(up, moved, above0), vfma(down, moved, below0)
-        window = smaller(window_limit, _window_after(touch, s))
-        ahead = smaller(window, broadcast(1.0) - s)
-        change = third * ahead
-        increment, beyond = _next_increment(above, below, slope, second, change, ahead, sigma)
-        speed = vabs(slope)
-        error = change * increment * increment
-        exact = error <= broadcast(_EXACT) * speed
-        leaving = searching & (broadcast(_GRAZING_SPEED) < speed) & exact & (increment <= ahead)
-        near = (increment < broadcast(_PROBE)) & (smaller(above, below) <= broadcast(_EXACT))
-        touching = searching & (speed <= broadcast(_GRAZING_SPEED)) & ((increment <= broadcast(_EXACT)) | near)
-        root = s + increment
-        window_limit = _next_window(error, speed, increment, ahead)
-        increment = smaller(increment, window)
-        if any_true(touching):
-            through = touching & _crosses(ws, at.state, d, s + probe, above0, below0, sigma, beyond)
-            leaving, root = leaving | through, select(through, s, root)
-            increment = select(touching, probe, increment)
-            touch, probe = select(touching, s, touch), select(touching, probe + probe, probe)
-        exit_at, next_sigma = select(leaving, root, exit_at), select(leaving, beyond, next_sigma)
-        ahead = s + increment  # of lanes that leave, too: so the polynomials need not wait for which these are
-        s = select(searching, select(leaving, broadcast(_BEYOND_END), ahead), s)
-        searching = s <= broadcast(1.0)
-        if not any_true(searching):
+        for p in range(PACKS):
+            if searching >> p & 1 and not continue_search(dims, ws[p * size : (p + 1) * size]):
+                searching -= 1 << p
+        if searching == 0:
             break
-        moved, slope, second = _displacement(ws, at.state, d, ahead)
-    next_sigma = select(s <= broadcast(1.0), broadcast(SEARCH_FAILED), next_sigma)
-    store(ws, at.end_fraction, select(exit_at > broadcast(1.0), broadcast(1.0), exit_at))
-    store(ws, at.next_sigma, next_sigma)
+    for p in range(PACKS):
+        if packs >> p & 1:
+            end_search(dims, ws[p * size : (p + 1) * size])
 
 
 @subroutine
@@ -461,20 +510,45 @@ def _mark_failed_searches(dims, lanes, listed, count, ws):
 
 
 @inlined
-def _run_segment(dims, points, lanes, listed, count, work, parity, first, measuring):
-    """Advance the pack from the start rows to the next switch or the end of the step, into the start rows; ``parity``
-    is that of the tick, and ``first`` says that this is the first segment of the step."""
-    ws, at, harmonics = work.rows, rows(dims), points.harmonics
-    excitation_series(dims, harmonics, ws)
-    state_series(dims, ws, True, harmonics.stiffness > 0)
-    find_exits(dims, harmonics, ws)
+def _run_segments(dims, points, lanes, work, first, total, packs, parity, begun, measuring):
+    """Advance packs from their start rows to the next switch or the end of the step, into the start rows; ``parity``
+    is that of the tick, and ``begun`` says that this is not the first segment of the step.
+
+    Returns the packs, one bit each, in which any lane switches. What each of them waits for in one stage is computed
+    while another one is.
+    """
+    harmonics, size = points.harmonics, points.harmonics.rows.total * WIDTH
+    for p in range(PACKS):
+        if packs >> p & 1:
+            excitation_series(dims, harmonics, work.rows[p * size : (p + 1) * size])
+    for p in range(PACKS):
+        if packs >> p & 1:
+            state_series(dims, work.rows[p * size : (p + 1) * size], True, harmonics.stiffness > 0)
+    find_exits(dims, harmonics, work.rows, size, packs)
+    switching = 0
+    for p in range(PACKS):
+        if packs >> p & 1:
+            listed = work.listed[first + p * WIDTH : first + (p + 1) * WIDTH]
+            count = min(WIDTH, total - first - p * WIDTH)
+            ws = work.rows[p * size : (p + 1) * size]
+            _end_segment(dims, harmonics, lanes, listed, count, ws, work.measures, parity, begun, measuring)
+            _mark_failed_searches(dims, lanes, listed, count, ws)
+            if switch_contact(dims, harmonics, ws):
+                switching += 1 << p
+    return switching
+
+
+@inlined
+def _end_segment(dims, harmonics, lanes, listed, count, ws, measures, parity, begun, measuring):
+    """Measure the segment, and advance the state and the tangent vectors of a pack to its end."""
+    at = rows(dims)
     if measuring:
         output_series(dims, harmonics, ws)
-        measure_segment(dims, ws, work.measures, 0)
+        measure_segment(dims, ws, measures, 0)
     end_state(dims, ws)
     if lanes.tangents.shape[2] > 0:
         after, length = 1 - parity, rows_per_slot(lanes)
-        before = parity if first else after
+        before = after if begun else parity
         _scatter(dims, lanes.vectors, length, after * len(dims), listed, count, ws, at.end)
         _advance_tangents(dims, lanes.tangents, before, after, listed, count, ws, harmonics.stiffness > 0)
         _gather(dims, lanes.vectors, length, after * len(dims), listed, count, ws)
@@ -484,9 +558,9 @@ def _run_segment(dims, points, lanes, listed, count, work, parity, first, measur
 
 
 @inlined
-def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring):
-    """Fill the workspace with the states and parameters of the listed lanes at the start of the step."""
-    ws, at, parity = work.rows, rows(dims), tick & 1
+def _begin_step(dims, points, slots, lanes, listed, count, work, ws, tick, measuring):
+    """Fill a workspace with the states and parameters of the listed lanes at the start of the step."""
+    at, parity = rows(dims), tick & 1
     for l in range(WIDTH):
         lane = load_scalar(listed, l if l < count else 0)
         work.points[l] = load_scalar(lanes.point, lane)
@@ -501,18 +575,11 @@ def _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring
 
 
 @inlined
-def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuring):
-    """Advance up to `WIDTH` listed lanes over one step."""
-    ws, at, parity = work.rows, rows(dims), tick & 1
-    _begin_step(dims, points, slots, lanes, listed, count, work, tick, measuring)
-    switching, segments = True, 0
-    while switching and segments < MAX_SWITCHES:
-        _run_segment(dims, points, lanes, listed, count, work, parity, segments == 0, measuring)
-        _mark_failed_searches(dims, lanes, listed, count, ws)
-        switching = switch_contact(dims, points.harmonics, ws)
-        segments += 1
-    length = rows_per_slot(lanes)
-    _scatter(dims, lanes.vectors, length, (1 - parity) * len(dims), listed, count, ws, at.start)
+def _end_step(dims, lanes, listed, count, work, ws, parity, switching, measuring):
+    """Store the states of the listed lanes at the end of the step; those still ``switching`` get the status
+    `CHATTER`."""
+    at = rows(dims)
+    _scatter(dims, lanes.vectors, rows_per_slot(lanes), (1 - parity) * len(dims), listed, count, ws, at.start)
     for l in range(count):
         lanes.sigma[listed[l]] = ws[at.sigma * WIDTH + l]
         if switching and ws[at.duration * WIDTH + l] > 0.0:
@@ -523,7 +590,20 @@ def _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuri
 
 @inlined
 def resolve(dims, points, slots, lanes, work, total, tick, measuring):
-    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it."""
-    for first in range(0, total, WIDTH):
-        count, listed = min(WIDTH, total - first), work.listed[first : first + WIDTH]
-        _resolve_pack(dims, points, slots, lanes, listed, count, work, tick, measuring)
+    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it, up to
+    `PACKS` packs side by side, or one where its measures are kept."""
+    size, side_by_side = points.harmonics.rows.total * WIDTH, 1 if measuring else PACKS
+    for first in range(0, total, side_by_side * WIDTH):
+        count = min(side_by_side, (total - first + WIDTH - 1) // WIDTH)
+        for p in range(count):
+            start, ws = first + p * WIDTH, work.rows[p * size : (p + 1) * size]
+            listed = work.listed[start : start + WIDTH]
+            _begin_step(dims, points, slots, lanes, listed, min(WIDTH, total - start), work, ws, tick, measuring)
+        switching, segments = (1 << count) - 1, 0
+        while switching > 0 and segments < MAX_SWITCHES:
+            switching = _run_segments(dims, points, lanes, work, first, total, switching, tick & 1, segments > 0, measuring)
+            segments += 1
+        for p in range(count):
+            start, ws = first + p * WIDTH, work.rows[p * size : (p + 1) * size]
+            listed, left = work.listed[start : start + WIDTH], switching >> p & 1 == 1
+            _end_step(dims, lanes, listed, min(WIDTH, total - start), work, ws, tick & 1, left, measuring)

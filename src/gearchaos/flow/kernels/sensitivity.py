@@ -182,7 +182,7 @@ def _run_segment(dims, harmonics, call, lanes, count, work, row, segment):
     _load_vector(dims, ws, row, 0)
     excitation_series(dims, harmonics, ws)
     state_series(dims, ws, True, harmonics.stiffness > 0)
-    find_exits(dims, harmonics, ws)
+    find_exits(dims, harmonics, ws, len(ws), 1)
     for i in range((ORDER + 1) * d):
         store(ws, row.motion + i, load(ws, at.state + i))
     record_extrema(dims, ws, row, call, lanes, count, segment)
