@@ -73,6 +73,25 @@ def test_a_run_does_not_depend_on_whose_slots_it_shares(case):
             np.testing.assert_array_equal(mine, its, err_msg=field.name)
 
 
+@pytest.mark.parametrize("law", ["always", "contact", "unilateral"])
+def test_suspects_that_are_resolved_side_by_side_share_nothing(law):
+    """All lanes in one grid and near a boundary at once, so that several packs of suspects are resolved in a tick."""
+    values = {n: v[:60] for n, v in random_points(60, {"omega": (0.9, 0.92)}).items()}
+    batch, rng = vary(gc.MeshModel.of(damping_law=law, zeta=0.05), values), np.random.default_rng(8)
+    flow = ExactFlow(system := switched_system(batch))
+    w = initial_state(batch, system).T + rng.normal(0.0, 0.3, (system.dimension, 60))
+    frame = np.repeat(np.eye(system.dimension)[:, :, None], 60, axis=2)
+    for tangent in (None, frame):
+        whole = flow.advance(w, 12, tangent=tangent)
+        assert np.ptp(whole.w[0]) > 0.1
+        for i in range(60):
+            alone = flow.advance(
+                w[:, [i]], 12, points=np.array([i]), tangent=None if tangent is None else frame[..., [i]]
+            )
+            np.testing.assert_array_equal(whole.w[:, i], alone.w[:, 0])
+            np.testing.assert_array_equal(whole.tangent[..., i], alone.tangent[..., 0])
+
+
 def test_a_map_does_not_depend_on_its_tiles_threads_and_neighbours(monkeypatch):
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 24), gc.Axis("eps1", 0.0, 0.3, 10)
     whole = gc.zones(model, x, y, settings=SHORT)

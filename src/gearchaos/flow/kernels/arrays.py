@@ -79,7 +79,7 @@ def _fixed_rows(d: int, law: str) -> dict[str, int]:
         "sigma": 1,  # contact state
         "next_sigma": 1,  # contact state after the segment
         "end_fraction": 1,  # fraction of the segment at the contact switch, or 1
-        # of the search for it: bound of |d³z/ds³|, s so far, the last touch, the distance of its probe, the next window,
+        # of the search for it: bound of |d³z/ds³|, s so far, the last touch, its probe's distance, the next window,
         "third": 1, "searched": 1, "touch": 1, "probe": 1, "window_limit": 1,
         "moved": 1, "slope": 1, "second": 1,  # z(s) - z(0) and its first two derivatives
         "amplitudes": 2,  # amplitudes of a cosine and a sine, for the step tables

@@ -276,7 +276,7 @@ def _find_exits_with_force(dims, harmonics, ws):
 
 
 @subroutine
-def begin_search(dims, harmonics, ws):
+def begin_search(dims, ws):
     """Begin the search for the *exit* of each lane: the first contact switch in the rest of the step, at a root of its
     gap.
 
@@ -288,7 +288,8 @@ def begin_search(dims, harmonics, ws):
     d, far = len(dims), broadcast(_BEYOND_END)
     at = rows(dims)
     store(ws, at.third, _third_derivative_bound(ws, at.state, d))
-    store(ws, at.searched, select(broadcast(0.0) < load(ws, at.duration), broadcast(0.0), far))  # not if no time is left
+    time_left = broadcast(0.0) < load(ws, at.duration)
+    store(ws, at.searched, select(time_left, broadcast(0.0), far))
     store(ws, at.end_fraction, far)
     store(ws, at.next_sigma, load(ws, at.sigma))
     store(ws, at.touch, broadcast(-_BEYOND_END))
@@ -355,10 +356,11 @@ def end_search(dims, ws):
 
 @inlined
 def find_exits(dims, harmonics, ws, size, packs):
-    """Find the exits of those of `PACKS` packs whose bits are set in ``packs``, with workspaces of ``size`` floats one
-    after the other in ``ws``.
+    """Find the exits of those of `PACKS` packs whose bits are set in ``packs``; each has its ``size``
+    floats of ``ws``.
 
-    All packs make one increment after the other: a processor works on several at a time, since none waits for another.
+    An increment waits for its roots and divisions. So the packs make theirs in turn, and the processor works on one
+    while another waits.
     """
     if releases(dims):
         for p in range(PACKS):
@@ -367,7 +369,7 @@ def find_exits(dims, harmonics, ws, size, packs):
         return
     for p in range(PACKS):
         if packs >> p & 1:
-            begin_search(dims, harmonics, ws[p * size : (p + 1) * size])
+            begin_search(dims, ws[p * size : (p + 1) * size])
     searching = packs
     for _ in range(_MAX_INCREMENTS):
         for p in range(PACKS):
@@ -511,13 +513,13 @@ def _mark_failed_searches(dims, lanes, listed, count, ws):
 
 @inlined
 def _run_segments(dims, points, lanes, work, first, total, packs, parity, begun, measuring):
-    """Advance packs from their start rows to the next switch or the end of the step, into the start rows; ``parity``
-    is that of the tick, and ``begun`` says that this is not the first segment of the step.
+    """Advance the ``packs``, one bit each, from their start rows to the next switch or the end of the step, into the
+    start rows; returns those in which any lane switches.
 
-    Returns the packs, one bit each, in which any lane switches. What each of them waits for in one stage is computed
-    while another one is.
+    Their lanes are listed from ``first`` on, up to ``total``. ``parity`` is that of the tick, and ``begun`` says that
+    this is not the first segment of the step. Stages are computed for one pack after the other, as in `find_exits`.
     """
-    harmonics, size = points.harmonics, points.harmonics.rows.total * WIDTH
+    harmonics, size, switching = points.harmonics, points.harmonics.rows.total * WIDTH, 0
     for p in range(PACKS):
         if packs >> p & 1:
             excitation_series(dims, harmonics, work.rows[p * size : (p + 1) * size])
@@ -525,12 +527,10 @@ def _run_segments(dims, points, lanes, work, first, total, packs, parity, begun,
         if packs >> p & 1:
             state_series(dims, work.rows[p * size : (p + 1) * size], True, harmonics.stiffness > 0)
     find_exits(dims, harmonics, work.rows, size, packs)
-    switching = 0
     for p in range(PACKS):
         if packs >> p & 1:
-            listed = work.listed[first + p * WIDTH : first + (p + 1) * WIDTH]
-            count = min(WIDTH, total - first - p * WIDTH)
-            ws = work.rows[p * size : (p + 1) * size]
+            start, ws = first + p * WIDTH, work.rows[p * size : (p + 1) * size]
+            listed, count = work.listed[start : start + WIDTH], min(WIDTH, total - start)
             _end_segment(dims, harmonics, lanes, listed, count, ws, work.measures, parity, begun, measuring)
             _mark_failed_searches(dims, lanes, listed, count, ws)
             if switch_contact(dims, harmonics, ws):
@@ -590,20 +590,20 @@ def _end_step(dims, lanes, listed, count, work, ws, parity, switching, measuring
 
 @inlined
 def resolve(dims, points, slots, lanes, work, total, tick, measuring):
-    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it, up to
-    `PACKS` packs side by side, or one where its measures are kept."""
-    size, side_by_side = points.harmonics.rows.total * WIDTH, 1 if measuring else PACKS
-    for first in range(0, total, side_by_side * WIDTH):
-        count = min(side_by_side, (total - first + WIDTH - 1) // WIDTH)
-        for p in range(count):
-            start, ws = first + p * WIDTH, work.rows[p * size : (p + 1) * size]
-            listed = work.listed[start : start + WIDTH]
+    """Advance the first ``total`` lanes of ``work.listed`` over one step, with all contact switches in it:
+    `PACKS` packs side by side, or one while it is measured, since the workspace has the measures of one."""
+    size, parity, beside = points.harmonics.rows.total * WIDTH, tick & 1, 1 if measuring else PACKS
+    for first in range(0, total, beside * WIDTH):
+        last = min(first + beside * WIDTH, total)
+        for start in range(first, last, WIDTH):
+            p, listed = (start - first) // WIDTH, work.listed[start : start + WIDTH]
+            ws = work.rows[p * size : (p + 1) * size]
             _begin_step(dims, points, slots, lanes, listed, min(WIDTH, total - start), work, ws, tick, measuring)
-        switching, segments = (1 << count) - 1, 0
-        while switching > 0 and segments < MAX_SWITCHES:
-            switching = _run_segments(dims, points, lanes, work, first, total, switching, tick & 1, segments > 0, measuring)
+        packs, segments = (1 << (last - first + WIDTH - 1) // WIDTH) - 1, 0
+        while packs > 0 and segments < MAX_SWITCHES:
+            packs = _run_segments(dims, points, lanes, work, first, total, packs, parity, segments > 0, measuring)
             segments += 1
-        for p in range(count):
-            start, ws = first + p * WIDTH, work.rows[p * size : (p + 1) * size]
-            listed, left = work.listed[start : start + WIDTH], switching >> p & 1 == 1
-            _end_step(dims, lanes, listed, min(WIDTH, total - start), work, ws, tick & 1, left, measuring)
+        for start in range(first, last, WIDTH):
+            p, listed = (start - first) // WIDTH, work.listed[start : start + WIDTH]
+            ws, count = work.rows[p * size : (p + 1) * size], min(WIDTH, total - start)
+            _end_step(dims, lanes, listed, count, work, ws, parity, packs >> p & 1 == 1, measuring)
