@@ -1,6 +1,7 @@
 """Response times of the explorer, measured in a headless browser, and its memory over time.
 
     python benchmarks/explorer.py                 click to motion, slider to portrait, maps
+    python benchmarks/explorer.py --steps         at rest: click to each stage of the answer, slider to each map
     python benchmarks/explorer.py --minutes 30    random clicks and drags, with the memory of the server
 
 Times are measured in the page, from the event to the end of the first frame after the answer is in the document and all
@@ -20,7 +21,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import count
+from itertools import count, pairwise
 
 import psutil
 from playwright.sync_api import Page, TimeoutError, sync_playwright
@@ -55,10 +56,14 @@ def watch(page: Page, event: str, place: str, answer: str) -> None:
     ``place`` and ``answer`` are selectors: the answer is there when the HTML of the place has changed and an element
     matches ``answer``.
     """
-    script = _STOPWATCH
-    for name, value in (("EVENT", event), ("PLACE", place), ("ANSWER", answer)):
+    page.evaluate(_filled(_STOPWATCH, EVENT=event, PLACE=place, ANSWER=answer))
+
+
+def _filled(script: str, **values: str) -> str:
+    """A script with strings in the place of names."""
+    for name, value in values.items():
         script = script.replace(name, json.dumps(value))
-    page.evaluate(script)
+    return script
 
 
 @contextmanager
@@ -99,6 +104,84 @@ def inside(page: Page) -> dict[str, float]:
     """A rectangle on the screen inside the frame of the map."""
     box = page.locator("#map-figure").bounding_box()
     return {"left": box["x"] + 75, "top": box["y"] + 45, "width": box["width"] - 125, "height": box["height"] - 105}
+
+
+_LOG = """
+window.stages = []
+{
+  const place = document.querySelector(PLACE)
+  let began = null
+  document.addEventListener(EVENT, () => { began = performance.now() }, {capture: true, once: true})
+  window.watching?.disconnect()
+  window.watching = new MutationObserver(() => {
+    if (began === null) return
+    const {...seen} = (place.querySelector(ANSWER) ?? place).dataset
+    requestAnimationFrame(() => setTimeout(() => window.stages.push([performance.now() - began, seen])))
+  })
+  window.watching.observe(place, {childList: true, subtree: true})
+}
+0
+"""
+"""Appends to ``window.stages`` the milliseconds from an event to each answer's frame, and the data of the answer."""
+
+
+def stages_of_clicks(chromium, url: str, kind: str, count: int) -> dict[str, list[dict[str, float]]]:
+    """Milliseconds from clicks at rest to the stages of their answers, ``count`` regular and chaotic motions or more.
+
+    ``verdict`` is the first verdict in words, ``panels`` all figures of the motion, ``final`` the final verdict.
+    """
+    page, chance = opened(chromium, f"{url}?{KINDS[kind]}&{MAP}"), random.Random(3)
+    page.wait_for_timeout(3000)
+    frame, out = inside(page), {"regular": [], "chaotic": []}
+    while min(map(len, out.values())) < count:
+        _wait_for_rest(page, True)
+        page.evaluate(_filled(_LOG, PLACE="#verdict", EVENT="pointerdown", ANSWER=".verdict"))
+        page.mouse.click(frame["left"] + chance.random() * frame["width"],
+                         frame["top"] + chance.random() * frame["height"])
+        page.wait_for_function("stages.some(([_, seen]) => seen.final === '1' && seen.stage === 'complete')")
+        stages = page.evaluate("stages")
+        first = {name: next(ms for ms, seen in stages if holds(seen)) for name, holds in _STAGES.items()}
+        out["chaotic" if stages[-1][1]["label"] == "chaotic" else "regular"].append(first)
+    page.close()
+    return out
+
+
+_STAGES = {
+    "verdict": lambda seen: True, "panels": lambda seen: seen["stage"] != "verdict" or seen["label"] == "diverged",
+    "final": lambda seen: seen["final"] == "1" and seen["stage"] == "complete",
+}
+
+
+def map_steps(chromium, url: str, count: int) -> dict[str, object]:
+    """Milliseconds from a move of the slider of the damping to the maps that follow, and between them."""
+    page = opened(chromium, f"{url}?{KINDS['torsional']}&{MAP}&at=1.0,0.2")
+    slider, first, gaps = page.locator(".field-zeta input[type=range]"), [], {}
+    for i in range(count):
+        page.wait_for_timeout(1000)
+        _wait_for_rest(page, True)
+        page.evaluate(_filled(_LOG, PLACE="#legend", EVENT="input", ANSWER="[data-stride]"))
+        box = slider.bounding_box()
+        page.mouse.click(box["x"] + box["width"] * (0.1 + 0.5 * (0.382 * i % 1)), box["y"] + box["height"] / 2)
+        page.wait_for_function("stages.some(([_, seen]) => seen.share === '1.0000')", timeout=120_000)
+        stages = page.evaluate("stages")
+        first.append(stages[0][0])
+        for (before, _), (after, seen) in pairwise(stages):
+            gaps.setdefault(f"to stride {seen['stride']}", []).append(after - before)
+    page.close()
+    spread = {name: {**_spread(found), "steps per move": len(found) / count} for name, found in gaps.items()}
+    return {"first map": _spread(first), **spread}
+
+
+def steps(count: int) -> Iterator[tuple[str, object]]:
+    """The stages of answers at rest: name and statistics."""
+    with served() as (url, _), browser() as chromium:
+        opened(chromium, url).close()
+        for kind in KINDS:
+            for motions, found in stages_of_clicks(chromium, url, kind, count).items():
+                for stage in _STAGES:
+                    yield (f"click to {stage}, {kind}, {motions}, ms",
+                           {**_spread([each[stage] for each in found]), "points": len(found)})
+        yield "slider to maps, ms", map_steps(chromium, url, max(3, count // 5))
 
 
 def _wait_for_rest(page: Page, rest: bool) -> None:
@@ -294,11 +377,13 @@ def _spread(found: list[float]) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, help="instead, act at random for this time")
+    parser.add_argument("--steps", action="store_true", help="instead, the stages of answers at rest")
     parser.add_argument("--count", type=int, default=20, help="clicks and slider moves")
     parser.add_argument("--timeout", type=float, default=60, help="for each stage of a map, s")
     chosen = parser.parse_args()
     list(warmup())
-    for name, found in endurance(chosen.minutes) if chosen.minutes else measure(chosen.count, chosen.timeout):
+    answers = steps(chosen.count) if chosen.steps else measure(chosen.count, chosen.timeout)
+    for name, found in endurance(chosen.minutes) if chosen.minutes else answers:
         print(f"{name}: {json.dumps(found)}", flush=True)
 
 

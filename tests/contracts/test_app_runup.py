@@ -7,6 +7,7 @@ import re
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -210,6 +211,21 @@ def test_a_force_that_does_not_vary_is_shown_without_sound():
     assert _wav(constant) == b""
 
 
+@pytest.mark.parametrize("late", [lambda job: job.show(RunUpResult(VIEW, b"")), lambda job: job.end(None)])
+def test_what_comes_from_a_stopped_run_does_not_touch_the_one_begun_after_it(late):
+    page = Computed(VIEW)
+    page.computations.ask_run_up()
+    stopped = page.branches.jobs["run-up"]
+    page.computations.ask_run_up()
+    page.computations.ask_run_up()
+    cleared = len(page.display.shown["clear_run_up"])
+    late(stopped)
+    assert page.computations.run_up is None and "show_run_up" not in page.display.shown
+    assert len(page.display.shown["clear_run_up"]) == cleared
+    page.computations.ask_run_up()  # stops the second, which is still being computed
+    assert len(page.display.shown["clear_run_up"]) == cleared + 1
+
+
 # --- sent and saved ------------------------------------------------------------------------------------------------
 
 
@@ -233,6 +249,24 @@ def test_the_browser_gets_lines_in_the_order_of_time_images_and_sound(found):
     assert len(signal) / rate == pytest.approx(1.6, abs=2 * 60 / (1000 * 50) + 1e-3)  # but for parts of a period
     image = run["images"][0]["image"][0]
     assert image.dtype == np.float32 and image.shape[1] == len(up) and image.shape[0] <= 151
+
+
+def test_a_run_is_played_after_its_figures_are_set_up(found):
+    page, later, seen = Page(FIRST, VIEW), [], []
+    page.messages.attach(SimpleNamespace(js_on_event=lambda *_: None, add_next_tick_callback=later.append),
+                         page.map.figure)
+    _, updates, _, run_up_source, requests = page.map.figure.tags
+    requests.data = {"action": ["ready"], "value": [None], "number": [1]}
+    updates.on_change("data", lambda _, __, data: seen.append(
+        ("axes", page.run.figure.x_range.id in data["models"][0])))
+    run_up_source.on_change("data", lambda _, __, data: seen.append(("run", bool(data["run"][0]))))
+    page.show_run_up(found[1])
+    for send in later:
+        send()
+    assert seen == [("axes", True), ("run", True)] and "Jumps" in updates.data["html"][0]["run-text"]
+    page.clear_run_up()
+    later[-1]()
+    assert seen[2:] == [("axes", False), ("run", False)] and updates.data["html"][0]["run-text"] == ""
 
 
 def test_jumps_are_dots_in_the_order_of_time_and_in_words(found):

@@ -75,7 +75,7 @@ class Computations:
     ) -> None:
         self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
         self._quick, self._slow, self._branches, self._curves = workers
-        self._pending: set[str] = set()
+        self._pending: dict[str, object] = {}  # the tasks, each with what tells its request from later ones
         self.map: Map | None = None  # the newest one
         self.point_motion: PointMotion | None = None  # the newest one
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
@@ -141,16 +141,25 @@ class Computations:
     def _ask(
         self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
     ) -> None:
-        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only."""
+        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only.
+
+        A result, or an end, that was on its way when the task was dropped or asked for again is ignored.
+        """
         def deliver(found: Any) -> None:
+            if self._pending.get(task) is not request:
+                return
             if not isinstance(found, xr.Dataset) or found:
                 show(found)
             self._show_busy()
 
-        self._pending.add(task)
+        def end(message: str | None) -> None:
+            if self._pending.get(task) is request:
+                self._ended(task, message)
+
+        self._pending[task] = request = object()
         self._show_busy()
         worker.submit(self._owner, task, Job(function, lambda found: self._call_soon(partial(deliver, found)),
-                                             lambda message: self._call_soon(partial(self._ended, task, message)),
+                                             lambda message: self._call_soon(partial(end, message)),
                                              delay, lambda: self._call_soon(partial(self._show_busy, compiling=True))))
 
     def _drop(self, worker: Worker, task: str) -> None:
@@ -160,7 +169,7 @@ class Computations:
 
     def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
-        self._pending.discard("final verdict")
+        self._pending.pop("final verdict", None)
         self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
 
     def _ask_map(self) -> None:
@@ -319,7 +328,7 @@ class Computations:
 
     def _ended(self, task: str, message: str | None) -> None:
         """The job of a task has ended, after its last result or with an error message."""
-        self._pending.discard(task)
+        self._pending.pop(task, None)
         self._show_busy()
         if message:
             self._display.show_message(f"{task}: {message}")

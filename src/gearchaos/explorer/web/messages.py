@@ -75,6 +75,7 @@ class Messages:
         self._html = dict.fromkeys(ELEMENTS, "")
         self._sent_html: dict[str, str] = {}
         self._values: dict[str, Any] = {}
+        self._new_run_up: dict[str, Any] | None = None
         self._document: Any = None
         self._page_ready = self._update_scheduled = False
 
@@ -112,8 +113,9 @@ class Messages:
         self._download.data = {"content": [""], "name": [""]}  # so that the document does not keep the content
 
     def set_run_up(self, run: dict[str, Any]) -> None:
-        """Set the run-up that the page plays, at once."""
-        self._run_up.data = {"run": [run], "number": [self._run_up.data["number"][0] + 1]}
+        """Set the run-up that the page plays once its figures are set up; an empty one ends the playing."""
+        self._new_run_up = run
+        self._schedule_update()
 
     def _schedule_update(self) -> None:
         if self._page_ready and not self._update_scheduled:
@@ -128,6 +130,9 @@ class Messages:
         self._sent_html.update(html)
         self._models, self._values, self._update_scheduled = {}, {}, False
         self._updates.data = update
+        if self._new_run_up is not None:
+            self._run_up.data = {"run": [self._new_run_up], "number": [number]}
+            self._new_run_up = None
 
     def _on_request(self, _: str, __: Any, data: dict[str, Any]) -> None:
         """Perform the action that the page's script asks for; malformed requests are ignored."""
