@@ -305,9 +305,10 @@ def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for: the usual number of random ones, and fewer."""
     drawn = [len(each) for each in found.motions.drawn.values()]
     usual = [number for number in drawn if number >= found.criteria.starts]
-    parts = [f"{' to '.join(map(str, sorted({min(each), max(each)})))} random states at {len(each)}"
+    parts = [(" to ".join(map(str, sorted({min(each), max(each)}))), len(each))
              for each in (usual, [number for number in drawn if number < found.criteria.starts]) if each]
-    return ", ".join([f"from rest, sweeps at {len(found.motions.speeds)} speeds", *parts])
+    words = [f"{number}{'' if i else ' random states'} at {speeds}" for i, (number, speeds) in enumerate(parts)]
+    return ", ".join([f"from rest, sweeps at {len(found.motions.speeds)} speeds", *words])
 
 
 def _dataset(found: _AtTorque) -> xr.Dataset:
