@@ -31,6 +31,7 @@ its speed; where none is known it is followed as long as the settings say."""
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
 _FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again where it does not repeat
+_NEXT_TO_END = 4  # speeds of a range to avoid, next to each of its ends, with as many random states as elsewhere
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
@@ -234,8 +235,8 @@ class FollowedMotions:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
-        motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
-        ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
+        motions to be avoided that do not repeat; next to a speed without a motion to be avoided they are no further
+        apart than the ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
         for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
         ``limit`` is that of the dynamic factor.
         """
@@ -243,32 +244,40 @@ class FollowedMotions:
         more = list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
-                free = not any(severity(m) for end in (low, high) for m in self.at[end])
+                free = not all(any(map(severity, self.at[end])) for end in (low, high))
                 more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else 1) + 1)[
                     1:-1].tolist()
         yield from self._add_random(more, severity, starts, (seed, 1))
         yield from self.refine(severity, limit)
-        yield from self._draw_in_ranges(severity, starts, (seed, 2))
+        yield from self._draw_in_ranges(severity, starts, seed)
         yield from self.refine(severity, limit)
 
     def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
         """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth of
         that where one does not repeat, which takes as long as a hundred others."""
-        drawn, left = 0, speeds
-        for repeats, number in enumerate([fewer(starts, 2), fewer(starts), starts]):
-            yield from self.add(left, number - drawn, (*seed, repeats))
-            left = [s for s in left if not any(severity(m) and (repeats or not m.period) for m in self.at[s])]
-            drawn = number
+        yield from self.add(speeds, fewer(starts, 2), (*seed, 0))
+        regular = self._regular(speeds, severity)
+        yield from self.add(regular, fewer(starts) - fewer(starts, 2), (*seed, 1))
+        free = [s for s in regular if not any(map(severity, self.at[s]))]
+        yield from self.add(free, starts - fewer(starts), (*seed, 2))
 
-    def _draw_in_ranges(self, severity: Severity, starts: int, seed: Seed) -> Search[None]:
-        """Add random states at speeds throughout each range to be avoided that has fewer than ``starts``, and than 64."""
-        chosen, least = list[float](), min(starts, _FEWER**2)
+    def _regular(self, speeds: Iterable[float], severity: Severity) -> list[float]:
+        """The speeds at which every known motion to be avoided repeats."""
+        return [s for s in speeds if all(m.period for m in self.at[s] if severity(m))]
+
+    def _draw_in_ranges(self, severity: Severity, starts: int, seed: int) -> Search[None]:
+        """Add random states to each range to be avoided: at speeds throughout one that has fewer than ``starts``, and
+        than 64, and as many as elsewhere at the speeds next to its ends, beyond which another motion may reach."""
+        chosen, ends, least = list[float](), set[float](), min(starts, _FEWER**2)
         for run in runs([max(map(severity, self.at[s])) for s in self.speeds]):
             inside = [self.speeds[i] for i in run]
-            few = sum(len(self.drawn.get(s, ())) for s in inside) < least
-            if few and any(map(severity, self.at[inside[0]])):
-                chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(inside[0], inside[-1], _FEWER)]
-        yield from self.add(chosen, fewer(least), seed)
+            if any(map(severity, self.at[inside[0]])):
+                if sum(len(self.drawn.get(s, ())) for s in inside) < least:
+                    chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(
+                        inside[0], inside[-1], _FEWER)]
+                ends.update(inside[:_NEXT_TO_END], inside[-_NEXT_TO_END:])
+        yield from self.add(chosen, fewer(least), (seed, 2))
+        yield from self.add(sorted(self._regular(ends, severity)), starts, (seed, 3))
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""

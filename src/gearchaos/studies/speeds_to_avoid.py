@@ -242,7 +242,7 @@ def speeds_to_avoid(
         them where a motion to avoid is known, and an eighth of that where one does not repeat, but in each range to
         avoid no fewer than 64 or all.
     spacing : float, optional
-        Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
+        Largest distance of these speeds next to one where no motion to avoid is known, as a share of the speed.
     seed : int, optional
         Of the random initial states.
     settings, progress, threads
@@ -303,10 +303,9 @@ def summarised(found: _AtTorque) -> SpeedsToAvoid:
 
 def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for: the usual number of random ones, and fewer."""
-    drawn = [len(each) for each in found.motions.drawn.values()]
-    usual = [number for number in drawn if number >= found.criteria.starts]
+    drawn = [min(len(each), found.criteria.starts) for each in found.motions.drawn.values()]
     parts = [(" to ".join(map(str, sorted({min(each), max(each)}))), len(each))
-             for each in (usual, [number for number in drawn if number < found.criteria.starts]) if each]
+             for each in ([n for n in drawn if (n < found.criteria.starts) == less] for less in (False, True)) if each]
     words = [f"{number}{'' if i else ' random states'} at {speeds}" for i, (number, speeds) in enumerate(parts)]
     return ", ".join([f"from rest, sweeps at {len(found.motions.speeds)} speeds", *words])
 
