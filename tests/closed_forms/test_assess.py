@@ -96,7 +96,7 @@ def test_the_share_of_random_states_is_that_of_a_basin_drawn_anew(found):
     assert 0 < states.fraction_lo < share < states.fraction_hi < 1 and states.fraction_lo < states.fraction
 
 
-def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be_avoided(found):
+def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be_avoided_up_to_64(found):
     narrow = gc.assess(SPUR, "520:640:3", 100.0, starts=16, spacing=0.02)  # has fewer in a range by itself
     for each in (*found.at, *narrow.at):
         counts, speeds = each.dataset.random_states.values, each.dataset.speed.values
@@ -228,7 +228,7 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
     ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
     ({"torque": "150,60"}, "torque must rise"),
     ({"torque": 0}, "torque must be finite and not 0"), ({"speed": "900"}, "speed must read"),
-    ({"speed": "900:800"}, "speed must run"), ({"spacing": 0.001}, "spacing must lie in"),
+    ({"speed": "900:800"}, "speed must run"), ({"spacing": 0.0009}, "spacing must lie in"),
     ({"starts": -1}, "starts must be"),
     ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be"), ({"torque": [100, float("nan")]}, "torque"),
     ({"speed": "1:30000:2"}, "speed must take at most 4000 speeds"),

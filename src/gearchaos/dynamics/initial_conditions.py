@@ -39,7 +39,7 @@ def checked_box(box: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     return out
 
 
-def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int) -> dict[str, np.ndarray]:
+def spread(box: Mapping[str, tuple[float, float]], starts: int, seed: int | tuple[int, ...]) -> dict[str, np.ndarray]:
     """``starts`` initial states in the box, from a scrambled Sobol sequence: by name of initial value, (starts,)."""
     from scipy.stats import qmc  # here, since scipy.stats takes a second to load
 

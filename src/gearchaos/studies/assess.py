@@ -18,11 +18,14 @@ from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_cost, search_torques, summarised
 
 SPEEDS = 40  # speeds of a range without a number: others are added between them
-_EFFORTS = ((STARTS, SPACING, 10_000), (32, 0.01, 10_000), (16, 0.025, 2000))
-"""Random initial states, the spacing of their speeds, and the periods after which a motion that still looks chaotic
-counts as such: the first of which there are not too many states, or the last."""
+_EFFORTS = (
+    (24.0, STARTS, SPACING, 10_000),
+    (96.0, 128, 0.01, 10_000),
+    (math.inf, 64, 0.025, 2000),
+)
+"""Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the periods
+after which a motion that still looks chaotic counts as such."""
 
-_MOST_STATES = 300_000  # random initial states of all torques
 _RANGE = "E.g. 500:6000, or with a number of first speeds 500:6000:120."
 _MOST_TORQUES, _MOST_TOLD = 1000, 3
 
@@ -179,10 +182,10 @@ def assess(
     axis = speed_range(speed)
     torques = _torques(torque)
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
-    usual = next((each for each in _EFFORTS if each[0] * width / each[1] <= _MOST_STATES), _EFFORTS[-1])
-    criteria = Criteria.checked(factor, True, usual[0] if starts is None else starts,
-                                usual[1] if spacing is None else spacing, seed,
-                                settings or Classification(longest_transient=usual[2]))
+    usual = next(each for each in _EFFORTS if width <= each[0])
+    criteria = Criteria.checked(factor, True, usual[1] if starts is None else starts,
+                                usual[2] if spacing is None else spacing, seed,
+                                settings or Classification(longest_transient=usual[3]))
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])

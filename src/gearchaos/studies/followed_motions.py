@@ -6,20 +6,23 @@ Other speeds are computed between those given, so that the edges of ranges to av
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
-from typing import Any, NamedTuple, TypeVar
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.execute import tiles
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
-from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
+from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
+from gearchaos.studies.known_orbits import reach
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -27,7 +30,8 @@ its speed; where none is known it is followed as long as the settings say."""
 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
-FEWER = 8  # as many times fewer random states where a motion to be avoided is known without them
+_FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again where it does not repeat
+_NEXT_TO_END = 4  # speeds of a range to avoid, next to each of its ends, with as many random states as elsewhere
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
 
@@ -62,15 +66,17 @@ class Motion:
 
 class Asked(NamedTuple):
     """Motions to be classified, from states w (d, L) at speeds (L,): ``brief`` ones for `_BRIEF` periods at most,
-    ``random`` ones from random states."""
+    ``random`` ones from random states. One that reaches an orbit ``known`` at its speed is that motion."""
 
     torque: float | None  # that of the model for None
     speed: np.ndarray
     w: np.ndarray
     brief: bool = False
     random: bool = False
+    known: Mapping[float, Sequence[Motion]] = MappingProxyType({})
 
 
+Seed = tuple[int, ...]  # of random states: that of the search, and which of its draws
 _T = TypeVar("_T")
 Search = Generator[Asked, list["Motion"], _T]
 """A search that asks for motions, is sent them classified, and returns a value at its end."""
@@ -114,11 +120,27 @@ def classified(
     values = {"speed": speed}
     if asked[0].torque is not None:
         values["torque"] = np.repeat([each.torque for each in asked], sizes)
+    known = [each.known.get(s, ()) for each in asked for s in each.speed.tolist()]
+    motions: list[Motion | None] = [None] * len(speed)
 
-    def initial_states(number: np.ndarray) -> Motions:
+    def started(number: np.ndarray) -> Motions:
         different, points = np.unique([v[number] for v in values.values()], axis=1, return_inverse=True)
         flow = initial_value_problems(model, dict(zip(values, different, strict=True)), names).flow
         return Motions(flow, w[:, number].copy(), points)
+
+    def follow(tile: slice) -> None:
+        number = near[tile]
+        followed = started(number)
+        at_point = [known[number[i]] for i in np.unique(followed.points, return_index=True)[1]]
+        for i, point, reached in zip(number, followed.points, reach(followed, at_point), strict=True):
+            motions[i] = at_point[point][reached] if reached >= 0 else None
+        w[:, number] = followed.w
+
+    order = np.lexsort(list(values.values())[::-1])
+    near = order[[any(m.period for m in known[i]) for i in order]]
+    for _ in tiles.run(follow, tiles.split(len(near), threads=threads), threads=threads):
+        pass
+    others = np.array([i for i in order if motions[i] is None], int)
 
     def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         periods = np.where(found.period > 0, found.period, settings.averaging_periods)
@@ -128,20 +150,26 @@ def classified(
             "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T, "meshes": found["mesh_contact"],
         }
 
-    order = np.lexsort(list(values.values())[::-1])
-    found: dict[str, Any] = classify_batch(
-        initial_states, collect, order, settings=settings, progress=progress, threads=threads)
-    columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
-    motions = [Motion(label, period, contact, factor, compression, centre, state, meshes)
-               for label, period, contact, factor, compression, *centre, state, meshes in zip(
-                   *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True)]
+    if len(others):
+        found: dict[str, Any] = classify_batch(
+            lambda number: started(others[number]), collect, np.arange(len(others)), settings=settings,
+            progress=progress, threads=threads)
+        columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
+        for i, label, period, contact, factor, compression, *centre, state, meshes in zip(
+                others, *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True):
+            motions[i] = Motion(label, period, contact, factor, compression, centre, state, meshes)
     ends = np.cumsum(sizes).tolist()
-    return [motions[end - size : end] for size, end in zip(sizes, ends, strict=True)]
+    return [cast("list[Motion]", motions[end - size : end]) for size, end in zip(sizes, ends, strict=True)]
 
 
 def brief_settings(settings: Classification) -> Classification:
     """The settings for motions of which a chaotic one is followed no longer than `_BRIEF` periods."""
     return replace(settings, longest_transient=min(_BRIEF, settings.longest_transient))
+
+
+def fewer(starts: int, times: int = 1) -> int:
+    """An eighth of the random states, or an eighth of that, but at least one."""
+    return -(-starts // _FEWER**times)
 
 
 def damping_ratio(model: MeshModel) -> float:
@@ -177,20 +205,20 @@ class FollowedMotions:
         self.at: dict[float, list[Motion]] = {}
         self.drawn: dict[float, list[Motion]] = {}
 
-    def add(self, speeds: Sequence[float], starts: int = 0, seed: int = 0) -> Search[None]:
+    def add(self, speeds: Sequence[float], starts: int = 0, seed: Seed = ()) -> Search[None]:
         """Add speeds, with the motions from the initial values of the model, and those from ``starts`` random states.
 
         Every motion is then followed to both neighbouring speeds, and those found there further, until none is new.
         """
         new = np.array(sorted(set(speeds) - set(self.speeds)))
         if len(new):
-            yield from self._add(new, initial_value_problems(self.model, {"speed": new}, self._names).w)
+            yield from self._add(new, initial_states(self.model, {"speed": new}, self._names))
             self.speeds = sorted(self.at)
         if starts and speeds:
             each = np.repeat(speeds, starts)
             base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
             values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
-            w = initial_value_problems(base, values, self._names).w
+            w = initial_states(base, values, self._names)
             for speed, motion in zip(each.tolist(), (yield from self._add(each, w, random=True)), strict=True):
                 self.drawn.setdefault(speed, []).append(motion)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
@@ -207,41 +235,49 @@ class FollowedMotions:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
-        motions to be avoided that do not repeat; where none is to be avoided they are no further apart than the
-        ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
+        motions to be avoided that do not repeat; next to a speed without a motion to be avoided they are no further
+        apart than the ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
         for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
-        Where a motion is to be avoided there are at last as many random states in a range as elsewhere at a speed;
         ``limit`` is that of the dynamic factor.
         """
-        yield from self._add_random(speeds, severity, starts, seed)
+        yield from self._add_random(speeds, severity, starts, (seed, 0))
         more = list[float]()
         for low, high in pairwise(self.speeds):
             if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
-                free = not any(severity(m) for end in (low, high) for m in self.at[end])
+                free = not all(any(map(severity, self.at[end])) for end in (low, high))
                 more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else 1) + 1)[
                     1:-1].tolist()
-        yield from self._add_random(more, severity, starts, seed + 1)
+        yield from self._add_random(more, severity, starts, (seed, 1))
         yield from self.refine(severity, limit)
-        yield from self._draw_in_ranges(severity, starts, seed + 2)
+        yield from self._draw_in_ranges(severity, starts, seed)
         yield from self.refine(severity, limit)
 
-    def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: int) -> Search[None]:
-        """Add speeds with random states; where a motion to be avoided is known without them, with an eighth of them."""
-        yield from self.add(speeds)
-        avoided = [s for s in speeds if any(map(severity, self.at[s]))]
-        free = sorted(set(speeds) - set(avoided))
-        yield from self.add(free, starts, seed)
-        yield from self.add(avoided, -(-starts // FEWER), seed)
+    def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
+        """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth of
+        that where one does not repeat, which takes as long as a hundred others."""
+        yield from self.add(speeds, fewer(starts, 2), (*seed, 0))
+        regular = self._regular(speeds, severity)
+        yield from self.add(regular, fewer(starts) - fewer(starts, 2), (*seed, 1))
+        free = [s for s in regular if not any(map(severity, self.at[s]))]
+        yield from self.add(free, starts - fewer(starts), (*seed, 2))
+
+    def _regular(self, speeds: Iterable[float], severity: Severity) -> list[float]:
+        """The speeds at which every known motion to be avoided repeats."""
+        return [s for s in speeds if all(m.period for m in self.at[s] if severity(m))]
 
     def _draw_in_ranges(self, severity: Severity, starts: int, seed: int) -> Search[None]:
-        """Add random states at speeds throughout each range to be avoided that has fewer of them than ``starts``."""
-        chosen = list[float]()
+        """Add random states to each range to be avoided: at speeds throughout one that has fewer than ``starts``, and
+        than 64, and as many as elsewhere at the speeds next to its ends, beyond which another motion may reach."""
+        chosen, ends, least = list[float](), set[float](), min(starts, _FEWER**2)
         for run in runs([max(map(severity, self.at[s])) for s in self.speeds]):
             inside = [self.speeds[i] for i in run]
-            few = sum(len(self.drawn.get(s, ())) for s in inside) < starts
-            if few and any(map(severity, self.at[inside[0]])):
-                chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(inside[0], inside[-1], FEWER)]
-        yield from self.add(chosen, -(-starts // FEWER), seed)
+            if any(map(severity, self.at[inside[0]])):
+                if sum(len(self.drawn.get(s, ())) for s in inside) < least:
+                    chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(
+                        inside[0], inside[-1], _FEWER)]
+                ends.update(inside[:_NEXT_TO_END], inside[-_NEXT_TO_END:])
+        yield from self.add(chosen, fewer(least), (seed, 2))
+        yield from self.add(sorted(self._regular(ends, severity)), starts, (seed, 3))
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
@@ -267,7 +303,7 @@ class FollowedMotions:
 
     def _add(self, speeds: np.ndarray, w: np.ndarray, random: bool = False) -> Search[list[Motion]]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
-        found, at = (yield Asked(self.torque, speeds, w, True, random)), speeds.tolist()
+        found, at = (yield Asked(self.torque, speeds, w, True, random, self.at)), speeds.tolist()
         first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
@@ -281,9 +317,9 @@ class FollowedMotions:
         reached = []
         for speed, motion in zip(at, found, strict=True):
             known = self.at.setdefault(speed, [])
-            same = next((each for each in known if each.same(motion)), motion)
-            if same is motion:
-                known.append(motion)
+            same = next((each for each in known if each.same(motion)), None)
+            if same is None:
+                known.append(same := motion)
             elif not motion.period and motion.dynamic_factor > same.dynamic_factor:  # another part of a motion
                 same.dynamic_factor = motion.dynamic_factor
             reached.append(same)

@@ -70,6 +70,12 @@ def initial_value_problems(
     return InitialValueProblems(ExactFlow(system, samples), w, np.arange(batch.size), batch)
 
 
+def initial_states(model: MeshModel, values: Mapping[str, Any], names: tuple[str, ...]) -> np.ndarray:
+    """The states (d, P) of `initial_value_problems` without the flow, whose tables take longer."""
+    batch = vary(model, values)
+    return initial_state(batch, switched_system(batch, names)).T.copy()
+
+
 def swept_initial_values(
     model: MeshModel, axis: Axis, up: bool, others: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, np.ndarray]:

@@ -30,10 +30,12 @@ from gearchaos.studies.followed_motions import (
     Severity,
     brief_settings,
     damping_ratio,
+    fewer,
     parts_between,
     runs,
     side_by_side,
 )
+from gearchaos.studies.known_orbits import LONGEST
 from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
 from gearchaos.studies.speed_windows import (
     CONTACT_WORDS,
@@ -58,9 +60,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
-STARTS = 64  # random initial states at each speed
-SPACING = 0.005  # largest distance of these speeds, as a share of the speed
-_SPACINGS = Rule(lambda v: (v >= RESOLUTION) & (v <= 1), f"must lie in [{RESOLUTION:g}, 1]")
+STARTS = 512  # random initial states at each speed
+SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
+_SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 
@@ -170,8 +172,9 @@ def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) 
                          f"At a spacing of {criteria.spacing:g} it takes {speeds}. Give a narrower range.")
     starts = max(1, criteria.starts)
     check_memory("speeds times starts", axis.count * starts * torques)
-    found = replace(Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost,
-                    motions=torques * speeds * starts, usual_periods=sum(criteria.settings.transient_lengths))
+    cost = Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost
+    found = replace(cost, motions=torques * speeds * starts, usual_periods=LONGEST,
+                    periods=max(LONGEST, cost.periods * fewer(starts, 2) // starts))
     found.check_time()
     return found
 
@@ -236,9 +239,10 @@ def speeds_to_avoid(
         that diverges exceeds every factor.
     starts : int, optional
         Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
-        them where a motion to avoid is known without them, but at least as many in each range to avoid.
+        them where a motion to avoid is known, and an eighth of that where one does not repeat, but in each range to
+        avoid no fewer than 64 or all.
     spacing : float, optional
-        Largest distance of these speeds where no motion to avoid is known, as a share of the speed.
+        Largest distance of these speeds next to one where no motion to avoid is known, as a share of the speed.
     seed : int, optional
         Of the random initial states.
     settings, progress, threads
@@ -299,14 +303,11 @@ def summarised(found: _AtTorque) -> SpeedsToAvoid:
 
 def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for: the usual number of random ones, and fewer."""
-    starts, words = found.criteria.starts, f"from rest, sweeps at {len(found.motions.speeds)} speeds"
-    if not starts:
-        return words
-    drawn = [len(each) for each in found.motions.drawn.values()]
-    fewer = [number for number in drawn if number < starts]
-    between = " to ".join(map(str, sorted({min(fewer), max(fewer)}))) if fewer else ""
-    return f"{words}, {starts} random states at {len(drawn) - len(fewer)}" + (
-        f", {between} at {len(fewer)}" if fewer else "")
+    drawn = [min(len(each), found.criteria.starts) for each in found.motions.drawn.values()]
+    parts = [(" to ".join(map(str, sorted({min(each), max(each)}))), len(each))
+             for each in ([n for n in drawn if (n < found.criteria.starts) == less] for less in (False, True)) if each]
+    words = [f"{number}{'' if i else ' random states'} at {speeds}" for i, (number, speeds) in enumerate(parts)]
+    return ", ".join([f"from rest, sweeps at {len(found.motions.speeds)} speeds", *words])
 
 
 def _dataset(found: _AtTorque) -> xr.Dataset:

@@ -1,0 +1,75 @@
+"""Motions that reach orbits known already, against the verdict of each."""
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.dynamics import classify
+from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
+from gearchaos.studies.known_orbits import LONGEST, reach
+
+SPEEDS = np.array([0.8, 1.4, 2.1])
+
+
+class Known:
+    def __init__(self, period, w):
+        self.period, self.w = period, w
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """Random states of the torsional model where several orbits coexist, 40 at each of three points, and the verdicts."""
+    model = gc.MeshModel.of(q0=0.1, eps1=0.1)
+    rng, points = np.random.default_rng(1), np.tile(np.arange(3), 40)
+    start = initial_states(model, {"omega": SPEEDS[points], "x1": rng.uniform(-3, 3, 120),
+                                   "x1_dot": rng.uniform(-2, 2, 120)}, ("z", "z_dot"))
+    flow = initial_value_problems(model, {"omega": SPEEDS}, ("z", "z_dot")).flow
+    return Motions(flow, start, points), classify(flow, start.copy(), points=points)
+
+
+def known_of(problem):
+    """The different orbits of the verdicts at each point, with one that does not repeat before them."""
+    motions, found = problem
+    known = [[Known(0, np.zeros(2))] for _ in SPEEDS]
+    for i, point in enumerate(motions.points):
+        points = orbit(motions.flow, found.w[:, i], point, found.period[i])
+        if found.period[i] and not any(np.abs(points - each.w).max(axis=1).min() < 1e-6
+                                       for each in known[point] if each.period):
+            known[point].append(Known(int(found.period[i]), found.w[:, i]))
+    return known
+
+
+def orbit(flow, w, point, period):
+    """The stroboscopic points (n, 2) of an orbit, one period after another."""
+    points = [w]
+    for _ in range(period - 1):
+        points.append(flow.advance(points[-1][:, None], 1, points=np.array([point])).w[:, 0])
+    return np.array(points)
+
+
+def test_a_motion_that_reaches_a_known_orbit_is_the_one_of_its_own_verdict(problem):
+    motions, found = problem
+    known = known_of(problem)
+    assert max(map(len, known)) > 2 and any(each.period > 1 for at in known for each in at)
+    followed = Motions(motions.flow, motions.w.copy(), motions.points)
+    reached = reach(followed, known)
+    assert (reached >= 0).mean() > 0.5
+    for i in np.flatnonzero(reached >= 0):
+        point, its_orbit = motions.points[i], known[motions.points[i]][reached[i]]
+        own = orbit(motions.flow, its_orbit.w, point, its_orbit.period)
+        assert found.period[i] == its_orbit.period and np.abs(own - found.w[:, i]).max(axis=1).min() < 1e-6
+    for i in np.flatnonzero(reached < 0)[:5]:
+        after = motions.flow.advance(motions.w[:, [i]], LONGEST, points=motions.points[[i]]).w
+        assert np.array_equal(after[:, 0], followed.w[:, i])
+
+
+def test_an_orbit_that_is_not_known_is_not_taken_for_another(problem):
+    motions, _ = problem
+    known = known_of(problem)
+    first = [[at[0], *at[1:2]] for at in known]
+    all_known, one = reach(replaced(motions), known), reach(replaced(motions), first)
+    assert np.array_equal(one >= 0, all_known == 1) and (all_known > 1).any()
+
+
+def replaced(motions):
+    return Motions(motions.flow, motions.w.copy(), motions.points)
