@@ -304,8 +304,10 @@ def summarised(found: _AtTorque) -> SpeedsToAvoid:
 def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for, with the least and the largest number of random ones."""
     drawn = [min(len(each), found.criteria.starts) for each in found.motions.drawn.values()]
-    random = f", {' to '.join(map(str, sorted({min(drawn), max(drawn)})))} random states at {len(drawn)}" if drawn else ""
-    return f"from rest, sweeps at {len(found.motions.speeds)} speeds{random}"
+    words = f"from rest, sweeps at {len(found.motions.speeds)} speeds"
+    if not drawn:
+        return words
+    return f"{words}, {' to '.join(map(str, sorted({min(drawn), max(drawn)})))} random states at {len(drawn)}"
 
 
 def _dataset(found: _AtTorque) -> xr.Dataset:
