@@ -21,7 +21,7 @@ SPEEDS = 40  # speeds of a range without a number: others are added between them
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),
     (96.0, 128, 0.01, 10_000),
-    (math.inf, 64, 0.025, 2000),
+    (math.inf, 32, 0.025, 2000),
 )
 """Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the periods
 after which a motion that still looks chaotic counts as such."""

@@ -60,8 +60,9 @@ class Motion:
 
     def same(self, other: Motion) -> bool:
         """Whether two motions of one speed are the same: orbits by their centre, others by their contact state."""
-        alike = (self.label, self.period, self.contact) == (other.label, other.period, other.contact)
-        return alike and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True))
+        return other is self or (
+            (self.label, self.period, self.contact) == (other.label, other.period, other.contact)
+            and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True)))
 
 
 class Asked(NamedTuple):
