@@ -19,7 +19,7 @@ sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
 DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
 FIRST = view_of(load_study(DESIGN).model)
-QUERY = "?x=speed=770.0:830.0&y=torque=90.0:110.0&speed=780&torque=100"
+QUERY = "?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100"
 DARK, SEPARATION = "#111111", CONTACT_CLASSES[1].colour
 
 
@@ -32,7 +32,7 @@ def design_server(kernels):
 
 @pytest.fixture(scope="module")
 def expected():
-    return gc.assess(load_design(DESIGN), "770:830", 100)
+    return gc.assess(load_design(DESIGN), "786:822", 100)
 
 
 @pytest.fixture
