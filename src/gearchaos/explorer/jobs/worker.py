@@ -358,8 +358,7 @@ class _Requests:
                 self._waiting.put((action, number, function))
 
     def serve(self, niceness: int) -> None:
-        """Answer one request after the other. On Linux each thread has its own priority, which threads that it starts get.
-        """
+        """Answer one request after the other. On Linux a thread has its own priority, as have those that it starts."""
         patient = ThreadPoolExecutor(1, initializer=_lower_priority, initargs=(niceness,))
         while True:
             action, number, function = self._waiting.get()
