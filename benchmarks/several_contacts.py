@@ -2,7 +2,8 @@
 run.
 
 Prints µs per trajectory and mesh period and their ratio, the median over rounds, with the largest difference of both
-states after a period; then how long each kernel takes to compile. heyoka has the same contacts: an event for
+states after a period; then the time of the law ``contact`` over that of ``always``, measured in turn, and how long each
+kernel takes to compile. heyoka has the same contacts: an event for
 each gap, whose callback opens or closes it, and one where stiffnesses and reliefs begin or end.
 """
 
@@ -17,6 +18,7 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
+from throughput import KINDS, SETTINGS
 
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.gears.operating import as_model
@@ -199,6 +201,24 @@ def compare(name: str, model: Any, axis: str, values: np.ndarray) -> None:
           f"{np.median(theirs) / np.median(ours):8.1f} {error:10.1e}")
 
 
+def compare_laws(kind: str) -> None:
+    """Print the CPU time of ``contact`` divided by that of ``always``: the mixed setting of throughput.py, in turn."""
+    low, high, values = SETTINGS["mixed"]
+    flows, times = [], []
+    for law in ("always", "contact"):
+        batch = vary(MeshModel.of(**KINDS[kind], **values, damping_law=law), {"omega": np.linspace(low, high, 4096)})
+        system = switched_system(batch)
+        flow = ExactFlow(system)
+        flows.append((flow, flow.advance(initial_state(batch, system).T.copy(), 200).w))
+    for _ in range(60):
+        for flow, w in flows:
+            begin = time.process_time()
+            flow.advance(w, 20)
+            times.append(time.process_time() - begin)
+    always, contact = np.reshape(times, (-1, 2)).T
+    print(f"{kind}: contact takes {np.median(contact / always):.3f} times as long as always")
+
+
 def compile_seconds(law: str, pairs: bool) -> float:
     """Seconds of the first computation with an empty cache of kernels, in a process of its own."""
     stiffness = "gc.ToothPairStiffness()" if pairs else "gc.TwoLevelStiffness()"
@@ -218,6 +238,8 @@ def main() -> None:
         compare(name, model, "omega", np.linspace(0.6, 1.6, LANES))
     for name, train in TRAINS.items():
         compare(name, as_model(train), "speed", np.linspace(2000.0, 9000.0, LANES))
+    for kind in KINDS:
+        compare_laws(kind)
     for law, pairs in (("always", False), ("contact", False), ("unilateral", False), ("contact", True)):
         print(f"compiled in {compile_seconds(law, pairs):5.1f} s: {'tooth pairs' if pairs else 'one spring'}, {law}")
 

@@ -18,7 +18,7 @@ class Known:
 
 @pytest.fixture(scope="module")
 def problem():
-    """Random states of the torsional model where several orbits coexist, 40 at each of three points, and the verdicts."""
+    """Random states of the torsional model where orbits coexist, 40 at each of three points, and their verdicts."""
     model = gc.MeshModel.of(q0=0.1, eps1=0.1)
     rng, points = np.random.default_rng(1), np.tile(np.arange(3), 40)
     start = initial_states(model, {"omega": SPEEDS[points], "x1": rng.uniform(-3, 3, 120),

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.slow
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPUR = EXAMPLES / "spur_50_50.toml"
 FIRST = view_of(load_study(SPUR).model)
-VIEW = FIRST.zoomed((770.0, 830.0), (50.0, 150.0)).moved(780.0, 100.0)
+VIEW = FIRST.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
 LINE = SpeedLine(VIEW)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
@@ -50,7 +50,7 @@ def found():
 
 
 def test_the_numbers_are_those_of_assess(found):
-    expected = gc.assess(load_design(SPUR), "770:830", 100)
+    expected = gc.assess(load_design(SPUR), "786:822", 100)
     assert json.dumps(found.document()) == json.dumps(expected.document())
     assert [(round(w.start), round(w.stop), w.depends_on_history) for _, w in found.avoid] == [(791, 808, True)]
 
@@ -62,10 +62,10 @@ def test_a_view_along_a_parameter_of_another_stiffness_is_of_other_gears(stiffne
 
 
 def test_the_speeds_are_those_of_the_map_or_of_the_run_up():
-    assert LINE.speeds == (770.0, 830.0) and SpeedLine(FIRST).speeds == (300.0, 7500.0)
+    assert LINE.speeds == (786.0, 822.0) and SpeedLine(FIRST).speeds == (300.0, 7500.0)
     assert SpeedLine(VIEW.with_axis("x", "zeta").with_run(start=400.0)).speeds == (400.0, 7500.0)
     swapped = VIEW.with_axis("x", "torque")
-    assert (swapped.y.name, SpeedLine(swapped).speeds) == ("speed", (770.0, 830.0))
+    assert (swapped.y.name, SpeedLine(swapped).speeds) == ("speed", (786.0, 822.0))
 
 
 def test_an_assessment_can_be_stopped():
@@ -224,7 +224,7 @@ def test_bars_over_the_map_are_at_the_ranges_and_their_torque(found):
         bars, stripes, line = drawn(found, view)
         assert (bars["x0"], bars["x1"], bars["y0"], bars["y1"]) == ([start], [stop], [100.0], [100.0])
         assert stripes == bars and bars["colour"] == [CONTACT_CLASSES[1].colour]
-        assert (line["x0"], line["x1"], line["y0"]) == ([770.0], [830.0], [100.0])
+        assert (line["x0"], line["x1"], line["y0"]) == ([786.0], [822.0], [100.0])
     bars, *_ = drawn(found, VIEW.with_axis("x", "torque"))
     assert (bars["y0"], bars["y1"], bars["x0"]) == ([start], [stop], [100.0])
     for view in (VIEW.with_axis("x", "zeta"), VIEW.with_axis("y", "zeta").with_value("torque", 120.0)):
@@ -243,11 +243,11 @@ def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
     session = Session(VIEW.with_value("torque", 120.0), Workers(*(Worker() for _ in range(4))), document, FIRST)
     act = session.page.messages.act
     act("range", 0)
-    assert session.page.view.at == (780.0, 120.0)  # nothing is listed
+    assert session.page.view.at == (788.0, 120.0)  # nothing is listed
     session.page.show_assessment(LINE, found)
     for number in (-1, 99, "0", None):
         act("range", number)
-        assert session.page.view.at == (780.0, 120.0)
+        assert session.page.view.at == (788.0, 120.0)
     act("range", 0)
     ((_, window),) = found.avoid
     assert session.page.view.at == (pytest.approx((window.start + window.stop) / 2, abs=0.06), 100.0)

@@ -94,6 +94,10 @@ def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
     only = replace(found.at[0], windows=(alone,))
     assert rows(only)[0].history == "others"
     assert worst(replace(found, at=(only,))).endswith("1 of these only other initial states lead to")
+    meaning = "N m, where the teeth hit both flanks: a reason to avoid that speed, not a load; in"
+    assert meaning not in worst(replace(found, at=(only,)))
+    hard = replace(alone, contact="both flanks", start=0.0, stop=1e6)
+    assert meaning in worst(replace(found, at=(replace(only, windows=(hard,)),)))
 
 
 def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():

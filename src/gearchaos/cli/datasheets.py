@@ -77,7 +77,7 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
     for each in shown_ones:
         reached = {r.motion: factor_and_share(r) for r in each.reached}
         factors = (reached.get(words, "-") for words in MOTIONS.values())
-        teeth = "separate" if each.criterion == CRITERION else "touch"
+        teeth = "apart" if each.criterion == CRITERION else "touch"
         table.add_row(*edges(each), *factors, measured(each.speed_of_largest, 3),
                       measured(speeds.quasi_static_ratio, 3), *([teeth] * forces))
     print_table(table)

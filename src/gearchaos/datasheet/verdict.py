@@ -94,8 +94,11 @@ def worst(found: Assessment) -> str:
     others = sum(window.by_others for _, window in found.avoid)
     decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
     decides += f", {others} of these only other initial states lead to" * bool(others)
+    both = any(window.contact == CONTACT_WORDS[2] and window.start <= part.speed_of_largest <= window.stop
+               for at, window in found.avoid if at == torque)
+    meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * both
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
-            f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{decides}")
+            f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{meaning}{decides}")
 
 
 def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:

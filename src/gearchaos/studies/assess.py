@@ -21,10 +21,10 @@ SPEEDS = 40  # speeds of a range without a number: others are added between them
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),
     (96.0, 128, 0.01, 10_000),
-    (math.inf, 64, 0.025, 2000),
+    (math.inf, 32, 0.025, 2000),
 )
-"""Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the periods
-after which a motion that still looks chaotic counts as such."""
+"""Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the
+periods after which a motion that still looks chaotic counts as such."""
 
 _RANGE = "E.g. 500:6000, or with a number of first speeds 500:6000:120."
 _MOST_TORQUES, _MOST_TOLD = 1000, 3

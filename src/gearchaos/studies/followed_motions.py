@@ -30,7 +30,7 @@ its speed; where none is known it is followed as long as the settings say."""
 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
-_FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again where it does not repeat
+_FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again if it does not repeat
 _NEXT_TO_END = 4  # speeds of a range to avoid, next to each of its ends, with as many random states as elsewhere
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
@@ -60,8 +60,9 @@ class Motion:
 
     def same(self, other: Motion) -> bool:
         """Whether two motions of one speed are the same: orbits by their centre, others by their contact state."""
-        alike = (self.label, self.period, self.contact) == (other.label, other.period, other.contact)
-        return alike and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True))
+        return other is self or (
+            (self.label, self.period, self.contact) == (other.label, other.period, other.contact)
+            and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True)))
 
 
 class Asked(NamedTuple):
@@ -236,8 +237,8 @@ class FollowedMotions:
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
         motions to be avoided that do not repeat; next to a speed without a motion to be avoided they are no further
-        apart than the ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the natural frequency
-        for every n. Where ω < ζ a vibration is over within a mesh period, so that none of them stands out.
+        apart than the ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the
+        natural frequency for every n. Where ω < ζ a vibration is over within a mesh period: none of them stands out.
         ``limit`` is that of the dynamic factor.
         """
         yield from self._add_random(speeds, severity, starts, (seed, 0))
@@ -253,8 +254,8 @@ class FollowedMotions:
         yield from self.refine(severity, limit)
 
     def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
-        """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth of
-        that where one does not repeat, which takes as long as a hundred others."""
+        """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth
+        of that where one does not repeat, which takes as long as a hundred others."""
         yield from self.add(speeds, fewer(starts, 2), (*seed, 0))
         regular = self._regular(speeds, severity)
         yield from self.add(regular, fewer(starts) - fewer(starts, 2), (*seed, 1))

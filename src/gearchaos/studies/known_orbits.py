@@ -13,7 +13,7 @@ from gearchaos.studies.initial_value_problems import Motions
 
 _RUNS = (2, 2, 4, 8, 16, 32)  # mesh periods of the runs after which motions are compared with the orbits
 LONGEST = sum(_RUNS)
-_REACHED = 1e-3  # largest distance from a stroboscopic point of a stable orbit, in half backlashes, at which it is reached
+_REACHED = 1e-3  # largest distance from a point of a stable orbit, in half backlashes, at which it is reached
 
 
 class Orbit(Protocol):
