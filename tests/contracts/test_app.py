@@ -1,6 +1,7 @@
 """The explorer without a browser: its state, its bounds, its maps, and what it listens to."""
 
 import contextlib
+import pickle
 import signal
 import socket
 import time
@@ -198,7 +199,7 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
 
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
     monkeypatch.setattr(models, "MAP_CELLS", (40, 30))
-    monkeypatch.setattr(maps, "_INTERVAL", 0.0)
+    monkeypatch.setattr(maps, "_FIRST_INTERVAL", 0.0)
     view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
     found = list(maps.successive_maps(view))
     waiting = max(found, key=lambda m: m.chaotic_so_far.sum())
@@ -220,6 +221,16 @@ def test_every_cell_of_a_coarse_map_shows_the_nearest_one_computed():
     at = np.mgrid[0:9, 0:11]
     assert np.all(np.abs(row - at[0]) <= 2) and np.all(np.abs(column - at[1]) <= 2)
     assert set(grid.source.ravel()) == set(cells)
+
+
+def test_a_map_is_sent_without_the_cells_that_are_not_known_and_arrives_whole(small):
+    found = list(maps.successive_maps(replace(small, colour="v_rms")))
+    for shown in (found[0], found[-1]):
+        arrived = pickle.loads(pickle.dumps(shown))
+        assert arrived.dataset.identical(shown.dataset) and list(arrived.dataset) == list(shown.dataset)
+        assert all(arrived.dataset[n].dtype == v.dtype for n, v in shown.dataset.items())
+        assert np.array_equal(arrived.source, shown.source) and arrived.share == shown.share
+    assert len(pickle.dumps(found[0])) < 0.5 * len(pickle.dumps(found[-1]))
 
 
 def test_the_map_of_attractors_counts_them():

@@ -23,6 +23,7 @@ from gearchaos.gears.operating import OperatingModel
 from gearchaos.studies.assess import Assessment
 
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
+_MAP_DELAY = 0.02  # the same for a map: longer than between two frames of the browser, which may send a change each
 _SKELETON = "bifurcation curves"  # the task of the curves over the map
 _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
@@ -140,6 +141,7 @@ class Computations:
 
     def _ask(
         self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
+        urgent: bool = False,
     ) -> None:
         """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only.
 
@@ -159,8 +161,8 @@ class Computations:
         self._pending[task] = request = object()
         self._show_busy()
         worker.submit(self._owner, task, Job(function, lambda found: self._call_soon(partial(deliver, found)),
-                                             lambda message: self._call_soon(partial(end, message)),
-                                             delay, lambda: self._call_soon(partial(self._show_busy, compiling=True))))
+                                             lambda message: self._call_soon(partial(end, message)), delay,
+                                             lambda: self._call_soon(partial(self._show_busy, compiling=True)), urgent))
 
     def _drop(self, worker: Worker, task: str) -> None:
         """Cancel a task that need not be computed again."""
@@ -174,7 +176,7 @@ class Computations:
 
     def _ask_map(self) -> None:
         self.map = None
-        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _DELAY)
+        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _MAP_DELAY, True)
 
     def _ask_diagram(self, *strides: int) -> None:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -46,6 +46,15 @@ class Map:
     share: float  # of the cells, those that are computed or chaotic so far
     physical: xr.Dataset | None = None  # the measures of ``dataset`` that have a unit, in the units of the gears
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: of the datasets, only the cells that are known."""
+        known = self.dataset["label"].values != 0
+        return self.__dict__ | {n: _Sparse(whole, known) for n in ("dataset", "physical")
+                                if (whole := getattr(self, n)) is not None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({n: found.whole() if isinstance(found, _Sparse) else found for n, found in state.items()})
+
     def of_mesh(self, mesh: str) -> Map:
         """The same map with the contact and the dynamic factor of one mesh of a train; itself for the worst one."""
         return replace(self, dataset=self.dataset.assign(of_mesh(self.dataset, mesh).data_vars)) if mesh else self
@@ -66,6 +75,24 @@ class Map:
         scaled = physical and self.physical is not None and name in self.physical
         found = (self.physical if scaled and self.physical is not None else self.dataset)[name].variable
         return found.copy(data=np.where(self.measure_source >= 0, found.values.ravel()[self.measure_source], np.nan))
+
+
+class _Sparse:
+    """A Dataset of a map, of which only the known cells are kept, a mask (rows, columns); the others are all alike."""
+
+    def __init__(self, dataset: xr.Dataset, known: np.ndarray) -> None:
+        variables = {n: v.variable for n, v in dataset.data_vars.items() if v.shape == known.shape}
+        self._rest, self._order, self._known = dataset.drop_vars(variables), list(dataset.data_vars), known
+        other = np.unravel_index(int(np.argmin(known)), known.shape)
+        self._cells = {n: (v.dims, v.attrs, v.values[known], v.values[other]) for n, v in variables.items()}
+
+    def whole(self) -> xr.Dataset:
+        """The Dataset with all cells."""
+        found = {}
+        for name, (dims, attrs, values, other) in self._cells.items():
+            found[name] = dims, np.full(self._known.shape, other, values.dtype), attrs
+            found[name][1][self._known] = values
+        return self._rest.assign(found)[self._order]
 
 
 class MapGrid:
@@ -115,19 +142,16 @@ class MapGrid:
 
         Cells of the last row and column of the lattice are the source of all cells beyond them.
         """
-        half = max(1, (stride + 1) // 2)
-        around = range(-(stride // 2), max(1, stride))
-        row, column = np.divmod(cells, self.shape[1])
-
-        def nearest(index: np.ndarray, offset: int, size: int) -> np.ndarray:
-            """Whether the row or column ``index + offset`` exists and ``index`` is the nearest of the lattice, (N,)."""
-            moved = index + offset
-            return (moved >= 0) & (moved < size) & ((offset < half) | (index + stride >= size))
-
-        for down, right in product(around, around):
-            inside = nearest(row, down, self.shape[0]) & nearest(column, right, self.shape[1])
-            for target in targets:
-                target[row[inside] + down, column[inside] + right] = cells[inside]
+        chosen = np.zeros(self.shape, dtype=bool)
+        chosen.flat[cells] = True
+        column = cells % self.shape[1]
+        first, last = column.min(initial=self.shape[1]), column.max(initial=0)
+        near = slice(max(0, first - stride), last + stride)  # the columns in which anything changes
+        nearest = [np.minimum((np.arange(n) + stride // 2) // stride, (n - 1) // stride) * stride for n in self.shape]
+        place = np.ix_(nearest[0], nearest[1][near])
+        around = chosen[place]
+        for target in targets:
+            target[:, near][around] = self.number[place][around]
 
     def map(self, study: Zones, stride: int) -> Map:
         """The map of what is known now; its arrays are copies."""
@@ -155,7 +179,7 @@ def physical_measures(dataset: xr.Dataset, gears: Gears | None, known: np.ndarra
     return found.reindex(torque=dataset["torque"])
 
 
-COARSE = (16, 8)  # strides of the coarse lattices: every 16th, then every 8th row and column
+COARSE = (32, 16, 8)  # strides of the coarse lattices: every 32nd row and column first
 FINE = (4, 2, 1)  # strides of the lattices after them
 
 QUICK = Classification(transient_lengths=(48, 96), longest_period=16, exponent_run=150, doublings=0,
@@ -167,10 +191,11 @@ FULL = Classification(transient_lengths=(64, 320), longest_period=16, exponent_r
 """Settings for all cells."""
 
 _TILE_SECONDS = 0.4
-"""Computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
+"""Longest computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
 _SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells of a pair
-_INTERVAL = 1.0  # least number of seconds between two maps shown
+_FIRST_INTERVAL, _LAST_INTERVAL, _GROWTH = 0.1, 1.0, 2.0
+"""Least number of seconds between two maps shown, at first and in the end, and by what it grows with each."""
 
 
 def successive_maps(view: View) -> Generator[Map]:
@@ -198,7 +223,7 @@ def _motion_map(view: View) -> Generator[Map]:
         yield grid.map(quick, stride)
     grid.reopen()
     classifier = BatchClassifier(quick.initial_states, lambda _cells, _motions, found: found.variables(), FULL)
-    stages, chaotic = _Stages(classifier, grid, quick), []
+    stages, chaotic = _Stages(classifier, grid, quick, _FIRST_INTERVAL), []
     for stride in FINE:
         cells = grid.request(stride)  # by column: if x is the frequency, neighbours then share their step grids
         unresolved = Unresolved(cells[np.argsort(cells % view.x.count, kind="stable")])
@@ -212,17 +237,20 @@ def _motion_map(view: View) -> Generator[Map]:
     yield grid.map(quick, 1)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Stages:
     """The classification of the cells of a map, stage by stage.
 
-    ``rate`` is the number of cells that one thread classifies per second, by stage.
+    ``rate`` is the number of cells that one thread classifies per second, by stage. ``shown`` is when the last map was
+    shown, and ``interval`` the least number of seconds until the next.
     """
 
     classifier: BatchClassifier
     grid: MapGrid
     study: Zones
+    interval: float
     rate: dict[str, float] = field(default_factory=dict)
+    shown: float = field(default_factory=time.monotonic)
 
     def run(self, stage: str, unresolved: Unresolved, stride: int) -> Generator[Map, None, Unresolved]:
         """Run one stage for all unresolved cells, and yield maps meanwhile; returns the cells that stay unresolved."""
@@ -232,22 +260,24 @@ class _Stages:
             self.rate[stage] = (tile.stop - tile.start) / (time.perf_counter() - began)
             return found
 
-        rest, shown = {0: unresolved.take(slice(0))}, time.monotonic()
+        rest = {0: unresolved.take(slice(0))}
         for tile, (cells, variables, left) in tiles.run(classify, self._tiles(stage, len(unresolved.number))):
             self.grid.put(variables, cells)
             self.grid.show(cells, stride)
             rest[tile.start] = left
-            if time.monotonic() - shown > _INTERVAL:
-                shown = time.monotonic()
+            if time.monotonic() - self.shown > self.interval:
+                self.shown, self.interval = time.monotonic(), min(_GROWTH * self.interval, _LAST_INTERVAL)
                 yield self.grid.map(self.study, stride)
         return concatenated([rest[first] for first in sorted(rest)])
 
     def _tiles(self, stage: str, count: int) -> Iterator[slice]:
-        """Tiles of about `_TILE_SECONDS`, smaller ones at the end, so that all threads end at about the same time."""
+        """Tiles of `_TILE_SECONDS`, or of the interval between two maps; smaller ones at the end, so that all threads
+        end at about the same time."""
         first, smallest = 0, max(WIDTH, _SMALLEST_TILE // coarseness(self.study.model) ** 2)
         while first < count:
             largest = min(_LARGEST_TILE, max(smallest, (count - first) // (2 * cores())))
-            size = int(np.clip(_TILE_SECONDS * self.rate.get(stage, 0.0), smallest, largest))
+            seconds = min(_TILE_SECONDS, self.interval)
+            size = int(np.clip(seconds * self.rate.get(stage, 0.0), smallest, largest))
             yield slice(first, min(first + size, count))
             first += size
 

@@ -10,6 +10,7 @@ The server uses a `WorkerProcess`; `main` runs in the process. The two exchange 
 request ``(action, number, function)``   answer
 ======================================== ======================================================================
 ``next``, first with the function        ``(result,)``, None after the last result, or an exception
+``urgent``, with the function            the same; the step has full priority in a process of low priority
 ``close``                                None; the generator is closed
 ``cancel``                               none; a step under way raises `StoppedError`
 ======================================== ======================================================================
@@ -31,6 +32,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
+from concurrent.futures import ThreadPoolExecutor
 from contextvars import Context, copy_context
 from dataclasses import dataclass, field
 from functools import partial
@@ -67,7 +69,8 @@ class Job:
 
     ``show`` is called with each result and ``end`` once after the last, with None or an error message, but not for a
     job that was replaced; ``compiling`` when a step in the process has to compile kernels first. All three are called
-    in the worker's thread. ``delay`` is in seconds, in case another request replaces this one.
+    in the worker's thread. ``delay`` is in seconds, in case another request replaces this one. The first step of an
+    ``urgent`` job has full priority.
     """
 
     function: GeneratorFunction
@@ -75,6 +78,7 @@ class Job:
     end: Callable[[str | None], None]
     delay: float = 0.0
     compiling: Callable[[], None] = lambda: None
+    urgent: bool = False
     due: float = field(default=0.0, init=False)
     running: Generator[Any] | RemoteGenerator | None = field(default=None, init=False)
 
@@ -167,7 +171,8 @@ class Worker:
         try:
             if job.running is None:
                 process = self._process
-                job.running = job.function() if process is None else process.run(job.function, job.compiling)
+                job.running = (job.function() if process is None
+                               else process.run(job.function, job.compiling, job.urgent))
             result = next(job.running)
         except (StopIteration, StoppedError):
             over = True
@@ -218,9 +223,14 @@ class WorkerProcess:
                                          creationflags=_LOW_PRIORITY if self._low_priority else 0,
                                          env=os.environ | _MALLOC if self._low_priority else None)
 
-    def run(self, function: GeneratorFunction, compiling: Callable[[], None] = lambda: None) -> RemoteGenerator:
-        """A generator that is run in the process; ``compiling`` is called when it has to compile kernels."""
-        return RemoteGenerator(self, next(self._numbers), function, compiling)
+    def run(
+        self, function: GeneratorFunction, compiling: Callable[[], None] = lambda: None, urgent: bool = False,
+    ) -> RemoteGenerator:
+        """A generator that is run in the process, its first step with full priority if it is ``urgent``.
+
+        ``compiling`` is called when it has to compile kernels.
+        """
+        return RemoteGenerator(self, next(self._numbers), function, compiling, urgent)
 
     def ask(self, action: str, number: int, function: GeneratorFunction | None, compiling: Callable[[], None]) -> Any:
         """Send a request and return its answer, or raise what the step raised.
@@ -269,9 +279,11 @@ class RemoteGenerator:
     """Iterator over the results of a generator that runs in a `WorkerProcess`."""
 
     def __init__(
-        self, process: WorkerProcess, number: int, function: GeneratorFunction, compiling: Callable[[], None]
+        self, process: WorkerProcess, number: int, function: GeneratorFunction, compiling: Callable[[], None],
+        urgent: bool,
     ) -> None:
         self._process, self._number, self._function, self._compiling = process, number, function, compiling
+        self._first_action = "urgent" if urgent else "next"
         self._started = self._over = False
 
     def __iter__(self) -> RemoteGenerator:
@@ -280,9 +292,10 @@ class RemoteGenerator:
     def __next__(self) -> Any:
         if self._over:
             raise StopIteration
-        function, self._started, found = None if self._started else self._function, True, None
+        action, function = ("next", None) if self._started else (self._first_action, self._function)
+        self._started, found = True, None
         try:
-            found = self._process.ask("next", self._number, function, self._compiling)
+            found = self._process.ask(action, self._number, function, self._compiling)
         finally:
             self._over = found is None
         if found is None:
@@ -306,13 +319,18 @@ _LAST = object()
 
 
 def main(niceness: int) -> None:
-    """Answer requests on stdin until it is closed; priority is lowered by ``niceness`` after the first answer."""
+    """Answer requests on stdin until it is closed; steps that are not urgent have a priority lower by ``niceness``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, whose end closes the pipe
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # text that is printed must not get between the answers
     with contextlib.suppress(BrokenPipeError):
         _Requests(sys.stdin.buffer, answers).serve(niceness)
     os._exit(0)  # without waiting for threads that still compute
+
+
+def _lower_priority(niceness: int) -> None:
+    if niceness and hasattr(os, "nice"):
+        os.nice(niceness)
 
 
 class _Requests:
@@ -340,11 +358,13 @@ class _Requests:
                 self._waiting.put((action, number, function))
 
     def serve(self, niceness: int) -> None:
-        """Answer one request after the other. The first one has full priority, since every page waits for it."""
+        """Answer one request after the other. On Linux a thread has its own priority, as have those that it starts."""
+        patient = ThreadPoolExecutor(1, initializer=_lower_priority, initargs=(niceness,))
         while True:
             action, number, function = self._waiting.get()
             try:
-                found = self._step(action, number, function)
+                step = partial(self._step, action, number, function)
+                found = step() if action == "urgent" else patient.submit(step).result()
                 answer = pickle.dumps(found, pickle.HIGHEST_PROTOCOL)
             except Exception as error:  # errors are answers too
                 found, answer = None, pickle.dumps(error, pickle.HIGHEST_PROTOCOL)
@@ -352,9 +372,6 @@ class _Requests:
                 self._running.pop(number, None)
                 self._cancelled.pop(number, None)
             self._write(answer)
-            if niceness and hasattr(os, "nice"):
-                os.nice(niceness)
-                niceness = 0
 
     def _write(self, answer: bytes) -> None:
         with self._writing:  # threads that compile write too

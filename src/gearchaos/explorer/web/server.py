@@ -72,7 +72,7 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
 
     points, maps = partial(point_motion, view.point), partial(warm_up, view)
     for worker, function in ((workers.quick, points), (workers.slow, maps)):
-        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None))
+        worker.submit("", "warm-up", Job(function, lambda _: None, lambda _: None, urgent=True))
     try:
         from bokeh.server.server import BaseServer
         from bokeh.server.util import bind_sockets
