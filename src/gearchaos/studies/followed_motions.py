@@ -22,7 +22,7 @@ from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
-from gearchaos.studies.known_orbits import reach
+from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -121,7 +121,9 @@ def classified(
     values = {"speed": speed}
     if asked[0].torque is not None:
         values["torque"] = np.repeat([each.torque for each in asked], sizes)
-    known = [each.known.get(s, ()) for each in asked for s in each.speed.tolist()]
+    orbits = [{s: [m for m in each.known.get(s, ()) if 0 < m.period <= LONGEST_ORBIT] for s in set(each.speed.tolist())}
+              for each in asked]
+    known = [of_speed[s] for each, of_speed in zip(asked, orbits, strict=True) for s in each.speed.tolist()]
     motions: list[Motion | None] = [None] * len(speed)
 
     def started(number: np.ndarray) -> Motions:
@@ -138,7 +140,7 @@ def classified(
         w[:, number] = followed.w
 
     order = np.lexsort(list(values.values())[::-1])
-    near = order[[any(m.period for m in known[i]) for i in order]]
+    near = order[[bool(known[i]) for i in order]]
     for _ in tiles.run(follow, tiles.split(len(near), threads=threads), threads=threads):
         pass
     others = np.array([i for i in order if motions[i] is None], int)

@@ -13,11 +13,12 @@ from gearchaos.studies.initial_value_problems import Motions
 
 _RUNS = (2, 2, 4, 8, 16, 32)  # mesh periods of the runs after which motions are compared with the orbits
 LONGEST = sum(_RUNS)
+LONGEST_ORBIT = 32  # mesh periods: a motion is compared with each stroboscopic point of each orbit
 _REACHED = 1e-3  # largest distance from a point of a stable orbit, in half backlashes, at which it is reached
 
 
 class Orbit(Protocol):
-    """A stable periodic motion: its period in mesh periods, 0 for one that does not repeat, and a state (d,) on it."""
+    """A stable periodic motion: its period in mesh periods, and a state (d,) on it."""
 
     period: int
     w: np.ndarray
@@ -26,13 +27,12 @@ class Orbit(Protocol):
 def reach(motions: Motions, known: Sequence[Sequence[Orbit]]) -> np.ndarray:
     """Follow motions until they are at a stable orbit known at their parameter point, for `LONGEST` periods at most.
 
-    ``known`` has the motions known at each parameter point. Returns the number of the one reached among these, (L,), −1
-    where there is none; the states of ``motions`` become those to which they were followed.
+    ``known`` has those of each parameter point. Returns the number of the one reached among these, (L,), −1 where there
+    is none; the states of ``motions`` become those to which they were followed.
     """
     flow, w, points = motions.flow, motions.w, motions.points
     reached = np.full(len(points), -1)
-    at, number, orbits = zip(*((p, i, each) for p, all_known in enumerate(known) for i, each in enumerate(all_known)
-                               if each.period), strict=True)
+    at, number, orbits = zip(*((p, i, one) for p, some in enumerate(known) for i, one in enumerate(some)), strict=True)
     period = np.array([each.period for each in orbits])
     states = sections(flow, np.stack([each.w for each in orbits], axis=1), np.array(at), period)
     size = np.bincount(np.repeat(at, period), minlength=len(known))
