@@ -98,6 +98,8 @@ def test_the_share_of_random_states_is_that_of_a_basin_drawn_anew(found):
 
 def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be_avoided_up_to_64(found):
     narrow = gc.assess(SPUR, "520:640:3", 100.0, starts=16, spacing=0.02)  # has fewer in a range by itself
+    (many,) = gc.assess(SPUR, "530:550:2", 100.0, starts=128, spacing=0.02).at  # a range alone
+    assert len(many.windows) == 1 and many.windows[0].random_states.states >= 64
     for each in (*found.at, *narrow.at):
         counts, speeds = each.dataset.random_states.values, each.dataset.speed.values
         assert counts.max() >= 16

@@ -7,10 +7,15 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import classify
+from gearchaos.dynamics.initial_conditions import default_box, spread
+from gearchaos.model import vary
+from gearchaos.model.switched import coordinates
+from gearchaos.studies.followed_motions import FollowedMotions
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST, reach
-from gearchaos.studyfile import load_design
+from gearchaos.studyfile import load_design, load_study
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEEDS = np.array([0.8, 1.4, 2.1])
 
 
@@ -78,7 +83,7 @@ def replaced(motions):
 
 
 def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch):
-    design = load_design(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
+    design = load_design(EXAMPLES / "spur_50_50.toml")
     scan = (design, "780:960:4", 100.0)
     found = gc.speeds_to_avoid(*scan, starts=32, spacing=0.01)
     assert found.windows and max(each.random_states.fraction for each in found.windows) < 1
@@ -87,3 +92,13 @@ def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch
     assert [each.words for each in each_judged.windows] == [each.words for each in found.windows]
     for name in ("random_states", "avoided_states", "contact", "period"):
         assert np.array_equal(each_judged.dataset[name], found.dataset[name])
+
+
+@pytest.mark.parametrize("study", ["spur_50_50", "spur_27_35", "physical_pair", "train_idler"])
+def test_random_states_are_those_of_random_initial_values(study):
+    model = load_study(EXAMPLES / f"{study}.toml").model
+    motions, speeds, starts, seed = FollowedMotions(model), [500.0, 900.0, 2000.0], 5, (3, 1)
+    drawn = motions._random_states(speeds, starts, seed)
+    each, values = np.repeat(speeds, starts), spread(default_box(model), 15, seed)
+    expected = initial_states(model, {"speed": each, **values}, coordinates(vary(model, {})))
+    assert drawn.shape == expected.shape and np.abs(drawn - expected).max() < 1e-12 < np.ptp(expected, axis=1).min()

@@ -63,7 +63,7 @@ def test_motions_that_no_start_from_rest_reaches_are_found():
     factors = found.dataset.dynamic_factor.sel(motion="other")
     assert float(factors.interp(speed=7000)) == pytest.approx(
         float(there.attractor_dynamic_factor[worst]), rel=0.01)
-    assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, 64 to 512 random ")
+    assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, 64 to 576 random ")
 
 
 def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():

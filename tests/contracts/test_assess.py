@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
@@ -96,8 +97,8 @@ def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
     assert worst(replace(found, at=(only,))).endswith("1 of these only other initial states lead to")
     meaning = "N m, where the teeth hit both flanks: a reason to avoid that speed, not a load; in"
     assert meaning not in worst(replace(found, at=(only,)))
-    hard = replace(alone, contact="both flanks", start=0.0, stop=1e6)
-    assert meaning in worst(replace(found, at=(replace(only, windows=(hard,)),)))
+    hard = only.dataset.assign(contact=2 * xr.ones_like(only.dataset.contact))
+    assert meaning in worst(replace(found, at=(replace(only, dataset=hard),)))
 
 
 def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():

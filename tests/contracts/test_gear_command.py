@@ -105,7 +105,7 @@ def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
     largest = float(ds["dynamic_factor"].sel(speed=slice(None, outside.stop)).max())
     assert outside.dynamic_factor == largest
     text = " ".join(Answer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
-    assert f"In contact from rest alone: {start:.0f} to {stop:.0f} rpm" in text
+    assert f"In contact from rest, others not: {start:.0f} to {stop:.0f} rpm" in text
     assert f"Elsewhere: in contact in all motions found, largest factor {measured(largest, 3)} at" in text
 
 

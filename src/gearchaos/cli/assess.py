@@ -61,11 +61,11 @@ def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
     starts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Random initial states at each speed; 64, 32 or 16 by the number of torques."),
+        typer.Option(metavar="N", help="Random initial states at each speed; 512, 128 or 32 by torques and speeds."),
     ] = None,
     spacing: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed; 0.005, 0.01 or 0.025."),
+        typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed; 0.0025, 0.01 or 0.025."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
     sensitivity: Annotated[

@@ -117,7 +117,7 @@ class Answer:
         if history := [" to ".join(dict.fromkeys((f"{start:.0f}", f"{stop:.0f}")))
                        for start, stop in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)
-            yield f"In contact from rest alone: {', '.join(history[:3])}{more} rpm."
+            yield f"In contact from rest, others not: {', '.join(history[:3])}{more} rpm."
         if self.speeds.elsewhere is not None:
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"

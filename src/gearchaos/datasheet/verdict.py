@@ -88,17 +88,17 @@ def worst(found: Assessment) -> str:
     if unbounded:
         more = " and more" * (len(unbounded) > _MOST_NAMED)
         return f"motions grow without bound at {listed(unbounded[:_MOST_NAMED])} N m{more}"
-    part, torque = max(((each.largest, each.torque) for each in found.at), key=lambda pair: pair[0].dynamic_factor)
+    part, at = max(((each.largest, each) for each in found.at), key=lambda pair: pair[0].dynamic_factor)
     history = sum(window.depends_on_history for _, window in found.avoid)
     of_all = f"{history} of {len(found.avoid)}"
     others = sum(window.by_others for _, window in found.avoid)
     decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
     decides += f", {others} of these only other initial states lead to" * bool(others)
-    both = any(window.contact == CONTACT_WORDS[2] and window.start <= part.speed_of_largest <= window.stop
-               for at, window in found.avoid if at == torque)
-    meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * both
+    there = at.dataset.sel(speed=part.speed_of_largest)
+    contact = there["contact"].values[there["dynamic_factor"].values == part.dynamic_factor].max()
+    meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * int(contact == 2)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
-            f"{measured(part.speed_of_largest, 3)} rpm and {torque:.6g} N m{meaning}{decides}")
+            f"{measured(part.speed_of_largest, 3)} rpm and {at.torque:.6g} N m{meaning}{decides}")
 
 
 def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:

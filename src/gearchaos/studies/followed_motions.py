@@ -141,7 +141,8 @@ def classified(
 
     order = np.lexsort(list(values.values())[::-1])
     near = order[[bool(known[i]) for i in order]]
-    for _ in tiles.run(follow, tiles.split(len(near), threads=threads), threads=threads):
+    words = progress and f"{progress}, to known orbits"
+    for _ in tiles.run(follow, tiles.split(len(near), threads=threads), progress=words, threads=threads):
         pass
     others = np.array([i for i in order if motions[i] is None], int)
 
@@ -218,10 +219,7 @@ class FollowedMotions:
             yield from self._add(new, initial_states(self.model, {"speed": new}, self._names))
             self.speeds = sorted(self.at)
         if starts and speeds:
-            each = np.repeat(speeds, starts)
-            base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
-            values = {"speed": each, **spread(default_box(self.model), len(each), seed)}
-            w = initial_states(base, values, self._names)
+            each, w = np.repeat(speeds, starts), self._random_states(speeds, starts, seed)
             for speed, motion in zip(each.tolist(), (yield from self._add(each, w, random=True)), strict=True):
                 self.drawn.setdefault(speed, []).append(motion)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
@@ -281,6 +279,18 @@ class FollowedMotions:
                 ends.update(inside[:_NEXT_TO_END], inside[-_NEXT_TO_END:])
         yield from self.add(chosen, fewer(least), (seed, 2))
         yield from self.add(sorted(self._regular(ends, severity)), starts, (seed, 3))
+
+    def _random_states(self, speeds: Sequence[float], starts: int, seed: Seed) -> np.ndarray:
+        """Random states (d, speeds * starts) at speeds: affine functions of the initial values, by those at the origin
+        and at the unit vectors of each speed."""
+        values = spread(default_box(self.model), len(speeds) * starts, seed)
+        base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
+        corners = np.vstack([np.zeros(len(values)), np.eye(len(values))])
+        at_corners = dict(zip(values, np.tile(corners, (len(speeds), 1)).T, strict=True))
+        w = initial_states(base, {"speed": np.repeat(speeds, len(corners)), **at_corners}, self._names)
+        w = w.reshape(len(w), len(speeds), len(corners))
+        slopes, given = w[..., 1:] - w[..., :1], np.stack(list(values.values())).reshape(-1, len(speeds), starts)
+        return (w[..., :1] + np.einsum("dsn,nsk->dsk", slopes, given)).reshape(len(w), -1)
 
     def refine(self, severity: Severity, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""

@@ -171,7 +171,7 @@ def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) 
         raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{axis.start:g}:{axis.stop:g}",
                          f"At a spacing of {criteria.spacing:g} it takes {speeds}. Give a narrower range.")
     starts = max(1, criteria.starts)
-    check_memory("speeds times starts", axis.count * starts * torques)
+    check_memory("speeds times starts", speeds * starts * torques)
     cost = Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost
     found = replace(cost, motions=torques * speeds * starts, usual_periods=LONGEST,
                     periods=max(LONGEST, cost.periods * fewer(starts, 2) // starts))
@@ -240,7 +240,7 @@ def speeds_to_avoid(
     starts : int, optional
         Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
         them where a motion to avoid is known, and an eighth of that where one does not repeat, but in each range to
-        avoid no fewer than 64 or all.
+        avoid no fewer than 64, or than these.
     spacing : float, optional
         Largest distance of these speeds next to one where no motion to avoid is known, as a share of the speed.
     seed : int, optional
@@ -303,11 +303,12 @@ def summarised(found: _AtTorque) -> SpeedsToAvoid:
 
 def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for, with the least and the largest number of random ones."""
-    drawn = [min(len(each), found.criteria.starts) for each in found.motions.drawn.values()]
+    drawn = [len(each) for each in found.motions.drawn.values()]
     words = f"from rest, sweeps at {len(found.motions.speeds)} speeds"
     if not drawn:
         return words
-    return f"{words}, {' to '.join(map(str, sorted({min(drawn), max(drawn)})))} random states at {len(drawn)}"
+    number = " to ".join(map(str, sorted({min(drawn), max(drawn)})))
+    return f"{words}, {number} random state{'s' * (max(drawn) > 1)} at {len(drawn)}"
 
 
 def _dataset(found: _AtTorque) -> xr.Dataset:
