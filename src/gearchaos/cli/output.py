@@ -174,7 +174,7 @@ def plain_table(*titles: str, left: Iterable[str] = (), gap: int = 2) -> Table:
 
     table = Table(box=None, padding=(0, gap, 0, 0), show_header=bool(titles))
     for title in titles:
-        table.add_column(title, justify="left" if title in left else "right")
+        table.add_column(title, justify="left" if title in left else "right", overflow="fold")
     return table
 
 

@@ -266,8 +266,8 @@ def speeds_to_avoid(
     ...     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
     ...     quality={"standard": "ISO 1328-1:1995", "grade": 6})
     >>> found = gc.speeds_to_avoid(design, "500:1200:10", "300 N*m", starts=64)
-    >>> [each.words for each in found.windows][:3]
-    ['559 to 587 rpm', '626 to 657 rpm', '1058 to 1094 rpm']
+    >>> [each.words for each in found.windows][:2]
+    ['559 to 587 rpm', '626 to 657 rpm']
     >>> [each.motion for each in found.windows[-1].reached], found.windows[-1].to_scan_end
     (['other initial states'], True)
     """
