@@ -438,8 +438,11 @@ def test_the_price_is_said_before_the_work(monkeypatch):
     motions = [int(re.search(r"([\d,]+)\smotions", text).group(1).replace(",", "")) for text in (
         alone, assess(SPUR, *SCAN, "--torque", "100,300").stderr)]
     assert motions[1] == 2 * motions[0]
+    counted = list[int]()
+    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.check_memory", lambda _, count: counted.append(count))
     found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
                         Criteria())
+    assert counted == [found.motions]  # of all speeds, not of the first ones alone
     assert found.seconds(1) > 2 * replace(found, periods=found.usual_periods).seconds(1) > 60
 
 

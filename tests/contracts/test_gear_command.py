@@ -126,6 +126,16 @@ def test_every_range_to_avoid_is_named_in_the_answer(capsys):
         assert all(end in shown for end in edges(each))
 
 
+def test_a_word_that_is_too_long_for_its_column_is_folded_not_cut(capsys):
+    from gearchaos.cli.output import plain_table, print_table
+
+    table = plain_table(*(f"c{i}" for i in range(8)), left=["c0"])
+    table.add_row(*["neimark-sacker"] * 8)
+    print_table(table)
+    shown = capsys.readouterr().out
+    assert "…" not in shown and shown.count("k") == 8 * 2 and max(map(len, shown.splitlines())) <= 80
+
+
 def test_numbers_have_no_more_digits_than_are_known():
     assert [measured(v) for v in (2322.5114037, 84.3303, 0.012345678, 14000.0, 123456.7, 0.0)] == [
         "2323", "84.33", "0.01235", "14000", "123500", "0"]

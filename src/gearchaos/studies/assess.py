@@ -182,10 +182,10 @@ def assess(
     axis = speed_range(speed)
     torques = _torques(torque)
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
-    usual = next(each for each in _EFFORTS if width <= each[0])
-    criteria = Criteria.checked(factor, True, usual[1] if starts is None else starts,
-                                usual[2] if spacing is None else spacing, seed,
-                                settings or Classification(longest_transient=usual[3]))
+    number, spaced, longest = next(each[1:] for each in _EFFORTS if width <= each[0])
+    criteria = Criteria.checked(factor, True, number if starts is None else starts,
+                                spaced if spacing is None else spacing, seed,
+                                settings or Classification(longest_transient=longest))
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])

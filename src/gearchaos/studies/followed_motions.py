@@ -28,6 +28,7 @@ _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
 its speed; where none is known it is followed as long as the settings say."""
 
+_MOMENT = 2000  # motions that are classified in about a second, without a bar; ten times as many reach known orbits
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
 _FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again if it does not repeat
@@ -141,7 +142,7 @@ def classified(
 
     order = np.lexsort(list(values.values())[::-1])
     near = order[[bool(known[i]) for i in order]]
-    words = progress and f"{progress}, to known orbits"
+    words = f"{progress}, to known orbits" if progress and len(near) > 10 * _MOMENT else None
     for _ in tiles.run(follow, tiles.split(len(near), threads=threads), progress=words, threads=threads):
         pass
     others = np.array([i for i in order if motions[i] is None], int)
@@ -157,7 +158,7 @@ def classified(
     if len(others):
         found: dict[str, Any] = classify_batch(
             lambda number: started(others[number]), collect, np.arange(len(others)), settings=settings,
-            progress=progress, threads=threads)
+            progress=progress if len(others) > _MOMENT else None, threads=threads)
         columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
         for i, label, period, contact, factor, compression, *centre, state, meshes in zip(
                 others, *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True):

@@ -101,14 +101,13 @@ class Window(SpeedRange):
 
     The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
     neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
-    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. Between the
-    speeds of ``history`` there are also motions that are not to be avoided, from there on none was found; it is None
-    where all are to be avoided. ``random_states`` says how likely it is to come to those that are, between these speeds
-    if they are given; it is None where no random states were tried. ``meshes`` are
-    those of a train at which the teeth separate. ``contact`` is the worst contact state, one of `CONTACT_WORDS`. A
-    range that begins with the first computed speed (``from_scan_start``), or ends with the last one, may go on beyond.
-    ``peaks`` are the local peaks of the dynamic factor at other speeds, at most the `MOST_PEAKS` largest, in rising
-    order of speed.
+    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. Between the speeds of ``history``
+    there are also motions that are not to be avoided, from there on none was found; it is None where all are to be
+    avoided. ``random_states`` says how likely it is to come to those that are, between these speeds if they are given;
+    it is None where no random states were tried. ``meshes`` are those of a train at which the teeth separate.
+    ``contact`` is the worst contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed
+    (``from_scan_start``), or ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic
+    factor at other speeds, at most the `MOST_PEAKS` largest, in rising order of speed.
     """
 
     start_resolution: float
