@@ -21,6 +21,10 @@ _ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
+_ALTERNATES = 0.1
+"""Relative difference of the residuals of an iteration and of that two before, from which Newton's method goes to and
+fro across a corner."""
+
 _FAR = 0.1  # distance from the guess at which Newton's method has left its neighbourhood
 _LEAST_COSINE = 0.97  # least cosine of the angle between the tangents of neighbouring points
 
@@ -100,6 +104,14 @@ def along(weights: np.ndarray, origin: Point, u: np.ndarray) -> float:
     return float(np.sum(weights * origin.tangent * (u - origin.u)))
 
 
+def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (P − 1,) of a place (N,) from the pieces of a polyline (P, N), and the share of each at which it is
+    nearest."""
+    direction, offset = np.diff(polyline, axis=0), place - polyline[:-1]
+    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
+    return np.linalg.norm(offset - share[:, None] * direction, axis=1), share
+
+
 def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray,
             step: float = 0.0) -> Point:
     """The solution nearest to a guess in the plane through it with this normal, by Newton's method.
@@ -109,6 +121,7 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     """
     u, row = guess.copy(), equations.weights * normal
     best: tuple[float, np.ndarray, np.ndarray, Any] | None = None
+    before, last = np.inf, np.inf  # residuals
     for _ in range(_ITERATIONS):
         try:
             f, jacobian, data = equations.evaluate(u)
@@ -125,6 +138,9 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
             break
         if stalled and residual > 1e3 * best[0]:
             raise Stopped("Newton's method diverges")
+        if abs(residual - before) < _ALTERNATES * residual:
+            break
+        before, last = last, residual
         change, _ = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
     assert best is not None

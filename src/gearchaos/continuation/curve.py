@@ -73,14 +73,6 @@ class _Piece:
         return x, y, self.why
 
 
-def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (P − 1,) of a place (2,) from the pieces of a polyline (P, 2), and the share of each at which it is
-    nearest."""
-    direction, offset = np.diff(polyline, axis=0), place - polyline[:-1]
-    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
-    return np.linalg.norm(offset - share[:, None] * direction, axis=1), share
-
-
 def find_event(model_family: ParameterFamily, start: Cycle, kind: str, bounds: tuple[float, float],
                settings: Settings) -> Event:
     """The event of this kind nearest to the start on the branch of an orbit along the first axis; raises `InputError`

@@ -17,7 +17,7 @@ from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Eve
 from gearchaos.continuation.family import ParameterFamily, PeriodFlow
 from gearchaos.continuation.shooting import Cycle
 
-_STEP = 1e-6  # step of the central differences, in half backlashes
+_STEP = 1e-8  # step of the central differences, in half backlashes
 _ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength
 CRITICAL = {FOLD: 1.0, FLIP: -1.0}  # the critical multiplier by kind of event
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Equations, Point, Stopped, along, correct, length
+from gearchaos.continuation.arclength import Equations, Point, Stopped, along, correct, from_polyline, length
 from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
 from gearchaos.continuation.events import (
     FLIP,
@@ -61,8 +61,8 @@ _ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STE
 """Angles on the half circle between which the curve is searched, dense near the graze curve."""
 
 _WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)  # angles on the circle about a corner that is no graze
-_RECENT = 40  # number of the last points of a curve with which points beyond a corner are compared
-_SEPARATE = 0.3  # least distance of these from each other, relative to the radius
+_RECENT = 40  # number of the last points of a curve that tell from which side of a graze it comes
+_SEPARATE = 0.3  # least distance of a point beyond a corner from the curve so far, relative to the radius
 
 
 class SpecialPoint(NamedTuple):
@@ -203,7 +203,7 @@ def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[Sp
             return None
         gaps = [grazes.gap(point.data.cycle) for point in points[-_RECENT:]]
         side = -float(np.sign(gaps[int(np.argmax(np.abs(gaps)))])) or 1.0
-        found = grazes.beyond(corner, side, points) or grazes.beyond(corner, -side, points)
+        found = grazes.beyond(corner, side, points, True) or grazes.beyond(corner, -side, points, False)
         return SpecialPoint(f"grazing-{equations.kind}", corner), found
     except Stopped:
         return None
@@ -246,13 +246,14 @@ class _Grazes:
                     return self.point(self.origin, float(brentq(value, a, b, xtol=1e-14)), 0.0)
         return None
 
-    def beyond(self, corner: Point, side: float, points: Sequence[Point]) -> Point | None:
-        """The first point of the curve on one side of the graze: gap positive or negative."""
+    def beyond(self, corner: Point, side: float, points: Sequence[Point], other: bool) -> Point | None:
+        """The first point of the curve on one side of the graze: gap positive or negative; ``other`` than that from
+        which the points lead to the corner."""
 
         def on_circle(radius: float, angle: float) -> Point:
             return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
 
-        return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points)
+        return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points, other)
 
 
 class _Slice:
@@ -287,12 +288,15 @@ def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | N
 
 
 def _first_on_circles(equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
-                      radii: Sequence[float], angles: np.ndarray, points: Sequence[Point]) -> Point | None:
-    """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles."""
+                      radii: Sequence[float], angles: np.ndarray, points: Sequence[Point],
+                      other: bool = False) -> Point | None:
+    """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles, which
+    may lie on the ``other`` side of a graze than the points of the curve so far."""
     test = of_data(lambda state: TESTS[equations.kind](state.cycle))
     for radius in radii:
         for root in roots_on_circle(test, partial(on_circle, radius), angles):
-            found = _first_point(equations, corner, root.u, points, radius)
+            known = not other and _passes(equations, points, root.u, radius)
+            found = None if known else _first_point(equations, corner, root.u, points[-1], radius)
             if found is not None:
                 return found
     return None
@@ -316,21 +320,23 @@ def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float],
                 continue
 
 
-def _first_point(equations: EventEquations, corner: np.ndarray, u: np.ndarray, points: Sequence[Point],
-                 radius: float) -> Point | None:
-    """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,).
+def _passes(equations: EventEquations, points: Sequence[Point], u: np.ndarray, radius: float) -> bool:
+    """Whether the curve so far passes an orbit ``u`` (n d + 2,), at a distance that is small beside a radius."""
+    scale = np.sqrt(equations.weights[: len(u)])
+    line, place = scale * np.stack([p.u[: len(u)] for p in points]), scale * u
+    distance, _ = from_polyline(line, place)
+    return float(distance.min(initial=float(np.linalg.norm(line[0] - place)))) < _SEPARATE * radius
 
-    Its tangent leads away from the corner. None if Newton's method leads elsewhere, or it belongs to the curve so far.
+
+def _first_point(equations: EventEquations, corner: np.ndarray, u: np.ndarray, last: Point,
+                 radius: float) -> Point | None:
+    """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,) beyond
+    the last point.
+
+    Its tangent leads away from the corner. None if Newton's method leads elsewhere.
     """
     size, weights = len(u), equations.weights[: len(u)]
-    if any(length(weights, p.u[:size] - u) < _SEPARATE * radius for p in points[-_RECENT:]):
-        return None
-    for a, b in pairwise(p.u[:size] for p in points[-_RECENT:]):  # the line through recent points
-        direction, offset = b - a, u - a
-        share = float(np.clip((weights * offset) @ direction / max((weights * direction) @ direction, 1e-300), 0, 1))
-        if length(weights, offset - share * direction) < _SEPARATE * radius:
-            return None
-    rest = points[-1].u[size:]
+    rest = last.u[size:]
     away = np.append(u - corner, np.zeros(len(rest)))
     away /= length(equations.weights, away)
     try:
