@@ -6,6 +6,7 @@ K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -13,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.flow import CorrectedOrbit
 
 TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
 ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
@@ -46,6 +48,10 @@ class Equations(Protocol):
         """F(u) (N,), its derivatives (N, N + 1), and what else belongs to the point.
 
         Raises `InputError` where the equations do not exist.
+        """
+
+    def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Any] | None:
+        """The solution and what else belongs to it, in one call, if that can be had; see `PolynomialEquations.correct`.
         """
 
 
@@ -96,12 +102,12 @@ class Stopped(Exception):  # noqa: N818  (the end of a branch is no error)
 
 def length(weights: np.ndarray, vector: np.ndarray) -> float:
     """Length of a vector (N + 1,) of unknowns."""
-    return float(np.sqrt(np.sum(weights * vector * vector)))
+    return math.sqrt((weights * vector) @ vector)
 
 
 def along(weights: np.ndarray, origin: Point, u: np.ndarray) -> float:
     """Distance of unknowns u (N + 1,) from a point along its tangent."""
-    return float(np.sum(weights * origin.tangent * (u - origin.u)))
+    return float((weights * origin.tangent) @ (u - origin.u))
 
 
 def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -120,6 +126,11 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     not converge, or leaves the domain of the equations.
     """
     u, row = guess.copy(), equations.weights * normal
+    quick = equations.corrected(guess, np.array([row, equations.weights * tangent]))
+    if quick is not None:
+        found, data = quick
+        along = found.tangent / length(equations.weights, found.tangent)
+        return Point(found.u, along, found.orientation, found.residual, data, step)
     best: tuple[float, np.ndarray, np.ndarray, Any] | None = None
     before, last = np.inf, np.inf  # residuals
     for _ in range(_ITERATIONS):
@@ -195,14 +206,14 @@ def _next(equations: Curve, before: Point, point: Point, size: float, settings: 
     It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
     after a turn.
     """
-    turned = before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT
+    turned = before is point or float((equations.weights * before.tangent) @ point.tangent) < _STRAIGHT
     while True:
         try:
             guess = point.u + size * point.tangent
             if not turned:
                 guess = _hermite(equations.weights, point, (before, point), size)
             after = correct(equations, guess, point.tangent, point.tangent, size)
-            cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
+            cosine = float((equations.weights * after.tangent) @ point.tangent)
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
             fine = size <= settings.finest or equations.resolved(point.data, after.data)
             least = _LEAST_COSINE if size > _CORNER else _LEAST_AT_CORNER
@@ -225,11 +236,11 @@ def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], dist
     The tangent of the first one, if both are equal to rounding.
     """
     first, last = pair
-    full = float(np.sum(weights * origin.tangent * (last.u - first.u)))
+    normal = weights * origin.tangent
+    full = float(normal @ (last.u - first.u))
     passed = distance - along(weights, origin, first.u)
     share = passed / full if full else 0.0
-    slopes = (p.tangent * full / max(float(np.sum(weights * p.tangent * origin.tangent)), 1e-3) for p in pair)
-    start, end = slopes
+    start, end = (p.tangent * (full / max(float(normal @ p.tangent), 1e-3)) for p in pair)
     a, b = share * share * (3 - 2 * share), share * (1 - share)
     guess = first.u + a * (last.u - first.u) + b * ((1 - share) * start - share * end)
     return guess + (distance - along(weights, origin, guess)) * origin.tangent

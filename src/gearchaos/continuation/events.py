@@ -33,6 +33,8 @@ _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0
 
 _RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
+_ROUNDING = 1e-14  # largest value of a test function that is a rounding error
+
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
 of the two points."""
@@ -110,7 +112,7 @@ def locate(equations: Equations, first: Point, last: Point, test: Callable[[Poin
         if np.isnan(found):
             raise Stopped("the test function is not defined everywhere between the points")
         values[distance] = found
-        return found
+        return 0.0 if abs(found) < _ROUNDING else found
 
     if test(first) * test(last) > 0:
         return None
@@ -329,7 +331,7 @@ def match(before: np.ndarray, after: np.ndarray, period: int) -> tuple[np.ndarra
     if len(kept):
         shift, cost = _best_rotation(before[kept], after[left], period)
         if np.isfinite(cost):
-            found[kept] = np.roll(left, -shift)
+            found[kept] = left[(np.arange(len(left)) + shift) % len(left)]
     return found, new
 
 

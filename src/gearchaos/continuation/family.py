@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearchaos.continuation.cells import Cells
+from gearchaos.continuation.cells import Cell, Cells
 from gearchaos.flow import (
     DifferencedFlow,
     ExactFlow,
@@ -69,8 +69,8 @@ class ParameterFamily:
 
     def check(self, values: np.ndarray) -> None:
         """Raise `InputError` if the model does not accept these values, (P, Q)."""
-        cells = map(self._cells.cell, values)
-        if self._several or not all(cell is not None and cell.accepted for cell in cells):
+        cells = map(self.cell, values)
+        if not all(cell is not None and cell.accepted for cell in cells):
             self._check(values)
 
     def _check(self, values: np.ndarray) -> None:
@@ -102,8 +102,13 @@ class ParameterFamily:
                 return DifferencedFlow(own)
             points, steps = self._stencil(values, _FLOW_STEP)
             return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
-        cell = self._cells.cell(values[0])
-        return SensitivityFlow(self._differentiated(values) if cell is None else cell.at(values[0].tolist()))
+        cell = self.cell(values[0])
+        return SensitivityFlow(
+            self._differentiated(values) if cell is None else cell.polynomials.at(values[0].tolist()))
+
+    def cell(self, values: np.ndarray) -> Cell | None:
+        """The cell with values (Q,) on which the equations are interpolated; None without one."""
+        return None if self._several else self._cells.cell(values)
 
     def _differentiated(self, values: np.ndarray) -> PeriodEquations:
         """The equations at values (P, Q), with derivatives by differences."""

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Point, along, between, length
+from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Equations, Point, along, between, length
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
-from gearchaos.flow import OK, PeriodResult
+from gearchaos.flow import OK, CorrectedOrbit, PeriodResult
 
 _UNIT_CIRCLE = 1e-9  # distance from 1 up to which the modulus of a multiplier counts as 1
 
@@ -87,9 +87,9 @@ class Cycle:
 
     def monodromy_at(self, number: int) -> np.ndarray:
         """Derivative (d, d) of Pⁿ at a point."""
-        product = np.eye(self.points.shape[1])
-        for matrix in np.roll(self.result.monodromy, -number, axis=0):
-            product = matrix @ product
+        product = self.result.monodromy[number]
+        for k in range(number + 1, number + self.period):
+            product = self.result.monodromy[k % self.period] @ product
         return product
 
     @cached_property
@@ -164,6 +164,12 @@ def count_unstable(multipliers: np.ndarray) -> int:
     return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
+def cycle_of(found: CorrectedOrbit, period: int) -> Cycle:
+    """The cycle of a corrected orbit."""
+    size = found.vectors[0].size
+    return Cycle(found.u[:size].reshape(period, -1), found.u[size:], found.result)
+
+
 def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
     """The cycle of these points (n, d) at parameter values (Q,)."""
     result = family.flow(values[None]).advance(points, np.zeros(len(points), np.int64))
@@ -202,7 +208,7 @@ def unknowns(cycle: Cycle) -> np.ndarray:
     return np.append(cycle.points.ravel(), cycle.values)
 
 
-class CycleEquations:
+class CycleEquations(Equations):
     """Orbits of period n along one parameter (Q = 1): n d equations for n points and the parameter.
 
     A change of the parameter by ``span`` counts as much as a change of all points by one half backlash.
@@ -217,6 +223,14 @@ class CycleEquations:
         self.family.check(u[None, -1:])
         cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
         return cycle.defect.ravel(), cycle.jacobian, cycle
+
+    def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Cycle] | None:
+        """The orbit nearest to a guess, see `PolynomialEquations.correct`."""
+        cell = self.family.cell(guess[-1:])
+        if cell is None or not cell.accepted:
+            return None
+        found = cell.polynomials.correct(guess, rows, self.period, (TOLERANCE, ACCEPTED))
+        return None if found is None else (found, cycle_of(found, self.period))
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""

@@ -256,7 +256,7 @@ class _Grazes:
         return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points, other)
 
 
-class _Slice:
+class _Slice(Equations):
     """Orbits along the two parameters of an event's equations, in the plane through ``origin`` (n d + 2,) at a right
     angle to ``across`` (n d + 2,)."""
 
