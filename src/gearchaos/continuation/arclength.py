@@ -14,19 +14,19 @@ from typing import Any, Protocol
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.flow import CorrectedOrbit
+from gearchaos.flow import CorrectedOrbit, Limits, NotConvergedError
 
 TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
 ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
+
+LIMITS = Limits(TOLERANCE, ACCEPTED, growth=1e3, alternates=0.1)
+"""When Newton's method ends; across a corner of the equations it goes to and fro."""
 
 _ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
-_ALTERNATES = 0.1
-"""Relative difference of the residuals of an iteration and of that two before, from which Newton's method goes to and
-fro across a corner."""
-
+_NO_CONVERGENCE = "Newton's method does not converge"
 _FAR = 0.1  # distance from the guess at which Newton's method has left its neighbourhood
 _LEAST_COSINE = 0.97  # least cosine of the angle between the tangents of neighbouring points
 
@@ -126,7 +126,10 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     not converge, or leaves the domain of the equations.
     """
     u, row = guess.copy(), equations.weights * normal
-    quick = equations.corrected(guess, np.array([row, equations.weights * tangent]))
+    try:
+        quick = equations.corrected(guess, np.array([row, equations.weights * tangent]))
+    except NotConvergedError:
+        raise Stopped(_NO_CONVERGENCE) from None
     if quick is not None:
         found, data = quick
         along = found.tangent / length(equations.weights, found.tangent)
@@ -147,16 +150,16 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
             best = residual, u, jacobian, data
         if best[0] <= TOLERANCE or (stalled and best[0] <= ACCEPTED):
             break
-        if stalled and residual > 1e3 * best[0]:
+        if stalled and residual > LIMITS.growth * best[0]:
             raise Stopped("Newton's method diverges")
-        if abs(residual - before) < _ALTERNATES * residual:
+        if abs(residual - before) < LIMITS.alternates * residual:
             break
         before, last = last, residual
         change, _ = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
     assert best is not None
     if best[0] > ACCEPTED:
-        raise Stopped("Newton's method does not converge")
+        raise Stopped(_NO_CONVERGENCE)
     return _point(equations, tangent, step, *best)
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Equations
+from gearchaos.continuation.arclength import LIMITS, Equations
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
 from gearchaos.continuation.family import ParameterFamily, PeriodFlow
 from gearchaos.continuation.shooting import Cycle, cycle_of
@@ -100,7 +100,7 @@ class EventEquations(Equations):
         cell, event = self.family.cell(self.values(guess)), self._equation
         if event is None or cell is None or not cell.accepted:
             return None
-        found = cell.polynomials.correct(guess, rows, self.period, (TOLERANCE, ACCEPTED), event)
+        found = cell.polynomials.correct(guess, rows, self.period, LIMITS, event)
         return None if found is None else (found, self._state(found, cycle_of(found, self.period)))
 
     @property

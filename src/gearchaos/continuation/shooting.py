@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Equations, Point, along, between, length
+from gearchaos.continuation.arclength import ACCEPTED, LIMITS, TOLERANCE, Equations, Point, along, between, length
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
 from gearchaos.flow import OK, CorrectedOrbit, PeriodResult
@@ -229,7 +229,7 @@ class CycleEquations(Equations):
         cell = self.family.cell(guess[-1:])
         if cell is None or not cell.accepted:
             return None
-        found = cell.polynomials.correct(guess, rows, self.period, (TOLERANCE, ACCEPTED))
+        found = cell.polynomials.correct(guess, rows, self.period, LIMITS)
         return None if found is None else (found, cycle_of(found, self.period))
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:

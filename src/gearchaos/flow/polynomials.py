@@ -15,9 +15,11 @@ from gearchaos.flow.kernels.correction import (
     EXTREMUM,
     MULTIPLIER,
     NO_EVENT,
+    NO_SOLUTION,
     OTHER_STEPS,
     SOLVED,
     Correction,
+    Limits,
     Polynomials,
     correct_orbit,
     evaluate_polynomials,
@@ -33,6 +35,10 @@ from gearchaos.flow.sensitivity import (
     scratch,
 )
 from gearchaos.flow.step_tables import steps_alike
+
+
+class NotConvergedError(Exception):
+    """Newton's method for an orbit does not converge."""
 
 
 class CriticalMultiplier(NamedTuple):
@@ -152,7 +158,7 @@ class PolynomialEquations:
             own, parameters=found[:1, :total].copy(), starts=found[:1, total:-1], steps=found[0, -1:],
             derivatives=Derivatives(found[None, 1:, :total].copy(), found[None, 1:, total:-1].copy()))
 
-    def correct(self, guess: np.ndarray, rows: np.ndarray, period: int, tolerances: tuple[float, float],
+    def correct(self, guess: np.ndarray, rows: np.ndarray, period: int, limits: Limits,
                 event: CriticalMultiplier | TouchingExtremum | None = None) -> CorrectedOrbit | None:
         """The orbit of n mesh periods, or the one at an event, nearest to a guess.
 
@@ -165,18 +171,20 @@ class PolynomialEquations:
             equations of the tangent.
         period : int
             n.
-        tolerances : (float, float)
-            Largest equation at which Newton's method ends, and that of a solution where it comes no further.
+        limits : Limits
+            When Newton's method ends.
         event : optional
             A further equation.
 
         Returns
         -------
-        CorrectedOrbit, or None where Newton's method does not halve the largest equation in each iteration, leaves the
-        box, or cannot be tried since the steps of the period depend on the parameters.
+        CorrectedOrbit, or None where Newton's method leaves the box or what the equations are defined for, or cannot be
+        tried since the steps of the period depend on the parameters.
 
         Raises
         ------
+        NotConvergedError
+            If Newton's method does not converge.
         StoppedError
             If the computation is cancelled, see `cancel_event`.
         """
@@ -199,10 +207,12 @@ class PolynomialEquations:
                 own.event[:] = (NO_EVENT, 0, 0) if event is None else (EXTREMUM, *event)
             found = correct_orbit(
                 dimensions(d, equations.damping_law), equations.harmonics, rows_of_workspace, own, self.polynomials,
-                call._replace(values=values), probe._replace(values=values), *tolerances, work, segment)
+                call._replace(values=values), probe._replace(values=values), limits, work, segment)
             if found != OTHER_STEPS:
                 break
             self._steps.append(self._steps_of(own.found[0, -1]))
+        if found == NO_SOLUTION:
+            raise NotConvergedError
         if found != SOLVED:
             return None
         switches, extrema = (max(c.tolist()) for c in (call.switch_count, call.extremum_count))

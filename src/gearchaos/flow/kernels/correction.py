@@ -26,8 +26,18 @@ ITERATIONS = 8
 NO_EVENT, MULTIPLIER, EXTREMUM = range(3)
 """Kinds of the further equation."""
 
-FAILED, SOLVED, OTHER_STEPS = range(3)
-"""How a correction ends: the last one where the period has to be divided into other steps."""
+FAILED, SOLVED, NO_SOLUTION, OTHER_STEPS = range(4)
+"""How a correction ends: the equations are not known or not defined at some place, Newton's method converges or does
+not, or the period has to be divided into other steps."""
+
+
+class Limits(NamedTuple):
+    """When Newton's method ends."""
+
+    tolerance: float  # at which the largest equation is solved
+    accepted: float  # likewise where rounding errors let it come no further
+    growth: float  # by this factor over the smallest one so far it diverges
+    alternates: float  # it goes to and fro if it differs by less than this fraction from that two iterations before
 
 
 class Polynomials(NamedTuple):
@@ -275,30 +285,33 @@ def _solve_for(own, tangent):
 
 
 @kernel
-def correct_orbit(dims, harmonics, row, own, polynomials, call, probe, tolerance, accepted, work, segment):
+def correct_orbit(dims, harmonics, row, own, polynomials, call, probe, limits, work, segment):
     """The solution of the equations nearest to the guess in the plane through it at a right angle to the first of
-    ``rows``, by Newton's method as long as it halves the largest equation in each iteration; returns how it ended.
-
-    It ends at ``tolerance``, or at ``accepted`` where rounding errors let it come no further.
+    ``rows``, by Newton's method; returns how it ended.
 
     ``own`` (a `Correction`) holds guess and solution, ``call`` (a `SensitivityCall` of n trajectories and one point of
     the parameters) the period from each point of the orbit. ``probe`` is another one, of 2 n trajectories with the same
-    parameters, for the differences.
+    parameters, for the differences. ``limits`` are `Limits`.
     """
-    largest = np.inf
+    best, before, last = np.inf, np.inf, np.inf
     for _ in range(ITERATIONS):
         known = _equations_at(own, polynomials, call)
         if known != SOLVED:
             return known
         residual = _evaluate(dims, harmonics, row, own, call, probe, work, segment)
-        falls, largest = residual < 0.5 * largest, residual
-        if not falls and not residual <= accepted:
+        if np.isnan(residual):
             return FAILED
-        if not falls or residual <= tolerance:
+        stalled = not residual < best
+        best = min(best, residual)
+        if residual <= limits.tolerance or (stalled and residual <= limits.accepted):
             own.result[0], own.result[1] = residual, _solve_for(own, True)
             return SOLVED if own.result[1] != 0.0 else FAILED
-        if _solve_for(own, False) == 0:
+        if stalled and best <= limits.accepted:
             return FAILED
+        diverges, alternates = residual > limits.growth * best, abs(residual - before) < limits.alternates * residual
+        if diverges or alternates or _solve_for(own, False) == 0:
+            return NO_SOLUTION
+        before, last = last, residual
         for j in range(len(own.u)):
             own.u[j] += own.matrix[j, len(own.u)]
-    return FAILED
+    return NO_SOLUTION
