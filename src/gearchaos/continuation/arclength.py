@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.optimize import brentq
 
 from gearchaos.errors import InputError
 from gearchaos.flow import CorrectedOrbit, Limits, NotConvergedError
@@ -163,12 +164,6 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     return _point(equations, tangent, step, *best)
 
 
-def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float) -> Point:
-    """The point at a solution u (N + 1,), with the tangent that does not turn against ``along``."""
-    f, jacobian, data = equations.evaluate(u)
-    return _point(equations, along, step, float(np.abs(f).max()), u, jacobian, data)
-
-
 def _point(equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
            data: Any) -> Point:
     """The point with its tangent, turned so that it does not point against ``along``.
@@ -264,6 +259,25 @@ def at_value(equations: Equations, point: Point, index: int, value: float) -> Po
     except Stopped:
         return None
     return found if length(equations.weights, found.u - guess) < _LANDING else None
+
+
+def crossing(equations: Equations, first: Point, last: Point, index: int, value: float) -> Point | None:
+    """The solution with this value of the unknown ``index`` between two neighbouring points; None if it is not near the
+    cubic through them."""
+    def guess(distance: float) -> np.ndarray:
+        return _hermite(equations.weights, first, (first, last), distance)
+
+    full = along(equations.weights, first, last.u)
+    if (guess(0.0)[index] - value) * (guess(full)[index] - value) > 0:
+        return None
+    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full)
+    at, normal = guess(distance), np.zeros(len(first.u))
+    at[index], normal[index] = value, 1.0
+    try:
+        found = correct(equations, at, normal, first.tangent, distance)
+    except Stopped:
+        return None
+    return found if length(equations.weights, found.u - at) < _MAX_CORRECTION * full else None
 
 
 def between(equations: Equations, first: Point, last: Point, distance: float,

@@ -203,6 +203,8 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
 
     Those of both halves where extrema cannot be followed so far, or one may touch a boundary twice.
     """
+    if _stay_away(equations, first, last):
+        return []
     index, new = match(first.data.extrema, last.data.extrema, first.data.period)
     if not (halvings and _may_touch_twice(equations, first, last, index)):
         found = list[Event | None]()
@@ -216,6 +218,19 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
     if middle is None:
         return []
     return _grazes(equations, first, middle, halvings - 1) + _grazes(equations, middle, last, halvings - 1)
+
+
+def _stay_away(equations: Equations, first: Point, last: Point) -> bool:
+    """Whether the extrema, in their order, are farther from both boundaries than any of them moves between the points,
+    also with the speeds that it has there: most often, so that they need not be followed."""
+    before, after = first.data.extrema[:, 1:], last.data.extrema[:, 1:]
+    if before.shape != after.shape or (before[:, 1] != after[:, 1]).any():
+        return False
+    full = along(equations.weights, first, last.u)
+    slopes = (full * point.data.extremum_slopes(point.tangent) for point in (first, last))
+    moves = np.array([after[:, 0] - before[:, 0], *slopes])
+    gaps = np.abs(np.array([before[:, 0], after[:, 0]])) - 1.0
+    return bool(np.abs(moves).max(initial=0.0) < np.abs(gaps).min(initial=np.inf))
 
 
 def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,
@@ -249,12 +264,10 @@ def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.
     turned = max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
     slopes = (first.data.extremum_slopes(first.tangent)[kept] * full / 3,
               last.data.extremum_slopes(last.tangent)[index[kept]] * full / (3 * turned))
-    coefficients = np.stack([before, before + slopes[0], after - slopes[1], after])
-    for boundary in (1, -1):
-        beyond = coefficients > boundary
-        if np.any((beyond[0] == beyond[3]) & (np.any(beyond, axis=0) != np.all(beyond, axis=0))):
-            return True
-    return False
+    coefficients = np.array([before, before + slopes[0], after - slopes[1], after])
+    least, largest = coefficients.min(axis=0), coefficients.max(axis=0)
+    return any(((least <= boundary) & (boundary < largest) & ((before > boundary) == (after > boundary))).any()
+               for boundary in (1, -1))
 
 
 def _graze_at(point: Point, number: int, boundary: int) -> Event | None:

@@ -119,8 +119,9 @@ class Cycle:
     @cached_property
     def extrema(self) -> np.ndarray:
         """Extrema of z over all n periods, (E, 3): instant in mesh periods from 0 to n, z, 1 maximum or −1 minimum."""
-        return np.concatenate(
-            [np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._extrema)])
+        out = self._extrema[:, :3].copy()
+        out[:, 0] += self._period_of_extremum
+        return out
 
     @cached_property
     def switches(self) -> np.ndarray:
@@ -130,9 +131,15 @@ class Cycle:
             [np.column_stack([k + rows[:count, 0], rows[:count, 1:3]]) for k, (rows, count) in enumerate(counted)])
 
     @cached_property
-    def _extrema(self) -> list[np.ndarray]:
-        """The records of the extrema in each mesh period, see `PeriodResult`."""
-        return [r[:count] for r, count in zip(self.result.extrema, self.result.extremum_count, strict=True)]
+    def _extrema(self) -> np.ndarray:
+        """The records (E, 3 + d + Q) of the extrema in all mesh periods, see `PeriodResult`."""
+        return np.concatenate([r[:count] for r, count in zip(
+            self.result.extrema, self.result.extremum_count.tolist(), strict=True)])
+
+    @cached_property
+    def _period_of_extremum(self) -> np.ndarray:
+        """The mesh period of each extremum, (E,) from 0."""
+        return np.repeat(np.arange(self.period), self.result.extremum_count)
 
     def lag(self, instant: Any, reference: float) -> Any:
         """By how much instants are later than another one, in mesh periods from −n/2 to n/2."""
@@ -144,24 +151,23 @@ class Cycle:
 
     def extremum_derivatives(self, number: int) -> np.ndarray:
         """Derivatives (n d + Q,) of z at an extremum by the points and the parameters."""
-        (n, d), rows = self.points.shape, self._extrema
-        period = int(np.searchsorted(np.cumsum([len(r) for r in rows]), number, side="right"))
-        row = rows[period][number - sum(len(r) for r in rows[:period]), 3:]
+        (n, d), row, period = self.points.shape, self._extrema[number, 3:], self._period_of_extremum[number]
         out = np.zeros(n * d + len(self.values))
         out[period * d : (period + 1) * d], out[n * d :] = row[:d], row[d:]
         return out
 
     def extremum_slopes(self, direction: np.ndarray) -> np.ndarray:
         """Derivatives (E,) of z at the extrema in a direction (n d + Q,) of points and parameters."""
-        n, d = self.points.shape
-        states, parameters = direction[: n * d].reshape(n, d), direction[n * d :]
-        pairs = zip(self._extrema, states, strict=True)
-        return np.concatenate([r[:, 3 : 3 + d] @ state + r[:, 3 + d :] @ parameters for r, state in pairs])
+        (n, d), derivatives = self.points.shape, self._extrema[:, 3:]
+        if n == 1:
+            return derivatives @ direction
+        states = direction[: n * d].reshape(n, d)[self._period_of_extremum]
+        return (derivatives[:, :d] * states).sum(axis=1) + derivatives[:, d:] @ direction[n * d :]
 
 
 def count_unstable(multipliers: np.ndarray) -> int:
     """Number of multipliers outside the unit circle."""
-    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
+    return int(np.count_nonzero(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
 def cycle_of(found: CorrectedOrbit, period: int) -> Cycle:
