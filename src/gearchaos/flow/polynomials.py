@@ -195,7 +195,7 @@ class PolynomialEquations:
         rows_of_workspace = row_numbers(d, equations.harmonics, q)
         work, segment = scratch.of(rows_of_workspace.total)
         for _ in range(2):
-            count, low, high, values = self._steps[-1]
+            count, low, high, values = self._steps[0]
             own, call, probe = _memory.of(
                 period, d, rows.shape[1], q, self._degree, len(self.polynomials.origin),
                 equations.parameters.shape[1], equations.starts.shape[1], record_count(count))
@@ -210,7 +210,7 @@ class PolynomialEquations:
                 call._replace(values=values), probe._replace(values=values), limits, work, segment)
             if found != OTHER_STEPS:
                 break
-            self._steps.append(self._steps_of(own.found[0, -1]))
+            self._steps[:] = [self._steps_of(own.found[0, -1])]
         if found == NO_SOLUTION:
             raise NotConvergedError
         if found != SOLVED:
@@ -236,8 +236,8 @@ class PolynomialEquations:
 
     @cached_property
     def _steps(self) -> list[tuple[int, float, float, np.ndarray]]:
-        """The steps of the period used last: their number, between which least numbers of steps they are these, and
-        `Steps.values`."""
+        """The steps of the period used last, alone in a list: their number, between which least numbers of steps they
+        are these, and `Steps.values`."""
         return [self._steps_of(float(self.equations.steps[0]))]
 
     def _steps_of(self, least: float) -> tuple[int, float, float, np.ndarray]:
