@@ -133,6 +133,18 @@ def test_what_the_kernel_does_not_take_is_left_to_python(model, axis):
     assert len(branch.points) > 2
 
 
+def test_long_orbits_are_left_to_python():
+    """The same orbit counted 32 and 33 times; both corrections find it."""
+    family, cycle = find_cycle(gc.MeshModel.of(q0=0.1, eps1=0.01, omega=1.3), ("omega",), 1, None)
+    for count, taken in ((32, True), (33, False)):
+        u = np.append(np.tile(cycle.points, (count, 1)).ravel(), cycle.values)
+        normal = np.append(np.zeros(len(u) - 1), 1.0)
+        equations = CycleEquations(family, count, 1.0)
+        assert (equations.corrected(u, np.tile(normal, (2, 1))) is not None) == taken
+        found = correct(equations, u + 1e-5 * (1 - normal), normal, normal)
+        np.testing.assert_allclose(found.u, u, atol=1e-11)
+
+
 def test_newtons_method_that_does_not_converge_says_so():
     family, cycle = find_cycle(MODELS["d2"], ("omega",), 1, None)
     cell = family.cell(cycle.values)

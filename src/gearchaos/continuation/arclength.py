@@ -52,8 +52,9 @@ class Equations(Protocol):
         """
 
     def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Any] | None:
-        """The solution and what else belongs to it, in one call, if that can be had; see `PolynomialEquations.correct`.
-        """
+        """The solution and what else belongs to it in one call, see `PolynomialEquations.correct`; None where that cannot
+        be had."""
+        return None
 
 
 class Curve(Equations, Protocol):

@@ -125,7 +125,8 @@ class Cells:
         most = _ROUNDING * np.maximum(1.0, np.abs(columns).max(axis=0))
         tails = (np.moveaxis(np.abs(coefficients), i, 0)[-_TAIL:] > most for i in range(q))
         rough = tuple(i for i, tail in enumerate(tails) if np.any(tail[..., :-1]))  # steps need not be exact
-        polynomials = Polynomials(*map(np.array, box), columns[-1], coefficients.reshape(_NODES**q, -1))
+        low, width = map(np.array, box)
+        polynomials = Polynomials(low, width, columns[-1], coefficients.reshape(_NODES**q, -1))
         return rough or Cell(box, PolynomialEquations(own.first, polynomials), self._accepts(nodes))
 
     def _accepts(self, nodes: np.ndarray) -> bool:

@@ -36,6 +36,9 @@ from gearchaos.flow.sensitivity import (
 )
 from gearchaos.flow.step_tables import steps_alike
 
+_MOST_COORDINATES = 64
+"""Largest n d: the linear equations of longer orbits are solved faster by LAPACK than by the kernel."""
+
 
 class NotConvergedError(Exception):
     """Newton's method for an orbit does not converge."""
@@ -178,8 +181,8 @@ class PolynomialEquations:
 
         Returns
         -------
-        CorrectedOrbit, or None where Newton's method leaves the box or what the equations are defined for, or cannot be
-        tried since the steps of the period depend on the parameters.
+        CorrectedOrbit, or None where Newton's method leaves the box or what the equations are defined for, or is not
+        tried: the steps of the period depend on the parameters, contact ends with its force, or the orbit is long.
 
         Raises
         ------
@@ -190,7 +193,7 @@ class PolynomialEquations:
         """
         raise_if_cancelled()
         equations, d, q = self.equations, self.equations.dimension, len(self.polynomials.low)
-        if not self._steady or equations.damping_law == "unilateral":
+        if not self._steady or equations.damping_law == "unilateral" or period * d > _MOST_COORDINATES:
             return None
         rows_of_workspace = row_numbers(d, equations.harmonics, q)
         work, segment = scratch.of(rows_of_workspace.total)
