@@ -52,8 +52,7 @@ class Equations(Protocol):
         """
 
     def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Any] | None:
-        """The solution and what else belongs to it in one call, see `PolynomialEquations.correct`; None where that cannot
-        be had."""
+        """The solution and what else belongs to it in one call, see `PolynomialEquations.correct`; None without one."""
         return None
 
 
