@@ -310,3 +310,14 @@ def test_grazes_at_neutral_saddles_are_no_points_of_codimension_2():
     for omega, eps1 in places:
         near = np.argmin(np.hypot(ds["omega"].values - omega, ds["eps1"].values - eps1))
         assert np.abs(ds["multipliers_imag"].values[near]).max() > 1e-3, (omega, eps1)
+
+
+def test_a_graze_of_linear_motions_has_no_points_of_codimension_2():
+    """At the flip of the linear equations orbits of twice the period have any amplitude up to their graze, with a
+    multiplier that is 1 to rounding errors of either sign."""
+    model = gc.MeshModel.of(q0=0.1, omega=1.8492625656182369, eps1=0.015625)
+    start = {"x1": 1.0128586091534064, "x1_dot": 0.06073542556278667}  # of one that grazes
+    ds = gc.curve(model, "graze", "omega=1.7:2", "eps1=0.001:0.06", period=2, start=start)
+    assert np.ptp(ds["omega"].values) < 1e-8, "the frequency of the flip"
+    assert ds.sizes["point"] > 10
+    assert "grazing-fold" not in ds["special_kind"].values.tolist()
