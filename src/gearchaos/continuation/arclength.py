@@ -271,7 +271,7 @@ def crossing(equations: Equations, first: Point, last: Point, index: int, value:
     full = along(equations.weights, first, last.u)
     if (guess(0.0)[index] - value) * (guess(full)[index] - value) > 0:
         return None
-    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full)
+    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full, xtol=max(1e-4 * abs(full), 1e-300))
     at, normal = guess(distance), np.zeros(len(first.u))
     at[index], normal[index] = value, 1.0
     try:

@@ -50,8 +50,8 @@ _NOISE = {"generalised flip": 1e-3}
 where the equations are linear."""
 
 _ROUNDING = 1e-10
-"""Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions, which
-are periodic with any amplitude, the multiplier is 1 everywhere."""
+"""Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions,
+which are periodic with any amplitude, the multiplier is 1 everywhere."""
 
 _STEP = 1e-3  # step of the differences for the normal form of a flip, in half backlashes
 
