@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -29,12 +30,14 @@ from gearchaos.flow.sensitivity import (
     Derivatives,
     PeriodEquations,
     PeriodResult,
+    SensitivityFlow,
     period_steps,
     record_count,
     row_numbers,
     scratch,
 )
 from gearchaos.flow.step_tables import steps_alike
+from gearchaos.flow.system import SwitchedSystem
 
 _MOST_COORDINATES = 64
 """Largest n d: the linear equations of longer orbits are solved faster by LAPACK than by the kernel."""
@@ -251,6 +254,30 @@ class PolynomialEquations:
         values = period_steps(float(np.ceil(least)), starts, own.same_starts, own.harmonics.highest)
         self._values[len(values)] = values
         return len(values), *steps_alike(least)
+
+
+def correct_any(system: SwitchedSystem) -> None:
+    """Differentiate a mesh period of a system and begin to correct an orbit, which compiles the kernels for both.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import correct_any
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> correct_any(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
+    """
+    own, w = PeriodEquations.of(system).first, np.zeros((1, system.dimension))
+    SensitivityFlow(own).advance(w)
+    columns = np.concatenate([own.parameters[0], own.starts[0], own.steps])
+    constant = Polynomials(np.zeros(1), np.ones(1), columns, np.zeros((2, len(columns))))  # along any parameter
+    equations, rows = PolynomialEquations(own, constant), np.zeros((2, w.size + 1))
+    equations.at([0.5])
+    with suppress(NotConvergedError):
+        equations.correct(np.append(w, 0.5), rows, 1, Limits(0.0, 0.0, 1.0, 1.0))
 
 
 def _new_memory(equations: PolynomialEquations, n: int, m: int,
