@@ -13,8 +13,8 @@ from gearchaos.proof.certificate import Unproved
 from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth, verify_file
 from gearchaos.studies import chaos_proof
+from tests.chaotic_set import CHAOTIC, robust_chaos
 
-CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}
 OPTIONS = ("--set", "omega=1.6", "--set", "q0=0.1", "--set", "eps1=0.12")
 
 
@@ -25,8 +25,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def robust():
     """A chaotic set for every eps1 within 1e-6 of 0.12."""
-    result = gc.prove_chaos(gc.MeshModel.of(**CHAOTIC), tolerances={"eps1": 1e-6})
-    assert isinstance(result, ChaoticSet)
+    assert isinstance(result := robust_chaos(), ChaoticSet)
     return result
 
 

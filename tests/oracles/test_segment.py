@@ -124,11 +124,10 @@ def test_sets_apart_are_told_from_sets_that_touch():
 
 def test_floats_confirm_each_covering_of_a_chaotic_set():
     """Points of all edges, mapped by the exact flow at both ends of the interval of eps1."""
-    import gearchaos as gc
     from gearchaos.proof.balls import from_text
+    from tests.chaotic_set import CHAOTIC, robust_chaos
 
-    model = MeshModel.of(omega=1.6, q0=0.1, eps1=0.12)
-    document = gc.prove_chaos(model, tolerances={"eps1": 1e-6}).document
+    model, document = MeshModel.of(**CHAOTIC), robust_chaos().document
     sets = [[np.array([float(from_text(t)) for t in s[n]]) for n in ("centre", "unstable", "stable")]
             for s in document["sets"]]
     t = np.linspace(-1, 1, 401)[:, None]
