@@ -76,7 +76,8 @@ def difference(model: MeshModel) -> tuple[float, int, float]:
     return float(np.abs(out.w[:, 0] - expected).max()), periods, growth
 
 
-@pytest.mark.parametrize("seed", range(1110, 1122))
+@pytest.mark.parametrize("seed", [
+    *range(1110, 1115), *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(1115, 1130))])
 @pytest.mark.parametrize("law", LAWS)
 def test_random_motions(law, seed):
     assert difference(random_model(law, seed))[0] <= 1e-10

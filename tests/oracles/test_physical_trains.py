@@ -15,10 +15,9 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from tests.oracles.physical_trains import Contacts, Oracle
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
-QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("branched", 2), ("stages", 1), ("stages", 3), ("stops", 0),
-         ("stops", 1), ("supported", 1), ("internal", 0), ("internal", 2), ("internal", 3), ("driven", 1),
-         ("driven", 3), ("pairs", 0), ("pairs", 1), ("pairs", 3), ("star", 1), ("star", 2), ("star", 3),
-         ("planetary", 0), ("planetary", 3), ("split", 0)]
+QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0),
+         ("driven", 1), ("driven", 3), ("pairs", 0), ("pairs", 1), ("star", 1), ("planetary", 0), ("planetary", 3),
+         ("split", 0)]
 """Shapes and seeds whose states have few dimensions, since each dimension is compiled for itself."""
 
 
@@ -28,7 +27,7 @@ def test_random_trains_agree_with_an_independent_integration(shape, seed):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("seed", range(20, 30))
+@pytest.mark.parametrize("seed", [*range(4), *range(20, 30)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_many_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed, 2) < 1e-10
