@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-
 TOGETHER = {
     "the explorer in a browser": r"tests/slow/test_explorer(?!_trains)",
     "runs of processes": r"tests/slow/test_(runs|power_failure|object_stores|full_disk)",

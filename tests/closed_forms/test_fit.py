@@ -35,6 +35,7 @@ def table(path, amplitudes: np.ndarray, header: str) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("quantity", "header", "factor"), [
     ("mesh force", "rms [kN]", 1e-3 / np.sqrt(2)), ("deflection", "peak to peak [um]", 2e6),
     ("transmission error", "amplitude [um]", 1e6), ("acceleration", "amplitude [m/s^2]", 1.0)])
@@ -110,6 +111,7 @@ def test_a_softening_resonance_loses_contact_at_lower_speeds_as_the_speed_falls(
     assert 0 <= falling < rising
 
 
+@pytest.mark.slow
 def test_a_jump_of_motions_that_touch_both_flanks_gives_the_backlash(tmp_path):
     """Without noise, a run down through the speeds of the benchmark: what is found is what the run was made with."""
     speeds = np.linspace(8000.0, 14000.0, 13)
@@ -127,6 +129,7 @@ def test_a_jump_of_motions_that_touch_both_flanks_gives_the_backlash(tmp_path):
     assert not any(found.not_identified.values) and {"falling", "rest"} == set(found.history.values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [12, pytest.param(24, marks=pytest.mark.exhaustive)])
 def test_intervals_cover_as_often_as_they_say(tmp_path, count):
     """Estimates of noisy measurements of the linear pair, over the half width of their intervals, times Student's
@@ -155,6 +158,7 @@ def test_intervals_cover_beside_contact_loss_and_jumps(count):
         assert sum(low <= value <= high for value, low, _, high in rows) >= 0.8 * len(rows), name
 
 
+@pytest.mark.slow
 def test_a_known_uncertainty_is_the_least_that_an_interval_has(tmp_path):
     """Without noise 1/σ² is the information: of e, with all else held, Σ (∂F/∂e)²/σ². Intervals stay in the bounds."""
     force = linear(ZETA, 2e-6)["mesh force"]

@@ -34,6 +34,7 @@ def scan():
     return gc.rattle(train(), "loose.torque=-0.2:-0.08:4")
 
 
+@pytest.mark.slow
 def test_the_onset_is_that_of_the_closed_form(scan):
     assert onset() == pytest.approx(0.1000035, abs=5e-8)
     assert scan.onset_value.values == pytest.approx([-onset()], rel=1e-7)
@@ -63,6 +64,7 @@ def stepped(level: float, torques: str) -> Any:
     return gc.rattle(train(stiffness=steps), f"loose.torque={torques}")
 
 
+@pytest.mark.slow
 def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost_earlier():
     found = stepped(0.05, "-0.2:-0.13:2")
     assert np.isnan(found.excitation_ratio.values).all()
@@ -71,6 +73,7 @@ def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost
     assert found.onset_value.values < -1.3 * onset()
 
 
+@pytest.mark.slow
 def test_where_the_stiffness_varies_by_a_quarter_no_drag_keeps_the_contact():
     """The ripple of the force grows with the drag, as the deflection does."""
     found = stepped(0.25, "-30:-0.1:3")

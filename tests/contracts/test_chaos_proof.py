@@ -29,6 +29,7 @@ def robust():
     return result
 
 
+@pytest.mark.slow
 def test_chaotic_set_for_an_interval_of_a_parameter(robust):
     assert robust.entropy >= 0.1
     assert robust.slack == 0.01
@@ -39,6 +40,7 @@ def test_chaotic_set_for_an_interval_of_a_parameter(robust):
     assert "for every eps1 within 1e-6 of its value" in robust.theorem
 
 
+@pytest.mark.slow
 def test_file_is_verified_and_any_changed_character_refused(robust, tmp_path):
     path = tmp_path / "set.json"
     robust.write(path)
@@ -61,6 +63,7 @@ def test_entropy_bound_is_below_the_root_for_two_loops(robust):
     assert sum(bound**-n for n in lengths) == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_model_with_an_attracting_periodic_motion_is_unproved():
     """Heavy load and no transmission error: permanent contact, a linear model whose 1T motion attracts all."""
     result = gc.prove_chaos(gc.MeshModel.of(omega=1.6, q0=2.0, eps1=0.0, chi1=0.0, chi2=0.0))

@@ -85,6 +85,7 @@ def test_a_record_has_all_of_a_fit(tmp_path):
     assert from_record(to_record(made)) == made
 
 
+@pytest.mark.slow
 def test_the_command_says_what_the_function_finds(tmp_path, capsys, monkeypatch):
     run, known = gc.Fit.run, {}
 

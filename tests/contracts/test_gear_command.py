@@ -65,6 +65,7 @@ def warnings_of(result):
     return [line for line in result.stderr.splitlines() if re.match("warning: |  \\S|and ", line)]
 
 
+@pytest.mark.slow
 def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
     result = gear(SPUR, *SCAN, "--torque", 60)
     lines = [*result.stdout.splitlines(), *warnings_of(result)]
@@ -77,6 +78,7 @@ def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
     assert "gear_ratio" not in result.stdout
 
 
+@pytest.mark.slow
 def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motions_that_reach_it():
     scan = ("--speed", "4000:6000:2", "--torque", 900)
     found = json.loads(gear(SPUR, *scan, "--json").stdout)["speeds_to_avoid"]
@@ -131,6 +133,7 @@ def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed(
     assert not found.windows and "Elsewhere: the teeth separate at some speeds, largest factor 4." in text
 
 
+@pytest.mark.slow
 def test_every_range_to_avoid_is_named_in_the_answer(capsys):
     from gearchaos.cli.datasheets import _print_windows
 
@@ -158,6 +161,7 @@ def test_numbers_have_no_more_digits_than_are_known():
     assert measured(float("nan")) == "none" and measured(22432.1, 3) == "22400"
 
 
+@pytest.mark.slow
 def test_every_torque_has_an_answer():
     for options in (("--torque", "60,180"), ("--torque", "60", "--torque", "180"), ("--torque", "0.06,0.18 kN*m")):
         result = gear(SPUR, *SCAN, *options)
@@ -187,6 +191,7 @@ def test_without_speeds_those_around_the_main_resonance_are_looked_through():
     assert document["speeds_to_avoid"] is None and document["model"]
 
 
+@pytest.mark.slow
 def test_all_shows_every_quantity_above_its_formula_in_80_columns():
     result = gear(SPUR, *SCAN, "--torque", "60,180", "--all")
     first, second = result.stdout.split("What differs at 180 N m")
@@ -198,6 +203,7 @@ def test_all_shows_every_quantity_above_its_formula_in_80_columns():
     assert max(len(line.rstrip()) for line in result.stdout.splitlines()) <= WIDTH
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "rows", "lost", "kept"), [
     ("stiffness", "fraction,stiffness [N/um]\n0,300\n1,x\n", "resonance_speed", ("lower_limit_ratio", "reduced_mass")),
     ("transmission_error", "roll angle [deg],error [um]\n0,1\n7.2,x\n", "transmission_error_amplitudes",
@@ -234,6 +240,7 @@ def test_inputs_that_were_left_out_are_named_and_are_an_error_only_where_speeds_
     assert not (tmp_path / "x.png").exists()
 
 
+@pytest.mark.slow
 def test_more_ranges_and_warnings_than_fit_are_counted():
     options = (*SCAN, "--set", "design.damping_ratio=0.9", "--set", "design.mass=900", "--torque", 30000)
     result = gear(SPUR, *options)
@@ -261,6 +268,7 @@ def test_of_many_ranges_those_with_the_largest_factors_are_shown(capsys):
     assert "with smaller factors" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_ranges_of_the_command_are_those_of_python(tmp_path):
     picture = tmp_path / "k.svg"
     options = ("--speed", "4500:6000:2", "--torque", "900 N*m", "--factor", "0.9")
@@ -306,6 +314,7 @@ def test_bad_input_is_refused(arguments, message):
     assert result.stderr.startswith(f"error: {message}") and result.stdout == ""
 
 
+@pytest.mark.slow
 def test_without_load_there_is_no_answer(monkeypatch):
     monkeypatch.setattr("gearchaos.datasheet.answer.default_speeds", lambda design: SCAN[1])  # fewer
     for options in ((), SCAN):

@@ -150,6 +150,7 @@ def test_the_same_equations_may_be_written_in_another_way():
     assert gc.from_sympy(written) == MODEL
 
 
+@pytest.mark.slow
 def test_other_equations_are_refused():
     model = MODELS[2]
     symbolic = gc.to_sympy(model)
@@ -193,6 +194,7 @@ def test_parts_of_a_symbolic_model_are_checked(fields, message):
         changed(**fields)
 
 
+@pytest.mark.slow
 def test_a_definition_that_contains_itself_is_refused():
     symbolic = gc.to_sympy(MODEL)
     z = next(f for f in symbolic.definitions if f.func.__name__ == "z")

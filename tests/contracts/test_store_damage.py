@@ -179,6 +179,7 @@ def test_damage_of_a_tile_is_named_never_a_result_and_mended(tmp_path, made, mon
     assert {n: c for n, c in files(path).items() if n != "run/failed/0"} == files(made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", [MAP, BASINS], ids=lambda study: study.kind)
 @pytest.mark.parametrize("old, new", [(b'"array"', b'"brray"'), (b'"shape": [', b'"shape": [1')])
 def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_path, study, old, new):
@@ -195,6 +196,7 @@ def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_pat
     assert files(path) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
 def test_a_damaged_description_is_mended_by_that_of_a_new_store(path, made, tmp_path, how):
     damage(path / STUDY, how)
@@ -230,6 +232,7 @@ def test_another_study_another_version_and_no_store_are_told(path, made, tmp_pat
     assert said.exit_code == 2 and "compiles its kernels first" in said.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
 @pytest.mark.parametrize("name", ["zarr.json", "omega/zarr.json", "omega/c/0", SHARD, "run/blocks/0", "run/finished"])
 def test_what_is_no_file_counts_as_damage_and_nobody_waits_for_it(path, made, make, name, no_waiting):

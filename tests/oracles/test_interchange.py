@@ -66,6 +66,7 @@ def printed(tmp_path_factory):
     return json.loads(run.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOTIONS)
 def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
     """Errors of 1e-12 grow in chaotic motions."""
@@ -79,6 +80,7 @@ def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
         assert np.abs(table[column] - expected[f"section_{column}"].values).max() < 1e-8, column
 
 
+@pytest.mark.slow
 def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
     """z falls to a minimum and rises to a maximum 0.04 units of τ later, before the teeth separate."""
     model = MeshModel(
@@ -93,6 +95,7 @@ def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
     assert np.abs(found[:, 1] - expected["section_z"].values).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_equations_in_sympy_are_those_of_the_oracle(name):
     model, _ = MODELS[name]
@@ -116,6 +119,7 @@ def test_equations_in_sympy_are_those_of_the_oracle(name):
     assert seen == {-1, 0, 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_comes_back_from_sympy(name):
     model, _ = MODELS[name]

@@ -21,6 +21,7 @@ QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("stages", 1), ("stops", 1
 """Shapes and seeds whose states have few dimensions, since each dimension is compiled for itself."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), QUICK)
 def test_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed) < 1e-11
@@ -48,6 +49,7 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
     return float(np.abs(out.w[:, 0] - expected).max()) / growth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), [
     ("chain", 1), ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1), ("planetary", 3)])
 def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed):

@@ -41,6 +41,7 @@ def random_model(rng: np.random.Generator, stiffness: str) -> MeshModel:
         eps1=rng.uniform(0, 0.3), stiffness=STIFFNESSES[stiffness])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", STIFFNESSES)
 @pytest.mark.parametrize("tolerance", [0.0, 1e-4])
 def test_images_of_random_segments_contain_the_exact_flow(stiffness, tolerance):
@@ -122,6 +123,7 @@ def test_sets_apart_are_told_from_sets_that_touch():
     assert first.is_apart_from(diamond)  # an edge of the diamond separates them, none of the square
 
 
+@pytest.mark.slow
 def test_floats_confirm_each_covering_of_a_chaotic_set():
     """Points of all edges, mapped by the exact flow at both ends of the interval of eps1."""
     from gearchaos.proof.balls import from_text

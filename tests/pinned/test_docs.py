@@ -48,6 +48,7 @@ def _elsewhere(tmp_path, monkeypatch):
     mpl.use("Agg")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", SCRIPTED, ids=lambda page: page.name)
 def test_scripts_run(page):
     _run(page)

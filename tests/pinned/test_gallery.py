@@ -30,6 +30,7 @@ def test_a_script_asks_a_question_and_answers_it_in_a_few_lines(script):
     assert script.stem == "plot_" + re.sub(r"\W+", "_", title.lower()).strip("_"), "named by its question"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_a_script_runs_and_draws(script, tmp_path, monkeypatch):
     """With few cells; the manual is built with all of them."""
