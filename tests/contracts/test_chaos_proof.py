@@ -25,7 +25,8 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def robust():
     """A chaotic set for every eps1 within 1e-6 of 0.12."""
-    assert isinstance(result := robust_chaos(), ChaoticSet)
+    result = robust_chaos()
+    assert isinstance(result, ChaoticSet)
     return result
 
 
