@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.curve import CurveData, from_polyline
+from gearchaos.continuation.arclength import from_polyline
+from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics import Classification, Label, classify, orbits

@@ -6,6 +6,7 @@ K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -13,14 +14,19 @@ from typing import Any, Protocol
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.flow import CorrectedOrbit, Limits, NotConvergedError
 
 TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
 ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
+
+LIMITS = Limits(TOLERANCE, ACCEPTED, growth=1e3, alternates=0.1)
+"""When Newton's method ends; across a corner of the equations it goes to and fro."""
 
 _ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
+_NO_CONVERGENCE = "Newton's method does not converge"
 _FAR = 0.1  # distance from the guess at which Newton's method has left its neighbourhood
 _LEAST_COSINE = 0.97  # least cosine of the angle between the tangents of neighbouring points
 
@@ -43,6 +49,10 @@ class Equations(Protocol):
 
         Raises `InputError` where the equations do not exist.
         """
+
+    def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Any] | None:
+        """The solution and what else belongs to it in one call, see `PolynomialEquations.correct`; None without one."""
+        return None
 
 
 class Curve(Equations, Protocol):
@@ -92,12 +102,20 @@ class Stopped(Exception):  # noqa: N818  (the end of a branch is no error)
 
 def length(weights: np.ndarray, vector: np.ndarray) -> float:
     """Length of a vector (N + 1,) of unknowns."""
-    return float(np.sqrt(np.sum(weights * vector * vector)))
+    return math.sqrt((weights * vector) @ vector)
 
 
 def along(weights: np.ndarray, origin: Point, u: np.ndarray) -> float:
     """Distance of unknowns u (N + 1,) from a point along its tangent."""
-    return float(np.sum(weights * origin.tangent * (u - origin.u)))
+    return float((weights * origin.tangent) @ (u - origin.u))
+
+
+def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (P − 1,) of a place (N,) from the pieces of a polyline (P, N), and the share of each at which it is
+    nearest."""
+    direction, offset = np.diff(polyline, axis=0), place - polyline[:-1]
+    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
+    return np.linalg.norm(offset - share[:, None] * direction, axis=1), share
 
 
 def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent: np.ndarray,
@@ -108,7 +126,16 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     not converge, or leaves the domain of the equations.
     """
     u, row = guess.copy(), equations.weights * normal
+    try:
+        quick = equations.corrected(guess, np.array([row, equations.weights * tangent]))
+    except NotConvergedError:
+        raise Stopped(_NO_CONVERGENCE) from None
+    if quick is not None:
+        found, data = quick
+        along = found.tangent / length(equations.weights, found.tangent)
+        return Point(found.u, along, found.orientation, found.residual, data, step)
     best: tuple[float, np.ndarray, np.ndarray, Any] | None = None
+    before, last = np.inf, np.inf  # residuals
     for _ in range(_ITERATIONS):
         try:
             f, jacobian, data = equations.evaluate(u)
@@ -123,20 +150,17 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
             best = residual, u, jacobian, data
         if best[0] <= TOLERANCE or (stalled and best[0] <= ACCEPTED):
             break
-        if stalled and residual > 1e3 * best[0]:
+        if stalled and residual > LIMITS.growth * best[0]:
             raise Stopped("Newton's method diverges")
+        if abs(residual - before) < LIMITS.alternates * residual:
+            break
+        before, last = last, residual
         change, _ = _solve(np.vstack([jacobian, row]), np.append(-f, -np.dot(row, u - guess)))
         u = u + change
     assert best is not None
     if best[0] > ACCEPTED:
-        raise Stopped("Newton's method does not converge")
+        raise Stopped(_NO_CONVERGENCE)
     return _point(equations, tangent, step, *best)
-
-
-def point_of(equations: Equations, u: np.ndarray, along: np.ndarray, step: float) -> Point:
-    """The point at a solution u (N + 1,), with the tangent that does not turn against ``along``."""
-    f, jacobian, data = equations.evaluate(u)
-    return _point(equations, along, step, float(np.abs(f).max()), u, jacobian, data)
 
 
 def _point(equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
@@ -151,7 +175,7 @@ def _point(equations: Equations, along: np.ndarray, step: float, residual: float
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
     """The solution of a linear system, and the sign of its determinant; raises `Stopped` if it is singular."""
-    from scipy.linalg.lapack import dgesv  # here: a verdict needs no linear algebra of scipy
+    from scipy.linalg.lapack import dgesv  # here: a verdict needs no such part of scipy
 
     factors, pivots, found, failed = dgesv(matrix, right)
     if failed or not np.all(np.isfinite(found)):
@@ -179,14 +203,14 @@ def _next(equations: Curve, before: Point, point: Point, size: float, settings: 
     It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
     after a turn.
     """
-    turned = before is point or float(np.sum(equations.weights * before.tangent * point.tangent)) < _STRAIGHT
+    turned = before is point or float((equations.weights * before.tangent) @ point.tangent) < _STRAIGHT
     while True:
         try:
             guess = point.u + size * point.tangent
             if not turned:
                 guess = _hermite(equations.weights, point, (before, point), size)
             after = correct(equations, guess, point.tangent, point.tangent, size)
-            cosine = float(np.sum(equations.weights * after.tangent * point.tangent))
+            cosine = float((equations.weights * after.tangent) @ point.tangent)
             correction = length(equations.weights, after.u - point.u - size * point.tangent)
             fine = size <= settings.finest or equations.resolved(point.data, after.data)
             least = _LEAST_COSINE if size > _CORNER else _LEAST_AT_CORNER
@@ -209,11 +233,11 @@ def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], dist
     The tangent of the first one, if both are equal to rounding.
     """
     first, last = pair
-    full = float(np.sum(weights * origin.tangent * (last.u - first.u)))
+    normal = weights * origin.tangent
+    full = float(normal @ (last.u - first.u))
     passed = distance - along(weights, origin, first.u)
     share = passed / full if full else 0.0
-    slopes = (p.tangent * full / max(float(np.sum(weights * p.tangent * origin.tangent)), 1e-3) for p in pair)
-    start, end = slopes
+    start, end = (p.tangent * (full / max(float(normal @ p.tangent), 1e-3)) for p in pair)
     a, b = share * share * (3 - 2 * share), share * (1 - share)
     guess = first.u + a * (last.u - first.u) + b * ((1 - share) * start - share * end)
     return guess + (distance - along(weights, origin, guess)) * origin.tangent
@@ -234,6 +258,27 @@ def at_value(equations: Equations, point: Point, index: int, value: float) -> Po
     except Stopped:
         return None
     return found if length(equations.weights, found.u - guess) < _LANDING else None
+
+
+def crossing(equations: Equations, first: Point, last: Point, index: int, value: float) -> Point | None:
+    """The solution with this value of the unknown ``index`` between two neighbouring points; None if it is not near the
+    cubic through them."""
+    from scipy.optimize import brentq  # here: a verdict needs no such part of scipy
+
+    def guess(distance: float) -> np.ndarray:
+        return _hermite(equations.weights, first, (first, last), distance)
+
+    full = along(equations.weights, first, last.u)
+    if (guess(0.0)[index] - value) * (guess(full)[index] - value) > 0:
+        return None
+    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full, xtol=max(1e-4 * abs(full), 1e-300))
+    at, normal = guess(distance), np.zeros(len(first.u))
+    at[index], normal[index] = value, 1.0
+    try:
+        found = correct(equations, at, normal, first.tangent, distance)
+    except Stopped:
+        return None
+    return found if length(equations.weights, found.u - at) < _MAX_CORRECTION * full else None
 
 
 def between(equations: Equations, first: Point, last: Point, distance: float,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, length, point_of
+from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, crossing, follow, length
 from gearchaos.continuation.events import (
     BORDER_COLLISION,
     FLIP,
@@ -51,7 +51,6 @@ _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 _SEPARATE = 1e-2
 """An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
 
-_MOVED = 1e-6  # largest change of a coordinate between the orbits near an end of the axis and at it
 CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, BORDER_COLLISION)
 """The kinds of events at which stability may change."""
 
@@ -234,12 +233,8 @@ def _end_between(branch: Branch, equations: CycleEquations, point: Point,
             continue
         if last.u[-1] == bound:
             return last, AXIS_END
-        crossing = locate(equations, last, point, partial(lambda bound, p: float(p.u[-1] - bound), bound)) or last
-        points = crossing.u[:-1].reshape(equations.period, -1)
-        cycle = converge(equations.family, points, np.array([bound]))  # has the value at the end exactly
-        if not cycle.converged or np.abs(cycle.points - points).max() > _MOVED:
-            return crossing, AXIS_END
-        return point_of(equations, unknowns(cycle), crossing.tangent, crossing.step), AXIS_END
+        end = crossing(equations, last, point, equations.size, bound)
+        return end or locate(equations, last, point, partial(lambda b, p: float(p.u[-1] - b), bound)) or last, AXIS_END
     if np.abs(point.u[:-1]).max() > LARGEST:
         return point, UNBOUNDED
     returned = returned_start(equations, branch.points[0], last, point) if len(branch.points) > 3 else None

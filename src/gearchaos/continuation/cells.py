@@ -16,9 +16,10 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 
 from gearchaos.errors import InputError
-from gearchaos.flow import Derivatives, PeriodEquations
+from gearchaos.flow import PeriodEquations, PolynomialEquations, Polynomials
 
 _NODES = 16  # in each direction of a cell
 _TAIL = 2  # number of the last coefficients in each direction that must have vanished
@@ -30,23 +31,11 @@ _MOST_PARAMETERS = 2  # of a curve; a cell has N^Q nodes
 _HALVINGS = 6  # most times that a cell is halved; where that is not enough, the equations are not interpolated
 
 
-def _polynomials(x: float) -> np.ndarray:
-    """1 and the Chebyshev polynomials T_k less T_k(−1) at x, and their derivatives, (2, N).
-
-    All but the first vanish at −1, so that the equations at the lower ends of a cell are those of the model to the bit:
-    a transmission error of 0 is none.
-    """
-    values, slopes = [1.0, x], [0.0, 1.0]
-    for _ in range(2, _NODES):
-        slopes.append(2 * values[-1] + 2 * x * slopes[-1] - slopes[-2])
-        values.append(2 * x * values[-1] - values[-2])
-    return np.array([values, slopes]) - _AT_LOWER_END
-
-
-_AT_LOWER_END = np.zeros((2, _NODES))
-_AT_LOWER_END[0, 1:] = (-1.0) ** np.arange(1, _NODES)
 _AT = np.cos(np.pi * np.arange(_NODES) / (_NODES - 1))  # the nodes, with both ends
-_COEFFICIENTS = np.linalg.inv([_polynomials(x)[0] for x in _AT.tolist()])  # (N, N) coefficients from values at nodes
+# All polynomials but the first vanish at −1, so that the equations at the lower ends of a cell are those of the model
+# to the bit: a transmission error of 0 is none.
+_FROM_LOWER_END = chebvander(_AT, _NODES - 1) - np.append(0.0, (-1.0) ** np.arange(1, _NODES))
+_COEFFICIENTS = np.linalg.inv(_FROM_LOWER_END)  # (N, N) coefficients from values at nodes
 _COEFFICIENTS[0] = np.arange(_NODES) == _NODES - 1  # the first one is the value at the lower end
 
 Models = Callable[[np.ndarray], PeriodEquations]
@@ -79,27 +68,8 @@ class Cell:
     """A box of parameters on which the equations are polynomials."""
 
     box: Box
-    equations: PeriodEquations  # at its first node
-    origin: np.ndarray  # (C,) parameters, starts and steps of the equations at its lower ends
-    coefficients: np.ndarray  # (N^Q, C) of the differences from there
-    scale: np.ndarray  # (Q, 1) by which derivatives by its own coordinates, from −1 to 1, are multiplied
+    polynomials: PolynomialEquations
     accepted: bool  # whether the model accepts the values at its nodes
-
-    def at(self, values: list[float]) -> PeriodEquations:
-        """The equations at values (Q,), with derivatives."""
-        (low, width), own = self.box, self.equations
-        first, *rest = (_polynomials(2 * (x - a) / b - 1) for x, a, b in zip(values, low, width, strict=True))
-        basis = first  # products of the polynomials, then their derivatives in each direction
-        for polynomials in rest:
-            basis = np.concatenate([basis[:, :, None] * polynomials[0], basis[:1, :, None] * polynomials[1]])
-            basis = basis.reshape(len(basis), -1)
-        found, total = basis @ self.coefficients, own.parameters.shape[1]
-        found[1:] *= self.scale
-        found[0] += self.origin
-        return PeriodEquations(
-            own.dimension, own.damping_law, own.same_starts, own.harmonics, found[:1, :total].copy(),
-            found[:1, total:-1], found[0, -1:],
-            Derivatives(found[None, 1:, :total].copy(), found[None, 1:, total:-1].copy()))
 
     def contains(self, values: list[float]) -> bool:
         """Whether values (Q,) lie inside, at no side of it."""
@@ -155,8 +125,9 @@ class Cells:
         most = _ROUNDING * np.maximum(1.0, np.abs(columns).max(axis=0))
         tails = (np.moveaxis(np.abs(coefficients), i, 0)[-_TAIL:] > most for i in range(q))
         rough = tuple(i for i, tail in enumerate(tails) if np.any(tail[..., :-1]))  # steps need not be exact
-        return rough or Cell(box, own.first, columns[-1], coefficients.reshape(_NODES**q, -1),
-                             2 / np.array(box.width)[:, None], self._accepts(nodes))
+        low, width = map(np.array, box)
+        polynomials = Polynomials(low, width, columns[-1], coefficients.reshape(_NODES**q, -1))
+        return rough or Cell(box, PolynomialEquations(own.first, polynomials), self._accepts(nodes))
 
     def _accepts(self, nodes: np.ndarray) -> bool:
         try:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, follow, point_of
+from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, crossing, follow
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
@@ -71,14 +71,6 @@ class _Piece:
         """Where it ends, and why."""
         x, y = map(float, self.points[-1].data.cycle.values)
         return x, y, self.why
-
-
-def from_polyline(polyline: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (P − 1,) of a place (2,) from the pieces of a polyline (P, 2), and the share of each at which it is
-    nearest."""
-    direction, offset = np.diff(polyline, axis=0), place - polyline[:-1]
-    share = np.clip((offset * direction).sum(1) / np.maximum((direction**2).sum(1), 1e-300), 0.0, 1.0)
-    return np.linalg.norm(offset - share[:, None] * direction, axis=1), share
 
 
 def find_event(model_family: ParameterFamily, start: Cycle, kind: str, bounds: tuple[float, float],
@@ -223,12 +215,8 @@ def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds:
             return inwards * float(p.u[index] - limit)
 
         if inside(point) < 0:
-            found = locate(equations, last, point, inside) if inside(last) > 0 else None
-            if found is None or why != AXIS_END:
-                return found or last, why
-            u = found.u.copy()
-            u[index] = limit
-            return point_of(equations, u, found.tangent, found.step), why
+            end = crossing(equations, last, point, index, limit) if inside(last) > 0 else None
+            return end or locate(equations, last, point, inside) or last, why
     if np.abs(point.u[: equations.size]).max() > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):

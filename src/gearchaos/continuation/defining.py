@@ -13,11 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearchaos.continuation.arclength import LIMITS, Equations
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
 from gearchaos.continuation.family import ParameterFamily, PeriodFlow
-from gearchaos.continuation.shooting import Cycle
+from gearchaos.continuation.shooting import Cycle, cycle_of
+from gearchaos.flow import CorrectedOrbit, CriticalMultiplier, TouchingExtremum
 
-_STEP = 1e-6  # step of the central differences, in half backlashes
+_STEP = 1e-8  # step of the central differences, in half backlashes
 _ANGLE_WEIGHT = 1e-2  # weight of the argument of a multiplier in the arclength
 CRITICAL = {FOLD: 1.0, FLIP: -1.0}  # the critical multiplier by kind of event
 
@@ -60,7 +62,7 @@ def seed_of(event: Event, values: np.ndarray) -> EventSeed:
     return EventSeed(event.kind, event.cycle.points, np.asarray(values, float), event.boundary, instant, angle)
 
 
-class EventEquations:
+class EventEquations(Equations):
     """The equations of an orbit of period n at an event, along two parameters (Q = 2).
 
     Changes of the parameters by ``spans`` count as much as a change of all points by one half backlash.
@@ -71,6 +73,7 @@ class EventEquations:
         self.size = period * family.dimension
         angle = [_ANGLE_WEIGHT] if kind == NEIMARK_SACKER else []
         self.weights = np.concatenate([np.full(self.size, 1.0 / period), 1.0 / np.array(spans) ** 2, angle])
+        self._vectors: np.ndarray | None = None  # (2, n, d) v and w of the last orbit, unless they are complex
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """The two parameters among the unknowns, (2,)."""
@@ -92,6 +95,26 @@ class EventEquations:
         jacobian[self.size :, : slopes.shape[1]] = slopes
         return np.append(cycle.defect.ravel(), test), jacobian, state
 
+    def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, EventState] | None:
+        """The orbit nearest to a guess, see `PolynomialEquations.correct`."""
+        cell, event = self.family.cell(self.values(guess)), self._equation
+        if event is None or cell is None or not cell.accepted:
+            return None
+        found = cell.polynomials.correct(guess, rows, self.period, LIMITS, event)
+        return None if found is None else (found, self._state(found, cycle_of(found, self.period)))
+
+    @property
+    def _equation(self) -> CriticalMultiplier | TouchingExtremum | None:
+        """The equation of the event; None if it is of no form that orbits are corrected with in one call."""
+        return None if self._vectors is None else CriticalMultiplier(CRITICAL[self.kind], self._vectors, _STEP)
+
+    def _state(self, found: CorrectedOrbit, cycle: Cycle) -> EventState:
+        """The state at a corrected orbit."""
+        self._vectors = found.vectors
+        v, w = found.vectors
+        curvature = float(found.slope[: self.size] @ v.ravel()) if self.kind == FOLD else None
+        return EventState(cycle, None, None, w, curvature)
+
     def resolved(self, first: EventState, last: EventState) -> bool:
         """Whether the event is the same one at two neighbouring points."""
         if self.kind != GRAZE:
@@ -112,6 +135,7 @@ class EventEquations:
             slope = np.append(slope, -1j * np.exp(1j * angle) * np.conj(w[-1]) @ v[0])
             return np.array([sigma, 0.0]), np.stack([slope.real, slope.imag]), EventState(cycle, None, angle, w)
         sigma, slope, v, w = self._singular(flow, cycle, CRITICAL[self.kind])
+        self._vectors = np.stack([v, w])
         curvature = float(slope.real[: self.size] @ v.real.ravel()) if self.kind == FOLD else None
         return np.array([sigma]), slope.real[None], EventState(cycle, None, None, w.real, curvature)
 
@@ -152,6 +176,13 @@ class GrazeEquations(EventEquations):
         """Follow the extremum to this orbit."""
         if state.extremum is not None:
             self.instant = float(state.cycle.extrema[state.extremum, 0])
+
+    @property
+    def _equation(self) -> TouchingExtremum:
+        return TouchingExtremum(self.boundary, self.instant)
+
+    def _state(self, found: CorrectedOrbit, cycle: Cycle) -> EventState:
+        return EventState(cycle, found.extremum)
 
     def _event(self, flow: PeriodFlow, cycle: Cycle, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, EventState]:
         extrema = cycle.extrema

@@ -33,6 +33,8 @@ _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0
 
 _RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
+_ROUNDING = 1e-14  # largest value of a test function that is a rounding error
+
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
 of the two points."""
@@ -110,7 +112,7 @@ def locate(equations: Equations, first: Point, last: Point, test: Callable[[Poin
         if np.isnan(found):
             raise Stopped("the test function is not defined everywhere between the points")
         values[distance] = found
-        return found
+        return 0.0 if abs(found) < _ROUNDING else found
 
     if test(first) * test(last) > 0:
         return None
@@ -201,6 +203,8 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
 
     Those of both halves where extrema cannot be followed so far, or one may touch a boundary twice.
     """
+    if _stay_away(equations, first, last):
+        return []
     index, new = match(first.data.extrema, last.data.extrema, first.data.period)
     if not (halvings and _may_touch_twice(equations, first, last, index)):
         found = list[Event | None]()
@@ -214,6 +218,19 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
     if middle is None:
         return []
     return _grazes(equations, first, middle, halvings - 1) + _grazes(equations, middle, last, halvings - 1)
+
+
+def _stay_away(equations: Equations, first: Point, last: Point) -> bool:
+    """Whether the extrema, in their order, are farther from both boundaries than any of them moves between the points,
+    also with the speeds that it has there: most often, so that they need not be followed."""
+    before, after = first.data.extrema, last.data.extrema
+    if before.shape != after.shape or before[:, 2].tolist() != after[:, 2].tolist():
+        return False
+    full = along(equations.weights, first, last.u)
+    slopes = [slope for p in (first, last) for slope in p.data.extremum_slopes(p.tangent).tolist()]
+    z, after_z = before[:, 1].tolist(), after[:, 1].tolist()
+    moves = [abs(b - a) for a, b in zip(z, after_z, strict=True)] + [abs(full * slope) for slope in slopes]
+    return max(moves, default=0.0) < min((abs(abs(value) - 1.0) for value in z + after_z), default=np.inf)
 
 
 def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,
@@ -247,12 +264,10 @@ def _may_touch_twice(equations: Equations, first: Point, last: Point, index: np.
     turned = max(float(np.sum(equations.weights * last.tangent * first.tangent)), 1e-3)
     slopes = (first.data.extremum_slopes(first.tangent)[kept] * full / 3,
               last.data.extremum_slopes(last.tangent)[index[kept]] * full / (3 * turned))
-    coefficients = np.stack([before, before + slopes[0], after - slopes[1], after])
-    for boundary in (1, -1):
-        beyond = coefficients > boundary
-        if np.any((beyond[0] == beyond[3]) & (np.any(beyond, axis=0) != np.all(beyond, axis=0))):
-            return True
-    return False
+    coefficients = np.array([before, before + slopes[0], after - slopes[1], after])
+    least, largest = coefficients.min(axis=0), coefficients.max(axis=0)
+    return any(((least <= boundary) & (boundary < largest) & ((before > boundary) == (after > boundary))).any()
+               for boundary in (1, -1))
 
 
 def _graze_at(point: Point, number: int, boundary: int) -> Event | None:
@@ -329,7 +344,7 @@ def match(before: np.ndarray, after: np.ndarray, period: int) -> tuple[np.ndarra
     if len(kept):
         shift, cost = _best_rotation(before[kept], after[left], period)
         if np.isfinite(cost):
-            found[kept] = np.roll(left, -shift)
+            found[kept] = left[(np.arange(len(left)) + shift) % len(left)]
     return found, new
 
 

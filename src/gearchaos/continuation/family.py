@@ -10,12 +10,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearchaos.continuation.cells import Cells
+from gearchaos.continuation.cells import Cell, Cells
 from gearchaos.flow import (
     DifferencedFlow,
     ExactFlow,
     PeriodEquations,
     SensitivityFlow,
+    compile_corrections,
     differentiate,
 )
 from gearchaos.model import Batch, MeshModel, vary
@@ -50,6 +51,8 @@ class ParameterFamily:
         self.model, self.axes = model, tuple(axes)
         points = self._stencil(self.start[None], _STEP)[0] if self.axes else self.start[None]
         self.names = coordinates(self.batch(points)) if names is None else names
+        if not self._several:
+            compile_corrections(self.system(self.start[None]))
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -69,8 +72,8 @@ class ParameterFamily:
 
     def check(self, values: np.ndarray) -> None:
         """Raise `InputError` if the model does not accept these values, (P, Q)."""
-        cells = map(self._cells.cell, values)
-        if self._several or not all(cell is not None and cell.accepted for cell in cells):
+        cells = map(self.cell, values)
+        if not all(cell is not None and cell.accepted for cell in cells):
             self._check(values)
 
     def _check(self, values: np.ndarray) -> None:
@@ -102,8 +105,13 @@ class ParameterFamily:
                 return DifferencedFlow(own)
             points, steps = self._stencil(values, _FLOW_STEP)
             return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
-        cell = self._cells.cell(values[0])
-        return SensitivityFlow(self._differentiated(values) if cell is None else cell.at(values[0].tolist()))
+        cell = self.cell(values[0])
+        return SensitivityFlow(
+            self._differentiated(values) if cell is None else cell.polynomials.at(values[0].tolist()))
+
+    def cell(self, values: np.ndarray) -> Cell | None:
+        """The cell with values (Q,) on which the equations are interpolated; None without one."""
+        return None if self._several else self._cells.cell(values)
 
     def _differentiated(self, values: np.ndarray) -> PeriodEquations:
         """The equations at values (P, Q), with derivatives by differences."""

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Point, along, between, length
+from gearchaos.continuation.arclength import ACCEPTED, LIMITS, TOLERANCE, Equations, Point, along, between, length
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
-from gearchaos.flow import OK, PeriodResult
+from gearchaos.flow import OK, CorrectedOrbit, PeriodResult
 
 _UNIT_CIRCLE = 1e-9  # distance from 1 up to which the modulus of a multiplier counts as 1
 
@@ -87,9 +87,9 @@ class Cycle:
 
     def monodromy_at(self, number: int) -> np.ndarray:
         """Derivative (d, d) of Pⁿ at a point."""
-        product = np.eye(self.points.shape[1])
-        for matrix in np.roll(self.result.monodromy, -number, axis=0):
-            product = matrix @ product
+        product = self.result.monodromy[number]
+        for k in range(number + 1, number + self.period):
+            product = self.result.monodromy[k % self.period] @ product
         return product
 
     @cached_property
@@ -119,8 +119,9 @@ class Cycle:
     @cached_property
     def extrema(self) -> np.ndarray:
         """Extrema of z over all n periods, (E, 3): instant in mesh periods from 0 to n, z, 1 maximum or −1 minimum."""
-        return np.concatenate(
-            [np.column_stack([k + rows[:, 0], rows[:, 1:3]]) for k, rows in enumerate(self._extrema)])
+        out = self._extrema[:, :3].copy()
+        out[:, 0] += self._period_of_extremum
+        return out
 
     @cached_property
     def switches(self) -> np.ndarray:
@@ -130,9 +131,15 @@ class Cycle:
             [np.column_stack([k + rows[:count, 0], rows[:count, 1:3]]) for k, (rows, count) in enumerate(counted)])
 
     @cached_property
-    def _extrema(self) -> list[np.ndarray]:
-        """The records of the extrema in each mesh period, see `PeriodResult`."""
-        return [r[:count] for r, count in zip(self.result.extrema, self.result.extremum_count, strict=True)]
+    def _extrema(self) -> np.ndarray:
+        """The records (E, 3 + d + Q) of the extrema in all mesh periods, see `PeriodResult`."""
+        return np.concatenate([r[:count] for r, count in zip(
+            self.result.extrema, self.result.extremum_count.tolist(), strict=True)])
+
+    @cached_property
+    def _period_of_extremum(self) -> np.ndarray:
+        """The mesh period of each extremum, (E,) from 0."""
+        return np.repeat(np.arange(self.period), self.result.extremum_count)
 
     def lag(self, instant: Any, reference: float) -> Any:
         """By how much instants are later than another one, in mesh periods from −n/2 to n/2."""
@@ -144,24 +151,29 @@ class Cycle:
 
     def extremum_derivatives(self, number: int) -> np.ndarray:
         """Derivatives (n d + Q,) of z at an extremum by the points and the parameters."""
-        (n, d), rows = self.points.shape, self._extrema
-        period = int(np.searchsorted(np.cumsum([len(r) for r in rows]), number, side="right"))
-        row = rows[period][number - sum(len(r) for r in rows[:period]), 3:]
+        (n, d), row, period = self.points.shape, self._extrema[number, 3:], self._period_of_extremum[number]
         out = np.zeros(n * d + len(self.values))
         out[period * d : (period + 1) * d], out[n * d :] = row[:d], row[d:]
         return out
 
     def extremum_slopes(self, direction: np.ndarray) -> np.ndarray:
         """Derivatives (E,) of z at the extrema in a direction (n d + Q,) of points and parameters."""
-        n, d = self.points.shape
-        states, parameters = direction[: n * d].reshape(n, d), direction[n * d :]
-        pairs = zip(self._extrema, states, strict=True)
-        return np.concatenate([r[:, 3 : 3 + d] @ state + r[:, 3 + d :] @ parameters for r, state in pairs])
+        (n, d), derivatives = self.points.shape, self._extrema[:, 3:]
+        if n == 1:
+            return derivatives @ direction
+        states = direction[: n * d].reshape(n, d)[self._period_of_extremum]
+        return (derivatives[:, :d] * states).sum(axis=1) + derivatives[:, d:] @ direction[n * d :]
 
 
 def count_unstable(multipliers: np.ndarray) -> int:
     """Number of multipliers outside the unit circle."""
-    return int(np.sum(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
+    return int(np.count_nonzero(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
+
+
+def cycle_of(found: CorrectedOrbit, period: int) -> Cycle:
+    """The cycle of a corrected orbit."""
+    size = found.vectors[0].size
+    return Cycle(found.u[:size].reshape(period, -1), found.u[size:], found.result)
 
 
 def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
@@ -202,7 +214,7 @@ def unknowns(cycle: Cycle) -> np.ndarray:
     return np.append(cycle.points.ravel(), cycle.values)
 
 
-class CycleEquations:
+class CycleEquations(Equations):
     """Orbits of period n along one parameter (Q = 1): n d equations for n points and the parameter.
 
     A change of the parameter by ``span`` counts as much as a change of all points by one half backlash.
@@ -217,6 +229,14 @@ class CycleEquations:
         self.family.check(u[None, -1:])
         cycle = evaluate(self.family, u[:-1].reshape(self.period, -1), u[-1:])
         return cycle.defect.ravel(), cycle.jacobian, cycle
+
+    def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Cycle] | None:
+        """The orbit nearest to a guess, see `PolynomialEquations.correct`."""
+        cell = self.family.cell(guess[-1:])
+        if cell is None or not cell.accepted:
+            return None
+        found = cell.polynomials.correct(guess, rows, self.period, LIMITS)
+        return None if found is None else (found, cycle_of(found, self.period))
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""

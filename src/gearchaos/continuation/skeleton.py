@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Settings, Stopped
+from gearchaos.continuation.arclength import Settings, Stopped, from_polyline
 from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
-from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve, from_polyline
+from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve
 from gearchaos.continuation.defining import EventSeed, seed_of
 from gearchaos.continuation.events import BORDER_COLLISION, FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
 from gearchaos.continuation.family import ParameterFamily

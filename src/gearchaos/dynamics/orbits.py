@@ -129,8 +129,9 @@ def floquet_multipliers(monodromy: np.ndarray) -> np.ndarray:
     Those of equal modulus stay in the order of LAPACK for a single matrix, and in any order for many.
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
-    order = np.argsort(-np.abs(values), axis=-1, kind="stable" if monodromy.ndim == 2 else None)
-    return np.take_along_axis(values, order, axis=-1)
+    if monodromy.ndim == 2:
+        return values[np.argsort(-np.abs(values), kind="stable")]
+    return np.take_along_axis(values, np.argsort(-np.abs(values), axis=-1), axis=-1)
 
 
 def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:

@@ -5,12 +5,21 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.beside import compile_beside
+from gearchaos.flow.beside import compile_beside, compile_corrections
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
+from gearchaos.flow.kernels.correction import Limits, Polynomials
 from gearchaos.flow.kernels.measure import Measure
 from gearchaos.flow.kernels.orbits import RESIDUAL, NewtonSearch, near_returns, newton_iteration, start_newton_search
+from gearchaos.flow.polynomials import (
+    CorrectedOrbit,
+    CriticalMultiplier,
+    NotConvergedError,
+    PolynomialEquations,
+    TouchingExtremum,
+    correct_any,
+)
 from gearchaos.flow.schedule import Followed, follow_schedule
 from gearchaos.flow.sensitivity import (
     Derivatives,
@@ -25,10 +34,11 @@ from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_pe
 from gearchaos.flow.target import Processor, processor
 
 __all__ = [
-    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "Derivatives", "DifferencedFlow", "ExactFlow",
-    "FlowResult", "Followed", "Measure", "NewtonSearch", "PeriodEquations", "PeriodResult", "Processor",
-    "SensitivityFlow", "StoppedError", "SwitchedSystem", "cache_directory", "cache_is_empty", "cancel_event",
-    "combine_measures", "compile_beside", "differentiate", "fastest_rate", "follow_schedule", "min_steps_per_period",
-    "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor", "start_newton_search",
-    "steps_share_matrices",
+    "CHATTER", "DIVERGED", "DIVERGED_AT", "OK", "RESIDUAL", "WIDTH", "CorrectedOrbit", "CriticalMultiplier",
+    "Derivatives", "DifferencedFlow", "ExactFlow", "FlowResult", "Followed", "Limits", "Measure", "NewtonSearch",
+    "NotConvergedError", "PeriodEquations", "PeriodResult", "PolynomialEquations", "Polynomials", "Processor",
+    "SensitivityFlow", "StoppedError", "SwitchedSystem", "TouchingExtremum", "cache_directory", "cache_is_empty",
+    "cancel_event", "combine_measures", "compile_beside", "compile_corrections", "correct_any", "differentiate",
+    "fastest_rate", "follow_schedule", "min_steps_per_period", "near_returns", "newton_iteration", "of_meshes",
+    "on_compile", "processor", "start_newton_search", "steps_share_matrices",
 ]

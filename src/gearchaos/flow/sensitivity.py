@@ -20,6 +20,11 @@ from gearchaos.flow.system import SwitchedSystem, contact_states, min_steps_per_
 _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
 
 
+def record_count(steps: int) -> int:
+    """How many contact switches and extrema of z are recorded in a mesh period of so many steps."""
+    return _MIN_RECORDS + 2 * steps
+
+
 class Derivatives(NamedTuple):
     """Derivatives of the equations by Q parameters at P points.
 
@@ -190,10 +195,10 @@ class SensitivityFlow:
         own = system if isinstance(system, PeriodEquations) else PeriodEquations.of(system, derivatives)
         self._equations, self.dimension = own, own.dimension
         self._dims = dimensions(own.dimension, own.damping_law)
-        self._rows = _offsets(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
+        self._rows = row_numbers(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
         keys = list(zip(np.ceil(own.steps).tolist(), map(tuple, own.starts.tolist()), strict=True))
         index = {key: number for number, key in enumerate(dict.fromkeys(keys))}
-        parts = [_period_steps(*key, own.same_starts, own.harmonics.highest) for key in index]
+        parts = [period_steps(*key, own.same_starts, own.harmonics.highest) for key in index]
         counts, which = np.array([len(part) for part in parts]), np.array([index[key] for key in keys])
         self._values = parts[0] if len(parts) == 1 else np.concatenate(parts)  # `Steps.values` of all points
         self._first, self.step_count = (np.cumsum(counts) - counts)[which], counts[which]
@@ -217,7 +222,7 @@ class SensitivityFlow:
         own, (count, d) = self._equations, w.shape
         parameters = own.derivatives.equations.shape[1]
         points = np.arange(count) if points is None else np.asarray(points, np.int64)
-        records = _MIN_RECORDS + 2 * int(self.step_count.max())
+        records = record_count(int(self.step_count.max()))
         call = SensitivityCall(
             own.parameters, *own.derivatives, self._values, points, self._first[points],
             np.array(w, dtype=float, order="C"), np.empty((count, d, d)), np.empty((count, parameters, d)),
@@ -225,7 +230,7 @@ class SensitivityFlow:
             np.empty((count, records, 3 + d + parameters)), np.zeros(count, np.int64), np.zeros(count, np.int64),
             contact_states(own, w.T, points),
         )
-        (work, segment), steps = _scratch.of(self._rows.total), self.step_count[points]
+        (work, segment), steps = scratch.of(self._rows.total), self.step_count[points]
         for number in sorted(set(steps.tolist())):
             lanes = np.flatnonzero(steps == number)
             advance_with_sensitivities(self._dims, own.harmonics, self._rows, call, number, lanes, work, segment)
@@ -323,11 +328,11 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
         np.einsum("s,pqsc->pqc", weights, a) / steps[:, :, None]) for a in (columns, starts)))
 
 
-_offsets = lru_cache(maxsize=64)(sensitivity_rows)
+row_numbers = lru_cache(maxsize=64)(sensitivity_rows)
 
 
 @lru_cache(maxsize=1024)
-def _period_steps(least: float, starts: tuple[float, ...], same_starts: bool, highest: int) -> np.ndarray:
+def period_steps(least: float, starts: tuple[float, ...], same_starts: bool, highest: int) -> np.ndarray:
     """`Steps.values` of one mesh period with at least so many steps, from where its parts begin."""
     where = np.array([starts])
     return step_values(*steps_in_parts(rounded_counts(np.array([least]), where, same_starts)[0], where), highest)
@@ -340,4 +345,4 @@ class _Scratch(threading.local):
         self.of = lru_cache(maxsize=8)(lambda rows: (new_workspace(rows), new_segment()))
 
 
-_scratch = _Scratch()
+scratch = _Scratch()

@@ -155,12 +155,24 @@ def step_counts(system: SwitchedSystem) -> np.ndarray:
 
 def rounded_counts(least: np.ndarray, starts: np.ndarray, same_starts: bool) -> np.ndarray:
     """The `step_counts` of points with at least so many steps in a period, (P,), and these parts of it."""
-    needed = np.ceil(least)
-    multiple = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
-    rounded, fraction = np.ceil(needed / multiple) * multiple, np.diff(starts, axis=1, append=1.0)
+    rounded, _ = _rounded(np.ceil(least))
+    fraction = np.diff(starts, axis=1, append=1.0)
     if not same_starts:
         fraction = np.ceil(_FRACTIONS * fraction) / _FRACTIONS
     return np.maximum(np.ceil(rounded[:, None] * fraction), 1).astype(int)
+
+
+def _rounded(needed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of steps rounded up to a multiple that leaves few of them, and this multiple."""
+    multiple = 2.0 ** np.floor(np.log2(np.maximum(needed, 16)) - 3)
+    return np.ceil(needed / multiple) * multiple, multiple
+
+
+def steps_alike(least: float) -> tuple[float, float]:
+    """Limits of the least numbers of steps that lead to the same `rounded_counts` as this one: more than the first, at
+    most the second."""
+    rounded, multiple = map(float, _rounded(np.ceil(least)))
+    return (max(rounded - multiple, 8 * multiple - 1) if multiple > 2 else rounded - multiple), rounded
 
 
 def orthonormalisations(system: SwitchedSystem) -> np.ndarray:

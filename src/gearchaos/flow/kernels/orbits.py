@@ -213,7 +213,7 @@ def _step(search, lane, tangent, i, max_distance, max_multiplier):
         for c in range(d):
             powers[j, c] = tangent[c, j, i]
             system[j, c] = (1.0 if c == j else 0.0) - tangent[c, j, i]
-    if not _solve(system):
+    if solve(system) == 0:
         return False
     for j in range(d):
         if not abs(search.at[j, lane] + system[j, d] - search.guess[j, lane]) < max_distance:
@@ -226,16 +226,18 @@ def _step(search, lane, tangent, i, max_distance, max_multiplier):
 
 
 @subroutine
-def _solve(system):
-    """Solve A x = b, ``system`` (d, d + 1) being [A, b]; x replaces b. Returns False if A is singular."""
-    d = len(system)
+def solve(system):
+    """Solve A x = b, ``system`` (d, d + 1) being [A, b]; x replaces b. Returns the sign of the determinant of A, 0 if
+    it is singular."""
+    d, sign = len(system), 1
     for k in range(d):
         pivot = k
         for j in range(k + 1, d):
             if abs(system[j, k]) > abs(system[pivot, k]):
                 pivot = j
         if not abs(system[pivot, k]) > 0.0:
-            return False
+            return 0
+        sign *= (1 if pivot == k else -1) * (1 if system[pivot, k] > 0.0 else -1)
         for c in range(k, d + 1):
             system[k, c], system[pivot, c] = system[pivot, c], system[k, c]
         for j in range(k + 1, d):
@@ -246,7 +248,7 @@ def _solve(system):
         for c in range(k + 1, d):
             system[k, d] -= system[k, c] * system[c, d]
         system[k, d] /= system[k, k]
-    return True
+    return sign
 
 
 @subroutine

@@ -302,13 +302,9 @@ def _end_pack(dims, call, lanes, count, work, row):
             call.status[lane] = DIVERGED
 
 
-@kernel
-def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, work, segment):
-    """Advance trajectories by one mesh period, `WIDTH` at a time, and overwrite the results of the call.
-
-    ``lanes`` (B,) are their indices in its arrays; all have the same number of steps in the period. The `Workspace` has
-    rows up to ``row.total``, with ``row`` the `SensitivityRows`.
-    """
+@subroutine
+def advance_lanes(dims, harmonics, row, call, step_count, lanes, work, segment):
+    """See `advance_with_sensitivities`."""
     pack = work.listed
     for first in range(0, len(lanes), WIDTH):
         count = min(WIDTH, len(lanes) - first)
@@ -322,3 +318,13 @@ def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, wo
                 _jump_sensitivities(dims, harmonics, call, work, row)
             _run_step(dims, harmonics, call, pack, count, work, row, segment)
         _end_pack(dims, call, pack, count, work, row)
+
+
+@kernel
+def advance_with_sensitivities(dims, harmonics, row, call, step_count, lanes, work, segment):
+    """Advance trajectories by one mesh period, `WIDTH` at a time, and overwrite the results of the call.
+
+    ``lanes`` (B,) are their indices in its arrays; all have the same number of steps in the period. The `Workspace` has
+    rows up to ``row.total``, with ``row`` the `SensitivityRows`.
+    """
+    advance_lanes(dims, harmonics, row, call, step_count, lanes, work, segment)
