@@ -17,8 +17,8 @@ from gearchaos.explorer.view.text import from_query
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")
-FEW_CELLS = (50, 50)
-"""Columns and rows of the maps of `served` with ``few``: one of 48 of the usual cells, which takes less time."""
+FEW_CELLS = (100, 75)
+"""Columns and rows of the maps of `served` with ``few``: a sixteenth of the usual cells, which takes less time."""
 
 _MAIN = f"""
 import os, signal
