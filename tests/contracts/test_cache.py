@@ -187,6 +187,7 @@ def test_compiling_is_announced_and_loading_is_not(tmp_path):
     assert [run.stdout for run in runs] == ["compiles\n", ""], runs
 
 
+@pytest.mark.slow
 def test_a_cache_that_cannot_be_written_is_done_without():
     environment = {**os.environ, "NUMBA_CACHE_DIR": "/proc/nowhere"}
     program = (
