@@ -44,7 +44,14 @@ _MOST_COORDINATES = 64
 
 
 class NotConvergedError(Exception):
-    """Newton's method for an orbit does not converge."""
+    """Newton's method for an orbit does not converge.
+
+    Examples
+    --------
+    >>> from gearchaos.flow import NotConvergedError
+    >>> issubclass(NotConvergedError, Exception)
+    True
+    """
 
 
 class CriticalMultiplier(NamedTuple):

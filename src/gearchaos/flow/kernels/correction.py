@@ -32,23 +32,60 @@ not, or the period has to be divided into other steps."""
 
 
 class Limits(NamedTuple):
-    """When Newton's method ends."""
+    """When Newton's method ends.
 
-    tolerance: float  # at which the largest equation is solved
-    accepted: float  # likewise where rounding errors let it come no further
-    growth: float  # by this factor over the smallest one so far it diverges
-    alternates: float  # it goes to and fro if it differs by less than this fraction from that two iterations before
+    Attributes
+    ----------
+    tolerance : float
+        Largest equation at which they are solved.
+    accepted : float
+        The same where rounding errors let it come no further.
+    growth : float
+        By this factor over the smallest one so far it diverges.
+    alternates : float
+        It goes to and fro if the largest equation differs by less than this fraction from that two iterations before.
+
+    Examples
+    --------
+    >>> from gearchaos.flow import Limits
+    >>> Limits(1e-12, 1e-10, growth=1e3, alternates=0.1).accepted
+    1e-10
+    """
+
+    tolerance: float
+    accepted: float
+    growth: float
+    alternates: float
 
 
 class Polynomials(NamedTuple):
-    """The equations at parameters in a box: sums of products of 1, T_1(x) − T_1(−1), T_2(x) − T_2(−1), … with x from −1
-    to 1 across the box. The columns are the parameters of a system, the starts of the parts of its period, and its
-    least number of steps."""
+    """The equations at Q parameters in a box: sums of products of 1, T_1(x) − T_1(−1), T_2(x) − T_2(−1), …, K in each
+    direction, with x from −1 to 1 across the box.
 
-    low: np.ndarray  # (Q,) corner nearest to −∞
+    The C columns are the parameters of a system, the starts of the parts of its period, and its least number of steps.
+
+    Attributes
+    ----------
+    low : (Q,)
+        Corner nearest to −∞.
+    width : (Q,)
+    origin : (C,)
+        Values at that corner.
+    coefficients : (K^Q, C)
+        Of the differences from there; the last direction varies fastest.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gearchaos.flow import Polynomials
+    >>> Polynomials(np.zeros(1), np.ones(1), np.zeros(30), np.zeros((16, 30))).coefficients.shape
+    (16, 30)
+    """
+
+    low: np.ndarray  # (Q,)
     width: np.ndarray  # (Q,)
-    origin: np.ndarray  # (C,) values at that corner
-    coefficients: np.ndarray  # (K^Q, C) of the differences from there; the last direction varies fastest
+    origin: np.ndarray  # (C,)
+    coefficients: np.ndarray  # (K^Q, C)
 
 
 class Correction(NamedTuple):
