@@ -256,3 +256,14 @@ def test_a_neimark_sacker_point_at_a_high_frequency_has_multipliers_of_modulus_o
     assert set(ds["event_kind"].values) == {"neimark-sacker"}
     moduli = np.hypot(ds["event_multipliers_real"], ds["event_multipliers_imag"]).values
     np.testing.assert_allclose(np.abs(moduli - 1.0).min(axis=1), 0.0, atol=1e-9)
+
+
+FOLDS = gc.MeshModel.of(kind="single", zeta=0.05, omega=0.53, damping_law="contact", q0=0.1, eps1=0.107, theta1=-2.79,
+                        eps3=0.006, theta3=-0.17, c1=0.323)
+
+
+def test_a_fold_curve_does_not_turn_back_at_a_graze():
+    """Some steps before the corner, another extremum is nearer to the boundary than the one that touches it there."""
+    ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
+    assert sorted(ds["special_kind"].values) == ["cusp", "grazing-fold"]
+    assert sorted(end["omega"] for end in json.loads(ds.attrs["ends"])) == pytest.approx([0.25, 0.338991], abs=1e-6)
