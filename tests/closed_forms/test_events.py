@@ -267,3 +267,14 @@ def test_a_fold_curve_does_not_turn_back_at_a_graze():
     ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
     assert sorted(ds["special_kind"].values) == ["cusp", "grazing-fold"]
     assert sorted(end["omega"] for end in json.loads(ds.attrs["ends"])) == pytest.approx([0.25, 0.338991], abs=1e-6)
+
+
+def test_a_curve_that_passes_the_ends_of_both_axes_in_one_step_ends_at_the_first():
+    whole = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
+    omega, q0 = whole["omega"].values[-5:-3], whole["q0"].values[-5:-3]
+    low = 0.8 * omega[0] + 0.2 * omega[1]
+    ds = gc.curve(FOLDS, "fold", f"omega={low}:2.4", f"q0={q0[0]}:0.5", period=1)
+    for end in json.loads(ds.attrs["ends"]):
+        assert end["why"] == "end of the axis"
+        assert end["omega"] >= low - 1e-12
+        assert end["q0"] >= q0[0] - 1e-12
