@@ -34,8 +34,8 @@ _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0
 _RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
 _ROUNDING = 1e-14
-"""Largest value of a test function that is a rounding error, relative to the larger one at the ends: a product over many
-pairs of multipliers may be small everywhere."""
+"""Largest value of a test function that is a rounding error, relative to the larger one at both points: a product over
+many pairs of multipliers may be small everywhere."""
 
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
