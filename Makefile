@@ -68,7 +68,8 @@ chromium:
 kernels: $(VENV)/.installed-test
 	$(BIN)/gearchaos warmup
 
-# --dist loadfile keeps the tests of a file in one process, since they share servers, stores and the browser.
+# --dist loadfile keeps the tests of a file in one process, or those of several files that share servers, stores and the
+# browser: tests/conftest.py. A third process would leave the maps of the explorer's servers, at low priority, no core.
 test: lint chromium kernels
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 

@@ -1,9 +1,43 @@
-"""Fixtures that several folders share."""
+"""Fixtures that several folders share, and which process runs which tests."""
 
+import re
 import signal
 import sys
 
 import pytest
+
+TOGETHER = {
+    "the explorer in a browser": r"tests/slow/test_explorer(?!_trains)",
+    "runs of processes": r"tests/slow/test_(runs|power_failure|object_stores|full_disk)",
+    "a chaotic set": r"tests/(oracles/test_segment|contracts/test_chaos_proof)",
+}
+"""Files whose tests one process runs, since they share a server or what takes long to compute, those that take longest
+first: what comes last should be short, so that the processes end together."""
+
+APART = r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|contracts/test_cache)"
+"""Files whose tests share nothing, so that any process may run each of them."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    from xdist.scheduler import LoadFileScheduling
+
+    class Units(LoadFileScheduling):
+        """Each process gets the next group, file or test that has not begun, the long ones first."""
+
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            group = next((name for name, files in TOGETHER.items() if re.match(files, file)), file)
+            return nodeid if re.match(APART, file) else group
+
+    config.option.loadscopereorder = False  # by the number of tests
+    return Units(config, log) if config.option.dist == "loadfile" else None
+
+
+def pytest_collection_modifyitems(items):
+    """The files that take longest first."""
+    order = [*TOGETHER.values(), APART, "tests/slow", ""]
+    items.sort(key=lambda item: next(i for i, files in enumerate(order) if re.match(files, item.nodeid)))
 
 
 @pytest.fixture(autouse=True)

@@ -40,6 +40,7 @@ def verdicts(kind, values, chosen):
     return {n: np.moveaxis(found[n], c.dims.index(MOTION), 0) for n, c in found.declared().items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", KINDS)
 def test_a_verdict_does_not_depend_on_the_lanes_beside_it(case):
     kind, ranges = KINDS[case]
@@ -109,6 +110,7 @@ def test_a_diagram_does_not_depend_on_threads():
     xr.testing.assert_identical(one, three)
 
 
+@pytest.mark.slow
 def test_refining_spends_cells_on_boundaries_alone_and_says_what_it_inferred():
     model, x, y = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.4, 1.2, 70), gc.Axis("eps1", 0.0, 0.2, 50)
     whole = gc.zones(model, x, y, settings=SHORT)

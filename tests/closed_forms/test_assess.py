@@ -56,6 +56,7 @@ def found():
     return gc.assess(SPUR, "750:1330:30", [100.0, 300.0], starts=16, spacing=0.02)
 
 
+@pytest.mark.slow
 def test_a_range_of_a_motion_that_no_sweep_reaches_begins_at_the_fold_of_its_branch(found):
     (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
     assert (window.begins_with, window.start_resolution, window.depends_on_history) == ("fold", 0.0, True)
@@ -75,6 +76,7 @@ def test_the_jumps_of_slow_sweeps_are_at_the_folds_of_the_branch_between_them(fo
     assert jumps["up"].speed > jumps["down"].speed and jumps["down"].factor_before > jumps["down"].factor_after
 
 
+@pytest.mark.slow
 def test_torques_side_by_side_are_as_each_alone(found):
     for torque, own in zip((100.0, 300.0), found.at, strict=True):
         alone = gc.speeds_to_avoid(SPUR, "750:1330:30", torque, starts=16, spacing=0.02)

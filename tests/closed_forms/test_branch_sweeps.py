@@ -22,6 +22,7 @@ def random_sweep(seed: int) -> tuple[gc.MeshModel, gc.Axis]:
     return model, gc.Axis(name, values[name], values[name] + width, VALUES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(24))
 def test_the_end_of_a_sweep_lies_on_the_branch_of_its_start(seed):
     model, axis = random_sweep(seed)
@@ -37,6 +38,7 @@ def test_the_end_of_a_sweep_lies_on_the_branch_of_its_start(seed):
     assert min(np.abs(np.sort(row) - expected).max() for row in at_end) < 1e-6
 
 
+@pytest.mark.slow
 def test_enough_sweeps_are_compared():
     """Fewer than half of the random sweeps may be skipped."""
     kept = 0

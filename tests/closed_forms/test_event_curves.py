@@ -15,12 +15,12 @@ from scipy.optimize import brentq, minimize_scalar
 
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings, between
-from gearchaos.continuation.branch import follow_branch
+from gearchaos.continuation.branch import doubled_start, follow_branch
 from gearchaos.continuation.defining import EventState
 from gearchaos.continuation.events import locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
-from gearchaos.continuation.shooting import CycleEquations, evaluate
+from gearchaos.continuation.shooting import CycleEquations, converge, evaluate
 from gearchaos.continuation.skeleton import Line, line_seeds
 from gearchaos.continuation.special_points import flip_coefficient, roots_on_circle
 from gearchaos.dynamics import classify
@@ -294,7 +294,8 @@ def test_a_point_between_two_that_are_equal_to_rounding_is_one_of_them():
 def test_the_coefficient_of_a_flip_has_no_value_at_a_fold():
     family = ParameterFamily(SINGLE, ("omega",))
     _, cycle = find_cycle(SINGLE, ("omega",), 1, None)
-    stub = SimpleNamespace(monodromy=np.diag([-1.0, 1.0]), values=cycle.values, points=cycle.points, period=1)
+    stub = SimpleNamespace(monodromy=np.diag([-1.0, 1.0]), values=cycle.values, points=cycle.points, period=1,
+                           switches=cycle.switches)
     assert math.isnan(flip_coefficient(EventState(stub), SimpleNamespace(family=family)))
 
 
@@ -310,3 +311,31 @@ def test_grazes_at_neutral_saddles_are_no_points_of_codimension_2():
     for omega, eps1 in places:
         near = np.argmin(np.hypot(ds["omega"].values - omega, ds["eps1"].values - eps1))
         assert np.abs(ds["multipliers_imag"].values[near]).max() > 1e-3, (omega, eps1)
+
+
+def test_a_graze_of_linear_motions_has_no_points_of_codimension_2():
+    """At the flip of the linear equations orbits of twice the period have any amplitude up to their graze, with a
+    multiplier that is 1 to rounding errors of either sign."""
+    model = gc.MeshModel.of(q0=0.1, omega=1.8492625656182369, eps1=0.015625)
+    start = {"x1": 1.0128586091534064, "x1_dot": 0.06073542556278667}  # of one that grazes
+    ds = gc.curve(model, "graze", "omega=1.7:2", "eps1=0.001:0.06", period=2, start=start)
+    assert np.ptp(ds["omega"].values) < 1e-8, "the frequency of the flip"
+    assert ds.sizes["point"] > 10
+    assert "grazing-fold" not in ds["special_kind"].values.tolist()
+
+
+def test_the_coefficient_of_a_flip_is_that_of_the_doubled_orbits():
+    """In the critical direction the doubled orbits lie at ±a where −(μ + 1) = c a² to leading order, with μ the
+    multiplier of the orbit of half the period and c the coefficient."""
+    model = gc.MeshModel.of(kind="torsional", omega=0.95, q0=0.1, eps1=0.14)
+    family, cycle = find_cycle(model, ("omega",), 1, None)
+    flip = next(e for e in follow_branch(family, cycle, (0.7, 2.3), Settings()).events
+                if e.kind == "flip" and len(e.cycle.switches))
+    doubled = doubled_start(family, flip, 1.6)[1].data
+    half = converge(family, flip.cycle.points, doubled.values)
+    (of_v, v), (of_w, w) = (np.linalg.eig(m) for m in (flip.cycle.monodromy, flip.cycle.monodromy.T))
+    v, w = v[:, np.argmin(np.abs(of_v + 1))].real, w[:, np.argmin(np.abs(of_w + 1))].real
+    a = w @ (doubled.points[0] - doubled.points[1]) / 2 / (w @ v)
+    critical = half.multipliers[np.argmin(np.abs(half.multipliers + 1))].real
+    coefficient = flip_coefficient(EventState(flip.cycle), SimpleNamespace(family=family))
+    assert coefficient == pytest.approx(-(critical + 1) / a**2, rel=0.01)

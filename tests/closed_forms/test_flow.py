@@ -45,6 +45,7 @@ def random_model(draw):
 models = st.composite(random_model)()
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(models)
 def test_the_monodromy_determinant_has_its_closed_form(model):
@@ -254,6 +255,7 @@ def test_the_dimension_follows_from_the_symmetry():
     assert dimension(kind="full", kappa1=0.5, mu1=4.0, kappa2=1.0, mu2=8.0) == 4
 
 
+@pytest.mark.slow
 def test_the_kernels_say_the_same_without_the_compiler():
     """The plain Python below the compiler, vectors included, gives the same motion."""
     code = (
@@ -291,6 +293,7 @@ print(json.dumps([results(False), results(True)]))
 """
 
 
+@pytest.mark.slow
 def test_every_kernel_does_the_same_with_the_compiler_off():
     """To rounding: without the compiler a product and a sum are rounded one after the other."""
     plain, compiled = (

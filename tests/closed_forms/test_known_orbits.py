@@ -82,6 +82,7 @@ def replaced(motions):
     return Motions(motions.flow, motions.w.copy(), motions.points)
 
 
+@pytest.mark.slow
 def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch):
     design = load_design(EXAMPLES / "spur_50_50.toml")
     scan = (design, "780:960:4", 100.0)

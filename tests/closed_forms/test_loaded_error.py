@@ -64,6 +64,7 @@ def test_tooth_pairs_give_way_until_those_that_touch_carry_the_force():
     assert peak_to_peak(RELIEVED) == pytest.approx(np.ptp(loaded_error(RELIEVED, 300, positions)), rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", [120, 300, 700])
 @pytest.mark.parametrize("relief", [
     RELIEVED.tip_relief, {"amount": ["12 um", "0 um"], "start_diameter": ["75.2 mm", "111 mm"]},
@@ -152,6 +153,7 @@ def test_a_harris_map_without_torques_is_refused(gears, torques, message):
         gc.plot.harris_map(gears, torques, fresh())
 
 
+@pytest.mark.slow
 def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the_load():
     found = datasheet(RELIEVED)["loaded_error_peak_to_peak"]
     assert (found.value, found.unit) == (pytest.approx(1e6 * peak_to_peak(RELIEVED)), "µm")

@@ -62,6 +62,7 @@ def test_a_frequency_beyond_the_highest_order_does_not_fold_into_it():
     assert lines[2:-2].max() < 1e-3
 
 
+@pytest.mark.slow
 def test_the_signal_of_a_run_up_has_its_own_orders(computed):
     """What is computed, taken as measured, has the same orders: the angle is found anew, from the speed."""
     time, force = computed.signal_time[0].values, computed.signal_force[0].values
@@ -120,6 +121,7 @@ def signal_file(path, header="time [s];speed [rpm];force [kN]", comma=True, chan
     return str(path)
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, monkeypatch, computed):
     monkeypatch.chdir(tmp_path)
     signal_file(tmp_path / "bench.csv")
@@ -142,6 +144,7 @@ def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, monkeyp
     assert only["measured"] == pytest.approx(200 * np.sqrt(2)) and only["computed"] > 0
 
 
+@pytest.mark.slow
 def test_the_picture_has_the_cuts_as_lines_and_dots_and_a_waterfall_of_the_measured(tmp_path, computed):
     signal_file(tmp_path / "bench.csv")
     panels = gc.plot.runup(computed, Figure(), against=tmp_path / "bench.csv").axes
@@ -157,6 +160,7 @@ def test_the_picture_has_the_cuts_as_lines_and_dots_and_a_waterfall_of_the_measu
         measured_runup(tmp_path / "bench.csv", gc.runup(load_study(PAIR_FILE).model, "speed=500:700", 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "header", "words"), [
     (lambda rows: rows[:900] + rows[950:], None, r"line 902, .*must be 5e-05 s after the line before.*got '0.00255 s'"),
     (lambda rows: rows[:900] + rows[898:], None, "line 902, .*greater time than line 901"),
@@ -175,6 +179,7 @@ def test_a_record_that_cannot_be_compared_is_refused(tmp_path, change, header, w
         read_measured_runup(path, 50.0, (500, 700))
 
 
+@pytest.mark.slow
 def test_a_run_at_other_speeds_is_refused(tmp_path):
     path = signal_file(tmp_path / "bench.csv")
     with pytest.raises(gc.InputError, match=r"speeds of the run-up; got '520 to 67.* Computed are 900 to 1200"):

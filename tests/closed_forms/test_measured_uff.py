@@ -56,6 +56,7 @@ def written(folder, *sets):
     return folder / "bench.uff"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fields", "of_tacho"), [
     ({}, {}), ({"binary": 0}, {"ordinate_spec_data_type": 1}), ({"even": 0}, {"ordinate_axis_units_lab": "1/min"})])
 def test_a_signal_and_its_tacho_are_those_written(tmp_path, fields, of_tacho):
@@ -71,6 +72,7 @@ def test_a_signal_and_its_tacho_are_those_written(tmp_path, fields, of_tacho):
         f"as a table: time is 'time [s]', speed is 'speed, Tacho [{unit}]', force is 'force, CH 1 [N]'")
 
 
+@pytest.mark.slow
 def test_the_force_is_in_the_unit_of_its_label_and_may_be_chosen(tmp_path):
     path = written(tmp_path, tacho(), force(id1="left"), function(TIME, FORCE, "CH 1", "kN", 9, id1="right"))
     with pytest.raises(gc.InputError, match="must have exactly one column for force"):
@@ -96,6 +98,7 @@ def test_spectra_over_the_order_are_amplitudes_at_their_speeds(tmp_path, id1, fa
     assert isinstance(read_measured_runup(path, Z, (500, 700)), MeasuredOrders)
 
 
+@pytest.mark.slow
 def test_the_commands_take_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     written(tmp_path, tacho(), force())
@@ -114,6 +117,7 @@ def test_the_commands_take_them(tmp_path, monkeypatch):
     assert result.exit_code == 2 and "two speeds or more; got [550.0]" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sets", "words"), [
     ([tacho(), force(), spectrum(550.0, np.arange(101.0), np.ones(101))], "over the order; got .* It has both"),
     ([function(TIME, FORCE, "Force", "N", 9, of="frequency")], "over the order; got .* It has neither"),

@@ -249,6 +249,7 @@ def test_a_newton_step_finds_the_fixed_point_of_an_affine_map_at_once(d):
     np.testing.assert_allclose(search.residual, np.abs(end - at).max(axis=0))
 
 
+@pytest.mark.slow
 def test_newton_goes_on_only_where_it_may_succeed():
     half = np.broadcast_to(np.eye(2) / 2, (7, 2, 2)).copy()
     half[5] = np.eye(2)  # I - M is singular

@@ -146,6 +146,7 @@ def test_the_power_of_all_lines_is_that_of_the_integrals_of_the_flow():
     np.testing.assert_allclose(rms[1:], found.order_deflection[1:] / np.sqrt(2))
 
 
+@pytest.mark.slow
 def test_a_torque_once_per_turn_shows_as_sidebands_that_steady_gears_lack(tmp_path):
     found = gc.physical(gc.orders(train(order=1), against=train()))
     line = found.order_force.sel
@@ -244,6 +245,7 @@ error_amplitudes = ["2 um"]
 """
 
 
+@pytest.mark.slow
 def test_the_command_says_first_which_line_and_which_sideband_is_strongest(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("gears.toml").write_text(TRAIN_FILE)
@@ -290,6 +292,7 @@ def test_bearings_that_give_way_are_no_part_of_the_transmission_error(gears):
     assert abs(float(deflection.sel(order=25)) / own - 1) > 0.05
 
 
+@pytest.mark.slow
 def test_a_torque_on_the_command_line_holds_for_both_and_a_design_for_the_first_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("gears.toml").write_text(TRAIN_FILE)

@@ -46,6 +46,7 @@ def test_without_a_jump_it_is_one():
     assert quasi_static_ratio(gc.MeshModel.of(q0=0.1, chi1=0.0, chi2=0.0)) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "zeta"), [("single", 0.05), ("torsional", 0.02), ("full", 0.05)])
 @pytest.mark.parametrize("levels", [(1.4, 0.8), (1.4, 0.7, 0.84, 1.0, 1.2)])
 def test_it_is_the_limit_of_the_exact_flow_at_low_speed(kind, zeta, levels):
@@ -56,6 +57,7 @@ def test_it_is_the_limit_of_the_exact_flow_at_low_speed(kind, zeta, levels):
     assert quasi_static_ratio(model) == pytest.approx(found.dynamic_factor, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_of_gears_it_is_the_dynamic_factor_at_a_few_turns_a_minute():
     design = gc.GearDesign(
         teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm",

@@ -34,6 +34,7 @@ def scan():
     return gc.rattle(train(), "loose.torque=-0.2:-0.08:4")
 
 
+@pytest.mark.slow
 def test_the_onset_is_that_of_the_closed_form(scan):
     assert onset() == pytest.approx(0.1000035, abs=5e-8)
     assert scan.onset_value.values == pytest.approx([-onset()], rel=1e-7)
@@ -42,7 +43,7 @@ def test_the_onset_is_that_of_the_closed_form(scan):
 
 
 def test_the_law_of_the_damping_does_not_change_the_onset():
-    found = gc.rattle(train("always"), "loose.torque=-0.12:-0.08:2")
+    found = gc.rattle(train("always"), "loose.torque=-0.12:-0.0995:2")
     assert found.onset_value.values == pytest.approx([-onset()], rel=1e-7)
 
 
@@ -63,17 +64,19 @@ def stepped(level: float, torques: str) -> Any:
     return gc.rattle(train(stiffness=steps), f"loose.torque={torques}")
 
 
+@pytest.mark.slow
 def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost_earlier():
-    found = stepped(0.05, "-0.2:-0.1:2")
+    found = stepped(0.05, "-0.2:-0.13:2")
     assert np.isnan(found.excitation_ratio.values).all()
     assert found.onset_mesh.values.tolist() == ["driver/loose"]
     assert np.isnan(found.onset_linear.values).all()
     assert found.onset_value.values < -1.3 * onset()
 
 
+@pytest.mark.slow
 def test_where_the_stiffness_varies_by_a_quarter_no_drag_keeps_the_contact():
     """The ripple of the force grows with the drag, as the deflection does."""
-    found = stepped(0.25, "-30:-0.1:5")
+    found = stepped(0.25, "-30:-0.1:3")
     assert (found.mesh_contact.values > 0).all()
     assert found.sizes["onset"] == 0
 

@@ -38,6 +38,7 @@ def nearest_other(label):
     return np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANES)
 def test_no_cell_is_inferred_beside_a_computed_one_of_another_kind(name):
     """Beside: four cells away along a row or a column, and within that circle across."""

@@ -28,6 +28,7 @@ PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.
 LINEAR = gc.GearPair(**PAIR, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)
 
 
+@pytest.mark.slow
 def test_a_slow_run_has_the_steady_response_of_each_speed():
     """z'' + 2ζz' + z = q + ε1 ω² cos ωτ: the force has the amplitude √(1 + (2ζω)²) |Z| beside the static one."""
     found = gc.runup(LINEAR, "speed=4000:5000", 4.0)
@@ -63,6 +64,7 @@ def test_a_run_through_the_resonance_of_a_linear_wheel(rate, largest, at):
     assert abs(float(amplitude.idxmax()) / rpm - at) < 0.5 / found.sizes["speed"] + 4e-3
 
 
+@pytest.mark.slow
 def test_a_motion_that_visits_speeds_is_that_of_scripts_one_after_the_other():
     """The script of each speed integrates one mesh period by SciPy, in the coordinates of the wheels."""
     model = as_model(gc.GearPair(**{**PAIR, "k": 530.0, "M10": 20.0}, error_amplitudes=[6e-6, 2e-6],
@@ -127,13 +129,14 @@ def test_a_dimensionless_model_has_no_speed():
         gc.RunUp(gc.MeshModel(), "speed=500:6000")
 
 
+@pytest.mark.slow
 def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
     """A run passes the fold by the time that the motion takes to leave: the less, the slower it is."""
     branch = gc.branch(load_study(PAIR_FILE).model.with_values({"speed": 1300.0}), "speed=1200:1330")
     (fold,) = [value for value, kind in zip(branch.event_value.values, branch.event_kind.values, strict=True)
                if kind == "fold" and value < 1290]
     late = []
-    for duration in (4, 16):
+    for duration in (3, 9):
         result = CliRunner().invoke(app, [
             "runup", str(PAIR_FILE), "--speed", "1200:1330", "--duration", f"{duration} s", "--down", "--json", "--out",
             str(tmp_path / "r.nc"), "--wav", str(tmp_path / "r.wav")])
@@ -142,13 +145,15 @@ def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
         (jump,) = [jump for jump in document["jumps"] if jump["direction"] == "down"]
         assert jump["from"] > jump["to"] > 1
         late.append(fold - jump["speed"])
+    print(late)
     assert 0 < late[1] < late[0] < 5
     assert {"jumps", "peaks", "directions"} <= set(document) and document["status"] == "ok"
     with xr.open_dataset(tmp_path / "r.nc") as found:
         assert found.order_force.dims == ("direction", "speed", "order") and found.order_force.attrs["units"] == "N"
-    assert wavfile.read(tmp_path / "r.wav")[1].size == pytest.approx(2 * 16 * RATE, rel=1e-3)
+    assert wavfile.read(tmp_path / "r.wav")[1].size == pytest.approx(2 * 9 * RATE, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_driver_with_a_prescribed_acceleration_does_not_jump_between_periods():
     """A wheel follows its driver as long as its drag exceeds J α: the force is 1 ± J α/drag, at any speed."""
     bodies = [gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}]),
@@ -173,6 +178,7 @@ def test_the_lines_at_low_speed_are_not_those_of_instants_too_far_apart():
         np.testing.assert_allclose(few.sel(order=order), many.sel(order=order), atol=2e-3 * static)
 
 
+@pytest.mark.slow
 def test_a_run_down_goes_on_with_the_motion_of_the_run_up():
     """At 3200 rpm a large motion is reached from lower speeds, and a small one from rest."""
     model = load_study(PAIR_FILE).model
@@ -182,6 +188,7 @@ def test_a_run_down_goes_on_with_the_motion_of_the_run_up():
     assert float(up.min()) > 5 * gc.regime(model.with_values({"speed": 3200.0})).dynamic_factor
 
 
+@pytest.mark.slow
 def test_the_answer_stands_first_and_the_options_of_a_file_count(tmp_path):
     text = PAIR_FILE.read_text().split("[study]")[0]
     study = '[study]\nkind = "runup"\nspeed = "speed=1250:1270"\nduration = 2\ndown = true\n'
@@ -196,6 +203,7 @@ def test_the_answer_stands_first_and_the_options_of_a_file_count(tmp_path):
     assert missing.exit_code == 2 and "--speed must be given" in missing.stderr
 
 
+@pytest.mark.slow
 def test_a_fast_run_is_that_at_a_speed_that_rises_continuously():
     """x'' + 2ζz' + z − 1 = q with z = x − ε(φ), φ' = ω(τ). Without steps of ε' it would be off by 1e-3."""
     pair = gc.GearPair(**PAIR, error_amplitudes=[2e-7], error_phases=[np.pi / 2], chi1=0.0, chi2=0.0)
@@ -222,6 +230,7 @@ def test_a_fast_run_is_that_at_a_speed_that_rises_continuously():
     assert np.abs(found.signal_force[0] - force).max() < 8e-4 * np.abs(force - load).max()
 
 
+@pytest.mark.slow
 def test_with_a_drag_over_the_speed_forces_are_over_the_static_one_of_each_speed():
     """The force is 1 + J α r_a/r_b over the drag: 0.3 N m at 600 rpm of the driver, 0.4 N m at 900 rpm."""
     table = {"speed": [200.0, 600.0], "torque": [-0.2, -0.4]}

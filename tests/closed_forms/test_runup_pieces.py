@@ -53,6 +53,7 @@ def study(**options):
     return gc.RunUp(MODEL, "speed=1200:1330", 3.0, down=True, events=True, **options)
 
 
+@pytest.mark.slow
 def test_a_run_that_is_stopped_goes_on_to_the_same_bits(tmp_path, stop_after):
     profile = {"time": [0, 6], "torque": [90.0, 100.0]}
     whole, journal = study(torque=profile).run(), tmp_path / "r.part"
@@ -91,6 +92,7 @@ def test_what_is_kept_does_not_grow_with_the_duration():
     assert size(9_000_000) < size(2_000_000) * 1.01 < 25e6
 
 
+@pytest.mark.slow
 def test_groups_of_periods_have_the_same_results_and_jumps(monkeypatch):
     single = gc.runup(MODEL, "speed=1200:1330", 6.0, down=True)
     monkeypatch.setattr(runup_results, "_SERIES", single.sizes["speed"] * 4)
@@ -103,15 +105,15 @@ def test_groups_of_periods_have_the_same_results_and_jumps(monkeypatch):
 
 @pytest.mark.slow
 def test_a_command_that_is_killed_goes_on(tmp_path):
-    """With SIGKILL, at three instants, until it is finished; the journal is then gone."""
+    """With SIGKILL, at two instants, until it is finished; the journal is then gone."""
     def command(name):
-        options = ["runup", str(DESIGN), "--speed", "1200:1330", "--duration", "25 s", "--out", str(tmp_path / name)]
-        return [sys.executable, "-c", "from gearchaos.studies import runup_results; runup_results._BETWEEN = 0.2; "
+        options = ["runup", str(DESIGN), "--speed", "1200:1330", "--duration", "12 s", "--out", str(tmp_path / name)]
+        return [sys.executable, "-c", "from gearchaos.studies import runup_results; runup_results._BETWEEN = 0.1; "
                 "from gearchaos.cli import main; main()", *options]
 
     subprocess.run(command("whole.nc"), check=True, capture_output=True)
     part, known = tmp_path / "r.nc.part", 0.0
-    for _ in range(3):
+    for _ in range(2):
         run = subprocess.Popen(command("r.nc"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         until = time.monotonic() + 120
         while time.monotonic() < until and not (part.exists() and part.stat().st_mtime_ns > known):
@@ -125,6 +127,7 @@ def test_a_command_that_is_killed_goes_on(tmp_path):
     xr.testing.assert_identical(gc.load(tmp_path / "r.nc"), gc.load(tmp_path / "whole.nc"))
 
 
+@pytest.mark.slow
 def test_the_event_of_a_jump_is_that_of_the_branch(tmp_path):
     branch = gc.branch(MODEL.with_values({"speed": 1300.0}), "speed=1200:1330")
     folds = branch.event_value.values[branch.event_kind.values == "fold"]

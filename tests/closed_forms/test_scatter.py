@@ -28,6 +28,7 @@ def sobols_g(u):
     return np.prod((np.abs(4 * u - 2) + G) / (1 + G), axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("function", "inputs", "first", "total"), [
     (ishigami, 3, [0.3139, 0.4424, 0], [0.5576, 0.4424, 0.2437]),
     (sobols_g, 8, [0.7162, 0.1791, 0.0237, 0.0072, *[0.0001] * 4], [0.7871, 0.2422, 0.0343, 0.0105, *[0.0001] * 4])])
@@ -49,6 +50,7 @@ def _covered(estimate, truth: float, repetitions: int = 200) -> int:
     return sum(low <= truth <= high for _, low, high in found)
 
 
+@pytest.mark.slow
 def test_intervals_cover_as_often_as_they_say():
     """Of 200 intervals at 95 % at most 20 miss but once in a thousand times; at least one misses."""
     def likely(seed):  # u + v > 1.2
@@ -195,6 +197,7 @@ def test_deviations_scale_with_the_grade_that_is_drawn():
         assert turned == pytest.approx(bound.value("theta1") + np.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The mesh stiffness of the table is constant")
 def test_contact_loss_by_deviations_within_the_grade_of_a_linear_pair(tmp_path):
     """In permanent contact z − 1 is the sum of the responses to the harmonics, in proportion to the sum of both

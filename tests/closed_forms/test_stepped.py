@@ -244,6 +244,7 @@ def test_stiffness_lasts_from_its_start_and_wraps_round():
     np.testing.assert_array_equal(mesh_stiffness(model, share * model.period), expected)
 
 
+@pytest.mark.slow
 def test_the_kernels_do_the_same_with_the_compiler_off():
     code = (
         "import gearchaos as gc; s = gc.SteppedStiffness((1.3, 0.6, 1.1), (0.2, 0.5, 0.9));"

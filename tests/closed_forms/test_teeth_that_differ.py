@@ -271,6 +271,7 @@ def test_the_warnings_of_the_train_that_a_design_becomes_are_given():
         as_model(helical)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Where teeth differ")
 def test_a_fast_run_up_of_a_cracked_pair_has_all_its_speeds_and_no_jumps_but_resonances():
     found = gc.runup(replace(DESIGN, torque=40.0, faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}]),

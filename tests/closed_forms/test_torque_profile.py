@@ -23,6 +23,7 @@ LINEAR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638
 CONSTANT = {"time": [0.0, 3.0, 8.0], "torque": [60.0, 60.0, 60.0]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file", "speeds"), [
     ("spur_50_50.toml", "speed=1240:1300"), ("train_idler.toml", "speed=500:520")])
 def test_a_constant_profile_gives_the_bits_of_that_torque(file, speeds):
@@ -32,6 +33,7 @@ def test_a_constant_profile_gives_the_bits_of_that_torque(file, speeds):
     xr.testing.assert_identical(profile.drop_attrs(), plain.drop_attrs())
 
 
+@pytest.mark.slow
 def test_a_slow_ramp_has_the_steady_force_of_each_torque():
     """The amplitude of the linear response does not depend on the load: the force is static(M) ± A."""
     profile = {"speed": [4000, 4500], "torque": [20.0, 120.0]}
@@ -47,6 +49,7 @@ def test_a_slow_ramp_has_the_steady_force_of_each_torque():
         np.testing.assert_allclose(factor, 1 + amplitude / static, rtol=6e-3)  # the largest beside the centre of a bin
 
 
+@pytest.mark.slow
 def test_where_the_units_depend_on_the_torque_forces_are_still_those_of_steady_motions():
     """c0 and with it ω0 and ζ of this design follow the load: a state that kept its numbers would be another one."""
     model = load_study(DESIGN).model.with_values({"speed": 900.0})
@@ -65,6 +68,7 @@ def test_where_the_units_depend_on_the_torque_forces_are_still_those_of_steady_m
                                atol=within / there.gears.to_pair().R1)
 
 
+@pytest.mark.slow
 def test_a_torque_that_changes_its_sign_brings_the_teeth_to_the_other_flank():
     found = gc.runup(LINEAR, "speed=4000:4300", 4.0, torque={"time": [0, 2, 4], "torque": [50.0, -50.0, -50.0]})
     contact = found.contact[0].values
@@ -75,6 +79,7 @@ def test_a_torque_that_changes_its_sign_brings_the_teeth_to_the_other_flank():
     assert float(found.dynamic_factor.max()) > 5 > 1.2 > float(found.mesh_force_peak.max()) / static
 
 
+@pytest.mark.slow
 def test_without_torque_the_dynamic_factor_is_not_a_number():
     found = gc.runup(LINEAR, "speed=4000:4300", 4.0, torque={"time": [0, 2, 2.5, 4], "torque": [0.0, 0.0, 50.0, 50.0]})
     factor = found.dynamic_factor[0].values
@@ -90,6 +95,7 @@ def test_where_the_torque_jumps_the_motion_does_not():
     assert float(peak[-1]) > 2 * float(peak[0]) and found.sizes["jump"] == 0
 
 
+@pytest.mark.slow
 def test_files_are_read_as_other_tables_and_found_beside_the_study(tmp_path):
     (tmp_path / "load.csv").write_text("Zeit [min];Wellenmoment [kN m]\n0;0,06\n0,05;0,06\n1;0,06\n", encoding="utf-8")
     (tmp_path / "60_Nm.csv").write_bytes((tmp_path / "load.csv").read_bytes())

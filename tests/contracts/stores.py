@@ -1,6 +1,7 @@
 """A small map whose results are instant, for tests of stores: 8 × 12 cells, 12 tiles, 6 chunks and 3 blocks."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,9 @@ BASINS = gc.Basins(gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1),
 
 
 def use_instant_results(monkeypatch):
-    """Let maps be computed at once, and stores of few work items have several chunks and blocks."""
+    """Let maps be computed at once, stores of few work items have several chunks and blocks, and a disk synchronise at
+    once."""
+    monkeypatch.setattr(os, "fsync", lambda file: None)
     monkeypatch.setattr(gc.Zones, "compute", computed)
     monkeypatch.setattr("gearchaos.store.tiles._CHUNK_BYTES", 128)
     monkeypatch.setattr("gearchaos.store.tiles._SMALLEST_BLOCK", 32)

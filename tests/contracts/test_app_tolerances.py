@@ -58,6 +58,7 @@ def with_lists():
 # --- numbers and inputs --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_numbers_are_those_of_scatter(found):
     expected = gc.scatter(DESIGN, ASSUMED, "speed=3000:3000:1", [100], samples=512, indices=False)
     assert found.dataset.equals(expected)
@@ -204,6 +205,7 @@ def test_words_are_those_of_the_command(found):
                                                          "the gears as they are"]
 
 
+@pytest.mark.slow
 def test_words_say_whose_inputs_they_are(with_lists):
     text = cloud_text(with_lists, replace(VIEW, vary=("quality.grade=3,9",)))
     assert "of the study file" in text.tried[-1] and "upper limit" not in text.sentences[-1]
@@ -231,6 +233,7 @@ def test_each_design_is_a_point_in_the_colour_of_its_contact(found):
     assert ends["start"] < min(designs["data"]["x"]) and ends["end"] > max(designs["data"]["x"])
 
 
+@pytest.mark.slow
 def test_the_gears_as_they_are_are_marked_at_their_value():
     one = computed(replace(VIEW.moved(700.0, 100.0), vary=("damping_ratio=0.03:0.1",)))
     _, own, _, axis, _ = drawn(one)

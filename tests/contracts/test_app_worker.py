@@ -219,6 +219,7 @@ input()
     assert gone
 
 
+@pytest.mark.slow
 def test_a_process_on_demand_starts_with_its_first_step():
     place = WorkerProcess(low_priority=True, on_demand=True)
     assert place._process is None
@@ -236,6 +237,7 @@ def test_the_first_step_of_an_urgent_job_alone_has_full_priority(place):
         assert list(place.run(niceness, urgent=urgent)) == expected
 
 
+@pytest.mark.slow
 def test_a_process_on_demand_that_was_never_asked_ends_too():
     place = WorkerProcess(on_demand=True)
     Worker("curves", place).stop()

@@ -64,6 +64,7 @@ def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
     assert document == json.loads(json.dumps(found.document())) and len(document["avoid"]) == 4
 
 
+@pytest.mark.slow
 def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
     lines = command[0].stdout.splitlines()
     assert lines[0].startswith("usable at 100 and 300 N m: 657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %),")
@@ -190,6 +191,7 @@ def test_many_torques_are_areas_that_touch(found):
         gc.plot.assessment(found.at[0].dataset)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "options"), [
     ("physical_pair.toml", ("--speed", "10300:10400:2", "--torque", "50,80")),
     ("train_idler.toml", ("--speed", "3000:3060:2", "--torque", "15")),
@@ -261,6 +263,7 @@ def test_a_change_that_is_not_possible_is_a_reason():
     assert changed.assessment is None and "grade" in changed.reason
 
 
+@pytest.mark.slow
 def test_two_designs_are_beside_each_other(tmp_path):
     other, page = tmp_path / "other.toml", tmp_path / "report.html"
     other.write_text(SPUR.read_text().replace("damping_ratio = 0.05", "damping_ratio = 0.08"))
@@ -277,6 +280,7 @@ def test_two_designs_are_beside_each_other(tmp_path):
     assert len(ids) == len(set(ids))
 
 
+@pytest.mark.slow
 def test_the_command_assesses_again_with_inputs_varied():
     options = ("--speed", "530:560:2", "--torque", 100, "--starts", 0, "--sensitivity", "--improve")
     result = assess(SPUR, *options)
@@ -430,6 +434,7 @@ def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
     assert slow.ends == ("12.3", "12.4")
 
 
+@pytest.mark.slow
 def test_the_price_is_said_before_the_work(monkeypatch):
     assert "this may take" not in assess(SPUR, *SCAN, "--torque", 100).stderr
     monkeypatch.setattr("gearchaos.studies.cost.ANNOUNCED_SECONDS", 0.0)

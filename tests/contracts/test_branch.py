@@ -93,6 +93,7 @@ def test_a_cascade_has_branches_of_doubled_periods():
     np.testing.assert_array_equal(ds["branch"].values[ds["event_point"].values], ds["event_branch"].values)
 
 
+@pytest.mark.slow
 def test_save_and_load(tmp_path):
     for number, ds in enumerate((cascade(), gc.branch(SINGLE, "omega=0.99:1.01"))):
         gc.save(ds, tmp_path / f"{number}.nc")
@@ -205,6 +206,7 @@ COMMAND = ("branch", "--set", "kind=single", "--set", "zeta=0.025", "--set", "q0
            "--axis", "omega=0.5:2.5")
 
 
+@pytest.mark.slow
 def test_json_of_the_command(tmp_path):
     document = json.loads(run(*COMMAND, "--json", "--out", tmp_path / "b.nc", "--plot", tmp_path / "b.png"))
     assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "jumps"]
@@ -250,6 +252,7 @@ def test_in_physical_units_an_event_is_a_start_of_the_same_command():
     assert f"{event['value']:.6g}" in text and not re.search(r"\d{4}\.\d{3}", text), "rpm to six digits"
 
 
+@pytest.mark.slow
 def test_the_page_of_the_command():
     text = run(*COMMAND)
     assert "from end to event" in text and "on the branches followed" in text
@@ -286,6 +289,7 @@ def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
     assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
 
 
+@pytest.mark.slow
 def test_large_phases_are_followed():
     """A phase is an argument of sines: whole turns change nothing."""
     base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05)

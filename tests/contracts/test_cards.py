@@ -131,6 +131,7 @@ def test_values_that_are_no_result_have_no_card():
             gc.card(value)
 
 
+@pytest.mark.slow
 def test_a_class_is_not_bound_to_cards_until_a_notebook_asks():
     code = ("import sys, gearchaos as gc; m = gc.MeshModel(); print('gearchaos.cards' in sys.modules);"
             "m._repr_html_(); print('gearchaos.cards' in sys.modules)")

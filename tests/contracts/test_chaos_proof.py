@@ -13,8 +13,8 @@ from gearchaos.proof.certificate import Unproved
 from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth, verify_file
 from gearchaos.studies import chaos_proof
+from tests.chaotic_set import CHAOTIC, robust_chaos
 
-CHAOTIC = {"omega": 1.6, "q0": 0.1, "eps1": 0.12}
 OPTIONS = ("--set", "omega=1.6", "--set", "q0=0.1", "--set", "eps1=0.12")
 
 
@@ -25,11 +25,12 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def robust():
     """A chaotic set for every eps1 within 1e-6 of 0.12."""
-    result = gc.prove_chaos(gc.MeshModel.of(**CHAOTIC), tolerances={"eps1": 1e-6})
+    result = robust_chaos()
     assert isinstance(result, ChaoticSet)
     return result
 
 
+@pytest.mark.slow
 def test_chaotic_set_for_an_interval_of_a_parameter(robust):
     assert robust.entropy >= 0.1
     assert robust.slack == 0.01
@@ -40,6 +41,7 @@ def test_chaotic_set_for_an_interval_of_a_parameter(robust):
     assert "for every eps1 within 1e-6 of its value" in robust.theorem
 
 
+@pytest.mark.slow
 def test_file_is_verified_and_any_changed_character_refused(robust, tmp_path):
     path = tmp_path / "set.json"
     robust.write(path)
@@ -62,6 +64,7 @@ def test_entropy_bound_is_below_the_root_for_two_loops(robust):
     assert sum(bound**-n for n in lengths) == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_model_with_an_attracting_periodic_motion_is_unproved():
     """Heavy load and no transmission error: permanent contact, a linear model whose 1T motion attracts all."""
     result = gc.prove_chaos(gc.MeshModel.of(omega=1.6, q0=2.0, eps1=0.0, chi1=0.0, chi2=0.0))

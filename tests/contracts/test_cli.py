@@ -224,6 +224,7 @@ def test_regime_in_physical_units(pair_file):
     assert scaled["multipliers"] == plain["multipliers"] and scaled["period"] == plain["period"]
 
 
+@pytest.mark.slow
 def test_the_page_of_given_gears_is_in_their_units(pair_file, tmp_path):
     """The units of the printed page do not depend on --physical, which is for JSON, files and pictures."""
     page = run("regime", pair_file).stdout
@@ -291,6 +292,7 @@ def saved(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["zones", "bifurcation", "exponents", "simulate", "section", "basins", "attractors"])
 def test_plot_of_saved_data(saved, tmp_path, name):
     import matplotlib.pyplot as plt
@@ -303,6 +305,7 @@ def test_plot_of_saved_data(saved, tmp_path, name):
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"{name}.nc", f"{name}.png"]
 
 
+@pytest.mark.slow
 def test_plot_of_a_map_in_any_colour(saved, tmp_path):
     pictures = set()
     for colour in ("motion", "contact", "dynamic_factor", "v_rms", "hysteresis", "attractors", "reason"):
@@ -313,6 +316,7 @@ def test_plot_of_a_map_in_any_colour(saved, tmp_path):
     assert re.search("in contact|separation|both flanks", (tmp_path / "contact.svg").read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bifurcation", "exponents"])
 def test_plot_of_a_diagram_shows_any_of_its_variables(saved, tmp_path, name):
     for colour in ("dynamic_factor", "contact", "v_rms", "lyapunov"):
@@ -341,6 +345,7 @@ def test_plot_of_the_folder_one_is_in(tmp_path, monkeypatch):
     assert "must be a folder that gearchaos run made" in refused("plot", ".")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["attractors", "simulate", "bifurcation", "zones", "basins"])
 def test_plot_of_a_store(tmp_path, kind):
     settings = {
@@ -460,6 +465,7 @@ BAD_VALUES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [("regime",), ("simulate", "--periods", 1), (*MAP, "--out", "z.nc")])
 @pytest.mark.parametrize(("text", "message"), BAD_VALUES)
 def test_bad_values(tmp_path, monkeypatch, command, text, message):
@@ -616,6 +622,7 @@ def raising(error):
 README = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", sorted(set(re.findall(r"`gearchaos ([^`]+)`", README))))
 def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, command):
     import gearchaos.flow as flow

@@ -41,6 +41,7 @@ def ask(words: list[str], monkeypatch) -> list[str]:
     return run.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("line", "expected"), [
     ("regi", "regime"), ("regime --ph", "--physical"), ("regime --set omeg", "omega=1"),
     ("regime --set beta1", "beta1=0.01"),

@@ -113,6 +113,7 @@ def test_commands_write_tables(tmp_path, arguments):
     assert written[0] == str(tmp_path / "x.csv") and {Path(w) for w in written} == {*tmp_path.iterdir()}
 
 
+@pytest.mark.slow
 def test_export_of_a_store(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text(STUDY)

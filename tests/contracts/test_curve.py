@@ -49,6 +49,7 @@ def test_a_neimark_sacker_curve_has_angles():
     assert ((ds["angle"] > 0) & (ds["angle"] < np.pi)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [folds, small, manifolds, lambda: gc.agreement(small(), zones())])
 def test_results_can_be_saved(make, tmp_path):
     ds = make()
@@ -153,6 +154,7 @@ def test_pictures_of_other_results_are_refused():
             draw(zones(), ax=axes())
 
 
+@pytest.mark.slow
 def test_curves_of_gears_in_physical_units():
     ds = gc.curve(PAIR, "fold", "speed=3000:30000", "zeta=0.02:0.1", period=1)
     scaled = gc.physical(ds)
@@ -176,6 +178,7 @@ def test_a_curve_may_need_more_coordinates_than_its_start(y):
     assert np.abs(ds["multipliers_real"].values - 1).min(axis=1).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_curves_over_torque_without_points_of_codimension_2_in_physical_units(tmp_path):
     """The unit of length of this design depends on the torque."""
     out, json_of = tmp_path / "fold.nc", ("--physical", "--json")

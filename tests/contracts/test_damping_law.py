@@ -143,6 +143,7 @@ def test_kernels_of_an_unknown_law():
     assert "--damping-law must be one of always, contact, unilateral" in text(result)
 
 
+@pytest.mark.slow
 @laws
 def test_the_datasheet_says_where_damping_acts(law, tmp_path):
     (tmp_path / "design.toml").write_text(DESIGN)

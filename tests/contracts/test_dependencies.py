@@ -137,6 +137,7 @@ def test_the_browser_s_half_of_bokeh_has_what_the_page_replaces():
     assert not missing, f"BokehJS {version('bokeh')} lacks {missing}: adapt page.js of the explorer"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", PRIVATE)
 def test_every_private_module_that_is_imported_is_listed(package):
     imported = {

@@ -82,6 +82,7 @@ def test_every_quantity_of_a_datasheet_is_described(path):
     assert all(len(found["quantities"][name]["value"]) == 2 for name in pairs)
 
 
+@pytest.mark.slow
 def test_the_printed_datasheet_shows_the_same_numbers():
     text = " ".join(run("gear", SPUR, "--all", "--speed", "9000:9500:2").stdout.split())
     assert "1.75467" in text and "ISO 6336-1:2006" in text and "Kasuba and Evans" in text
@@ -95,6 +96,7 @@ def test_a_unit_in_brackets_is_printed_and_is_no_markup(capsys):
     assert "angle [deg]" in printed and "peak [um] is missing" in printed
 
 
+@pytest.mark.slow
 def test_the_page_of_a_datasheet_is_written(tmp_path):
     page = tmp_path / "sheet.html"
     assert "mesh_stiffness" in sheet(FZG, "--out", page)["quantities"]
@@ -413,6 +415,7 @@ def test_the_complete_file_of_the_documents_makes_a_model(tmp_path):
     assert found["quantities"]["backlash_line_of_action"]["value"] == pytest.approx(0.3, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_the_assumption_of_the_transmission_error_is_in_text_and_json():
     (warning,) = sheet(SPUR)["warnings"]
     assert warning.startswith("The accuracy grade gives no transmission error") and "assumption" in warning

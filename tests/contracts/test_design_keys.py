@@ -72,6 +72,7 @@ def parts(name: str, value: object):
             yield {**before.get(name, {}), key: value[key]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_changed_key_of_a_design_shows(name: str, base: str):
@@ -177,6 +178,7 @@ torque = "100 N*m"
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [
     ["gear"], ["gear", "--json"], ["regime"], ["simulate", "--periods", "3"], ["script"],
     ["bifurcation", "--axis", "speed=3000:3100:2", "--out", "found.nc"],

@@ -162,6 +162,7 @@ def test_ranges_are_shaded_where_the_standard_puts_them(result):
     assert second.get_xlim() == pytest.approx((ratio[0], ratio[-1]), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(13.6, 6), (6.4, 4.8), (3.9, 4.8), (3.4, 2.8)], ids=str)
 def test_no_text_is_cut(result, size):
     ax = plot.dynamic_factor(result, fresh(*size))

@@ -80,6 +80,7 @@ def mypy(script: str, folder: Path) -> list[str]:
     return run.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_a_type_checker_sees_names_and_signatures(tmp_path):
     lines = mypy(SCRIPT, tmp_path)
     assert "def (model: gearchaos.model" in lines[0] and "starts: int" in lines[0], lines

@@ -33,6 +33,7 @@ def read(export: Export, folder) -> np.ndarray:
     return curve(AT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_random_tables_are_read_rightly_or_refused_with_line_and_cure(seed, tmp_path):
     """40 of stiffness and 20 of transmission error for each seed."""

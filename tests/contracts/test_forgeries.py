@@ -269,6 +269,7 @@ OF_CHAOTIC_SETS = [
 FORGERIES = [(orbit, *row) for row in BOTH + OF_ORBITS] + [(chaotic_set, *row) for row in BOTH + OF_CHAOTIC_SETS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", [orbit, chaotic_set])
 def test_untouched_certificates_are_proved(made):
     result = verifier.verify(made())
@@ -276,6 +277,7 @@ def test_untouched_certificates_are_proved(made):
     assert result.lines[0] == f"proved: {made()['theorem']}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "made, path, value, reason", FORGERIES,
     ids=[f"{f.__name__} {path} {str(value)[:24]!a}" for f, path, value, _ in FORGERIES])
@@ -309,6 +311,7 @@ def test_a_key_that_is_there_twice_is_refused(made, again, tmp_path):
         assert not verifier.verify_file(path).proved
 
 
+@pytest.mark.slow
 def test_changes_that_leave_the_statement_true_are_proved_in_their_own_words():
     """A tenth of the tolerance and a smaller entropy; a torsional model without friction in its bearings as single."""
     c = sealed(changed(chaotic_set(), "tolerances", {"eps1": "1e-7"}) | {"entropy": "0.25"})
@@ -326,6 +329,7 @@ def test_words_have_no_text_of_the_file_but_numbers():
     assert re.search(r"within \d+/\d+ of", verifier.sealed(third)["theorem"])
 
 
+@pytest.mark.slow
 def test_script_checks_certificates_without_gearchaos(tmp_path):
     script = tmp_path / "check.py"
     result = CliRunner().invoke(app, ["verify", "--script", str(script)], catch_exceptions=False)

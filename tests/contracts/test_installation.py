@@ -34,6 +34,7 @@ def doctor(before: str) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-c", code, "doctor"], capture_output=True, text=True, timeout=300)
 
 
+@pytest.mark.slow
 def test_a_good_installation_is_called_good():
     run = CliRunner().invoke(app, ["doctor", "--json"])
     found = json.loads(run.stdout)
@@ -50,6 +51,7 @@ def test_only_extras_that_serve_a_user_are_checked():
     assert set(installation.extras()) == installation.EXTRAS.keys() and "docs" not in installation.EXTRAS
 
 
+@pytest.mark.slow
 def test_what_cannot_be_imported_is_named_with_what_to_do():
     hook = ("import sys\nclass Hook:\n    def find_spec(self, name, *_):\n"
             "        if name.split('.')[0] in ('h5netcdf', 'flint'): raise ImportError('not found by the hook')\n"

@@ -286,6 +286,7 @@ def exported(path, target, *options):
     return gc.load(target)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*tiles are not computed")
 @pytest.mark.parametrize("state", ["finished", "unfinished"])
 def test_an_exported_file_is_that_of_save(state, tmp_path, request, monkeypatch):
@@ -302,6 +303,7 @@ def test_an_exported_file_is_that_of_save(state, tmp_path, request, monkeypatch)
         assert not found[name].ndim or found[name].encoding["fletcher32"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", [{"torque": 1, "speed": 2}, {"torque": 3, "speed": 4}])
 def test_an_export_in_physical_units_is_the_same_in_any_blocks(block, tmp_path, monkeypatch):
     pair = load_study("examples/physical_pair.toml").pair

@@ -182,6 +182,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
 def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

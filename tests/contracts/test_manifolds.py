@@ -12,6 +12,7 @@ from gearchaos.errors import InputError
 from tests.event_curves import FULL, SINGLE, axes, manifolds
 
 
+@pytest.mark.slow
 def test_manifolds_have_the_variables_that_their_docstring_names():
     ds = manifolds()
     assert ds["z"].dims == ds["z_dot"].dims == ds["manifold"].dims == ("point",)
@@ -35,6 +36,7 @@ def test_bad_input_of_manifolds(model, options, words):
         gc.manifolds(model, **options)
 
 
+@pytest.mark.slow
 def test_without_saddles_there_are_no_manifolds(tmp_path):
     ds = gc.manifolds(gc.MeshModel.of(kind="single", omega=4.0, zeta=0.5, q0=0.5, eps1=0), period=1)
     assert ds.sizes["point"] == ds.sizes["number"] == ds.sizes["saddle_number"] == 0
@@ -53,6 +55,7 @@ def test_a_picture_of_manifolds_has_a_line_for_every_branch():
     assert (ax.get_xlim(), ax.get_ylim()) == ((-4, 4), (-3, 3))
 
 
+@pytest.mark.slow
 def test_saddles_have_a_colour_each_and_can_be_chosen():
     ds = gc.manifolds(SINGLE.with_values({"omega": 2.3}), period=4, length=2, spacing=0.1)
     count = ds.sizes["saddle_number"]

@@ -44,6 +44,7 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     assert max(map(len, lines)) <= 80
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "first", "second"), [
     (PLANE, "motions: 1T ", "largest dynamic factor"),
     (("bifurcation", "--axis", "eps1=0:0.3:5"), "motions: ", "largest dynamic factor "),

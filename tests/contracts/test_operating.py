@@ -156,6 +156,7 @@ def test_a_store_over_speed_and_torque_records_the_gears(pair, tmp_path):
         gc.run(other, out=tmp_path / "s.zarr")
 
 
+@pytest.mark.slow
 def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
     store = tmp_path / "s.zarr"
     gc.run(gc.Zones(pair, "speed=3000:23000:4", "torque=20:250:3", settings=SHORT), out=store)
@@ -242,6 +243,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STUDIES)
 def test_results_carry_their_gears_and_are_scaled_by_them(pair, tmp_path, name):
     study = STUDIES[name](pair)

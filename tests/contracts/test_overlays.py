@@ -65,6 +65,7 @@ def test_other_parameters_and_units(results):
         plot.result(results["up"], "contact", over=results["down"])
 
 
+@pytest.mark.slow
 def test_the_command(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, found in results.items():

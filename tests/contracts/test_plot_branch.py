@@ -54,6 +54,7 @@ def test_selected_points_are_drawn_with_gaps():
         np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
 
 
+@pytest.mark.slow
 def test_both_pictures_change_from_solid_to_dashed_at_the_same_events():
     ds = resonance()
     first, second = plot.response_curve(ds, ax=axes()), plot.branch(ds, ax=axes())

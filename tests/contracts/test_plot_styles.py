@@ -131,6 +131,7 @@ def test_a_pdf_has_the_size_that_was_asked_for_and_embedded_fonts(tmp_path, widt
     assert b"/FontFile2" in content and b"/Type3" not in content
 
 
+@pytest.mark.slow
 def test_a_picture_is_saved_with_its_data_in_the_style_in_which_it_was_drawn(tmp_path):
     with plot.style("paper", width="column"):
         figure = drawn("zones")
@@ -248,6 +249,7 @@ def command(*arguments) -> tuple[int, str]:
     return result.exit_code, result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "millimetres"), [("column", 90), ("double", 190), ("120", 120)])
 def test_the_command_draws_in_a_style(saved, width, millimetres):
     out = saved.with_suffix(".pdf")

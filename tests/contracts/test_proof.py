@@ -87,6 +87,7 @@ def test_verdict_and_orbit_give_the_same_theorem(eight):
     assert gc.prove(gc.orbit(verdict.model)).theorem == eight.theorem
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("period", "stable", "unstable"), [(1, 1, 0), (3, 1, 1), (4, 2, 2), (5, 1, 1)])
 def test_orbits_of_the_single_model(period, stable, unstable):
     """All orbits of the paper's figure 4, and the saddles beside them."""

@@ -62,6 +62,7 @@ def test_certificates_of_the_proved_cells_are_written_and_verified(proved):
     assert (folder / "verifier.py").is_file()
 
 
+@pytest.mark.slow
 def test_a_store_holds_the_same_proofs_and_goes_on_where_it_stopped(proved, tmp_path):
     store, found = tmp_path / "map.zarr", proved[0]
     study = gc.Zones(MODEL, X, Y, prove=True)

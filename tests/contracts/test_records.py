@@ -110,6 +110,7 @@ def test_a_verdict_has_complex_multipliers_that_become_pairs_in_json():
     assert found.to_dict()["multipliers"] == [[m.real, m.imag] for m in found.multipliers]
 
 
+@pytest.mark.slow
 def test_the_regime_command_loads_neither_pandas_nor_scipy_s_special_functions_and_linear_algebra():
     """They take half a second, and the verdict none of it."""
     command = ["gearchaos", "regime", "--set", "eps1=0.206", "--json"]
@@ -120,6 +121,7 @@ def test_the_regime_command_loads_neither_pandas_nor_scipy_s_special_functions_a
     assert json.loads(document)["label"] == "8T" and loaded == "[]"
 
 
+@pytest.mark.slow
 def test_a_command_can_import_scipy_s_linear_algebra_after_numba():
     """`attractors` needs it for the intervals of the shares."""
     code = ("import sys; from gearchaos.cli import main; sys.argv = ['gearchaos', 'attractors', '--starts', '4', "

@@ -23,6 +23,7 @@ def found():
     return gc.zones(train, "speed=790:800:2", "one.torque=-0.3:-0.29:2")
 
 
+@pytest.mark.slow
 def test_the_measures_are_those_of_the_mesh(found):
     first, second = (of_mesh(found, name) for name in ("driver/one", "driver/other"))
     assert not first.contact.any() and second.contact.values.all()

@@ -222,6 +222,7 @@ def test_deviations_within_the_grade_are_inputs_as_others(tmp_path):
     assert known.models.models((0.2,)) == [replace(own, speed=1000).to_model()]
 
 
+@pytest.mark.slow
 def test_other_items_change_no_bit():
     made = study([*VARY, "face_width=18:22 mm", "stiffness=ISO 6336-1,potential energy"], torque=[60.0, 150.0])
     whole = made.compute(np.arange(made.count), threads=1)
@@ -260,6 +261,7 @@ correlations = []
 """
 
 
+@pytest.mark.slow
 def test_the_command_says_what_the_function_finds(tmp_path):
     path = tmp_path / "design.toml"
     path.write_text(TOML)

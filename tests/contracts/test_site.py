@@ -57,6 +57,7 @@ def test_the_page_of_study_files_has_every_key():
         assert [name for name in missing if name not in file_pages.OPERATION] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", STUDIES)
 def test_the_page_of_datasets_describes_what_a_study_returns(kind):
     found = dataset_pages.smallest(kind)

@@ -55,6 +55,7 @@ def test_curves_of_a_skeleton_are_those_that_curve_follows():
     np.testing.assert_allclose(sorted(ends), sorted(again), atol=1e-7)
 
 
+@pytest.mark.slow
 def test_an_interrupted_skeleton_goes_on_from_its_journal(tmp_path, monkeypatch):
     journal = tmp_path / "s.nc.part"
     assert gc.skeleton(SMALL, **WINDOW, **QUICK, journal=journal).identical(quick())

@@ -12,6 +12,7 @@ from gearchaos.store.lock import Shard
 MAP = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:8", "eps1=0:0.01:8")
 
 
+@pytest.mark.slow
 def test_a_shard_that_begins_at_once_with_another_shares_its_store(tmp_path, monkeypatch):
     """The other one makes the store and computes all its tiles, while this one looks how large results are."""
     path, true = tmp_path / "map.zarr", module._create

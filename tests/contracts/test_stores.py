@@ -228,6 +228,7 @@ def test_a_shard_mends_its_own_blocks_alone_but_finishes_no_damaged_store(path, 
     assert run(MAP, path, shard="2/2").finished and files(path) == files(made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mended", [True, False])
 def test_no_attractors_are_found_among_results_that_another_shard_has_lost(path, monkeypatch, mended):
     compute = gc.Basins.compute

@@ -18,6 +18,7 @@ from tests.oracles.random_trains import SHAPES, random_train
 ARRAYS = ("pushes", "damping", "stiffness", "offset", "f_cos", "f_sin", "rows", "rates")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_parameter_varies_as_a_train_with_its_value(shape):
     model = as_model(random_train(shape, np.random.default_rng([1, SHAPES.index(shape)])))
@@ -62,6 +63,7 @@ def loose(**torque):
     return gc.Train(speed=600.0, bodies=[driver, gc.Body(name="loose", inertia=5e-4, **torque)], meshes=[mesh])
 
 
+@pytest.mark.slow
 def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
     """The wheel turns at two thirds of the speed: 400, 600 and 800 rpm."""
     model = as_model(loose(torque_over_speed=TABLE))

@@ -38,6 +38,7 @@ MADE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MADE)
 def test_a_store_holds_what_the_study_finds(kind, tmp_path):
     study = MADE[kind]()
@@ -67,6 +68,7 @@ def test_functions_cannot_be_kept_in_a_store(tmp_path):
     assert not (tmp_path / "s.zarr").exists()
 
 
+@pytest.mark.slow
 def test_a_study_file_describes_a_branch(tmp_path):
     path = tmp_path / "b.toml"
     path.write_text(BRANCH)

@@ -36,6 +36,7 @@ def random_mesh(seed: int) -> tuple[Mesh, np.ndarray]:
     return mesh, np.array([rng.uniform(-1.5, 1.5), rng.uniform(-0.4, 0.4)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_random_contacts_agree_with_an_independent_integration(seed):
     mesh, start = random_mesh(seed)

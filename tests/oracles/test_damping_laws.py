@@ -76,12 +76,15 @@ def difference(model: MeshModel) -> tuple[float, int, float]:
     return float(np.abs(out.w[:, 0] - expected).max()), periods, growth
 
 
-@pytest.mark.parametrize("seed", range(1110, 1122))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [
+    *range(1110, 1115), *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(1115, 1130))])
 @pytest.mark.parametrize("law", LAWS)
 def test_random_motions(law, seed):
     assert difference(random_model(law, seed))[0] <= 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zeta", [0.9, 2.0])
 @pytest.mark.parametrize("law", LAWS)
 def test_heavily_damped_motions(law, zeta):
@@ -91,6 +94,7 @@ def test_heavily_damped_motions(law, zeta):
     assert difference(model)[:2] < (1e-11, 21)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6, 0.3, -0.3])
 @pytest.mark.parametrize("z", [1.0, -1.0])
 @pytest.mark.parametrize("law", LAWS)
@@ -236,6 +240,7 @@ def oracle(model: MeshModel) -> np.ndarray:
     return np.array([end["z"][0], end["z_dot"][0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("case", JUMPS)
 def test_derivatives_by_parameters(case, side):
@@ -346,6 +351,7 @@ print(json.dumps(out))
 """
 
 
+@pytest.mark.slow
 def test_the_compiler_changes_nothing():
     plain, compiled = (
         json.loads(subprocess.run([sys.executable, "-c", PLAIN], env={**os.environ, "NUMBA_DISABLE_JIT": off},

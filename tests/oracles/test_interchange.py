@@ -18,17 +18,17 @@ from tests.oracles.random_trains import random_train
 sympy = pytest.importorskip("sympy")
 
 MODELS = {
-    "torsional": (MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), 20),
+    "torsional": (MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), 6),
     "chaotic": (MeshModel.of(omega=1.0, q0=0.1, eps1=0.22, initial={"x1": 0.3, "x2_dot": 0.2}), 5),
-    "single": (MeshModel.of(kind="single", omega=0.8, eps1=0.1, eps2=0.03, theta2=0.7), 20),
+    "single": (MeshModel.of(kind="single", omega=0.8, eps1=0.1, eps2=0.03, theta2=0.7), 6),
     "unequal": (MeshModel.of(kind="full", omega=1.05, kappa=0.5, eps1=0.04, beta1=0.02, kappa1=0.4, mu2=3.0,
-                             zeta_support1=0.03), 20),
-    "fourier": (MeshModel.of(omega=1.2, c1=0.2, alpha1=0.4, c3=0.05, eps1=0.1, q1=0.12), 20),
+                             zeta_support1=0.03), 6),
+    "fourier": (MeshModel.of(omega=1.2, c1=0.2, alpha1=0.4, c3=0.05, eps1=0.1, q1=0.12), 6),
     "steps": (MeshModel(kind="full", omega=0.9, stiffness=SteppedStiffness((1.2, 0.8, 1.05), (0.1, 0.4, 0.8)),
-                        error=TransmissionError((0.05, 0.02, 0.0), (0.3, 1.0))), 20),
-    "one level": (MeshModel.of(omega=0.7, contact_ratio=1.0, eps1=0.1, zeta=0.05), 20),
+                        error=TransmissionError((0.05, 0.02, 0.0), (0.3, 1.0))), 6),
+    "one level": (MeshModel.of(omega=0.7, contact_ratio=1.0, eps1=0.1, zeta=0.05), 6),
     "on both flanks": (MeshModel.of(kind="single", omega=0.6, q0=0.02, eps1=0.25, initial={"z": -1.5}), 8),
-    "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 20),
+    "at rest": (MeshModel.of(omega=0.7, chi0=0.0, initial={"x1": 0.8}), 6),
 }
 
 
@@ -66,6 +66,7 @@ def printed(tmp_path_factory):
     return json.loads(run.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOTIONS)
 def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
     """Errors of 1e-12 grow in chaotic motions."""
@@ -79,6 +80,7 @@ def test_the_script_for_scipy_reproduces_a_simulation(name, printed):
         assert np.abs(table[column] - expected[f"section_{column}"].values).max() < 1e-8, column
 
 
+@pytest.mark.slow
 def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
     """z falls to a minimum and rises to a maximum 0.04 units of τ later, before the teeth separate."""
     model = MeshModel(
@@ -93,6 +95,7 @@ def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
     assert np.abs(found[:, 1] - expected["section_z"].values).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_equations_in_sympy_are_those_of_the_oracle(name):
     model, _ = MODELS[name]
@@ -116,6 +119,7 @@ def test_equations_in_sympy_are_those_of_the_oracle(name):
     assert seen == {-1, 0, 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_comes_back_from_sympy(name):
     model, _ = MODELS[name]

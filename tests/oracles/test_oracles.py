@@ -140,6 +140,7 @@ def _move_to(model: MeshModel, values: dict[str, np.ndarray], z: np.ndarray) -> 
     values["z" if model.kind == "single" else "x1"] += z - _relative(model, values)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [0.0, 1e-13, -1e-13, 1e-11, 1e-9, -1e-9, 1e-6])
 @pytest.mark.parametrize("case", ["2 single", "2 torsional", "4", "7"])
 def test_one_period_with_a_grazing_contact(case, depth):
@@ -211,6 +212,7 @@ def _settled(name: str) -> MeshModel:
     return model.with_values(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REGULAR)
 def test_the_oracles_agree_over_fifty_periods(name):
     model = _settled(name)
@@ -256,6 +258,7 @@ def test_a_sampled_trajectory(name):
     np.testing.assert_array_equal(data.contact, np.sign(data.z) * (np.abs(data.z) > 1))
 
 
+@pytest.mark.slow
 def test_an_orbit_of_40_periods_that_nearly_returns_after_10_20_and_30():
     """The shortest near returns are tried first, and none of the three is the period."""
     model = MeshModel.of(q0=0.1, eps1=0.1, omega=1.57889447, zeta=0.05272727)

@@ -15,20 +15,20 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from tests.oracles.physical_trains import Contacts, Oracle
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
-QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("branched", 2), ("stages", 1), ("stages", 3), ("stops", 0),
-         ("stops", 1), ("supported", 1), ("internal", 0), ("internal", 2), ("internal", 3), ("driven", 1),
-         ("driven", 3), ("pairs", 0), ("pairs", 1), ("pairs", 3), ("star", 1), ("star", 2), ("star", 3),
-         ("planetary", 0), ("planetary", 3), ("split", 0)]
+QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0),
+         ("driven", 1), ("driven", 3), ("pairs", 0), ("pairs", 1), ("star", 1), ("planetary", 0), ("planetary", 3),
+         ("split", 0)]
 """Shapes and seeds whose states have few dimensions, since each dimension is compiled for itself."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), QUICK)
 def test_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed) < 1e-11
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("seed", range(20, 30))
+@pytest.mark.parametrize("seed", [*range(4), *range(20, 30)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_many_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed, 2) < 1e-10
@@ -49,6 +49,7 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
     return float(np.abs(out.w[:, 0] - expected).max()) / growth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), [
     ("chain", 1), ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1), ("planetary", 3)])
 def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed):

@@ -52,6 +52,7 @@ def random_members(model, widths, count):
         yield model.with_values(values), u
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_orbits_at_random_points_of_a_proved_box_are_where_it_says(name):
     model, widths = CASES[name]
@@ -78,6 +79,7 @@ def test_orbits_at_random_points_of_a_proved_box_are_where_it_says(name):
 CONTACT = MeshModel.of(kind="single", omega=6.0, q0=1.0, eps1=0.01, zeta=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("widths", "members", "words"),
     [({"chi1": 0.02, "chi2": 0.02}, (("chi1",), ("chi2",)), "in chi1 by up to 0.02, chi2 by up to 0.02 there"),

@@ -127,6 +127,7 @@ def check_slopes(equations: MeshEquations, tube, case: Case, starts: np.ndarray)
         assert tube.image.overlaps(exact[first])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_random_periods(dimension):
     kind, differing = DIMENSIONS[dimension]

@@ -41,6 +41,7 @@ def random_model(rng: np.random.Generator, stiffness: str) -> MeshModel:
         eps1=rng.uniform(0, 0.3), stiffness=STIFFNESSES[stiffness])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", STIFFNESSES)
 @pytest.mark.parametrize("tolerance", [0.0, 1e-4])
 def test_images_of_random_segments_contain_the_exact_flow(stiffness, tolerance):
@@ -122,13 +123,13 @@ def test_sets_apart_are_told_from_sets_that_touch():
     assert first.is_apart_from(diamond)  # an edge of the diamond separates them, none of the square
 
 
+@pytest.mark.slow
 def test_floats_confirm_each_covering_of_a_chaotic_set():
     """Points of all edges, mapped by the exact flow at both ends of the interval of eps1."""
-    import gearchaos as gc
     from gearchaos.proof.balls import from_text
+    from tests.chaotic_set import CHAOTIC, robust_chaos
 
-    model = MeshModel.of(omega=1.6, q0=0.1, eps1=0.12)
-    document = gc.prove_chaos(model, tolerances={"eps1": 1e-6}).document
+    model, document = MeshModel.of(**CHAOTIC), robust_chaos().document
     sets = [[np.array([float(from_text(t)) for t in s[n]]) for n in ("centre", "unstable", "stable")]
             for s in document["sets"]]
     t = np.linspace(-1, 1, 401)[:, None]

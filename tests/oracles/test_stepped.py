@@ -55,6 +55,7 @@ def test_one_period_agrees_with_heyoka(coordinates, count):
     assert worst(heyoka_oracle, coordinates, count) <= 2e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3, 16])
 @pytest.mark.parametrize("coordinates", KINDS)
 def test_one_period_agrees_with_scipy(coordinates, count):

@@ -62,6 +62,7 @@ def circumferential_depth(teeth: np.ndarray, radius: float, angle: float) -> flo
     return float(np.abs(away[nearest]) * radius * (1 if within else -1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAIRS)
 def test_the_depth_is_that_of_the_outlines(name):
     geometry = pair(**PAIRS[name])

@@ -37,6 +37,7 @@ def forces_of_a_period(train: gc.Train, samples: int) -> tuple[np.ndarray, np.nd
     return motion.mesh_force.values.ravel()[: len(expected)] * units.force, expected
 
 
+@pytest.mark.slow
 def test_the_spectrum_of_a_cracked_tooth_agrees_with_an_independent_integration_of_the_turn():
     found, expected = forces_of_a_period(train((23, 46), faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": LOST}]), 32)
     line, other = (np.abs(np.fft.rfft(force)) / len(force) * 2 for force in (found, expected))
@@ -44,6 +45,7 @@ def test_the_spectrum_of_a_cracked_tooth_agrees_with_an_independent_integration_
     assert line[[21, 22, 24, 25]].min() > 1e-3 * line[23]  # sidebands, at orders of the turn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_teeth_agree_with_an_independent_integration(seed):
     rng, teeth = np.random.default_rng(seed), (3, 4)

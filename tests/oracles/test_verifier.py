@@ -75,6 +75,7 @@ def moved(text: str, by: float) -> str:
         return dyadic(arb(verifier.read(text, verifier.NUMBER, "number")) + arb(by), 200)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ORBITS)
 def test_true_certificates_are_proved(name):
     c = proved(name)
@@ -85,6 +86,7 @@ def test_true_certificates_are_proved(name):
     assert sum(map(len, c["switches"])) == len(orbit(name).switches)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["torsional 8T", "stepped 1T", "fourier 1T", "full, unlike, 1T"])
 def test_another_section_proves_the_same_orbit(name):
     c = proved(name, phase="0.3")
@@ -92,6 +94,7 @@ def test_another_section_proves_the_same_orbit(name):
     refused(c | {"phase": "0.30001"}, "existence|switches|contact")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift, radius", [(1e-6, "1e-8"), (-1e-6, "1e-8"), (1e-10, "1e-11"), (-1e-10, "1e-11")])
 @pytest.mark.parametrize("coordinate", [0, 1])
 def test_a_moved_centre_is_refused(shift, radius, coordinate):
@@ -327,6 +330,7 @@ def test_a_few_unknown_keys_are_named_and_the_others_counted():
     assert refusal(c | {f"a{i}": 0 for i in range(3)}).endswith("'a0' unknown, 'a1' unknown, 'a2' unknown")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 def test_results_are_printed_in_any_encoding_as_each_file_is_checked(tmp_path, encoding):
     c = proved("torsional 8T")
@@ -369,6 +373,7 @@ def test_it_shares_no_code_with_the_prover_and_needs_python_flint_alone():
     assert len(text.splitlines()) <= 650
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [TwoLevelStiffness(0.2, 0.2, 1.5), STEPS, HarmonicStiffness((0.2,), (0.3,))])
 @pytest.mark.parametrize("tolerance", [0, 1e-4])
 def test_images_of_random_segments_contain_the_exact_flow(stiffness, tolerance):
@@ -512,12 +517,14 @@ def section(model: MeshModel, start: dict[str, float], names: list[str]) -> np.n
     return np.array(reduced(model, {k: float(v[0]) for k, v in end.items()}, names))
 
 
-def test_the_tube_contains_heyokas_motions():
-    """Of 100 random models: the motions from the centre and two other states of a cube of half edge 1e-8 or 1e-5."""
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [30, pytest.param(100, marks=pytest.mark.exhaustive)])
+def test_the_tube_contains_heyokas_motions(count):
+    """Of random models: the motions from the centre and two other states of a cube of half edge 1e-8 or 1e-5."""
     pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
     rng, done, skipped, switches = np.random.default_rng(5), 0, 0, 0
     widths: list[float] = []
-    while done < 100:
+    while done < count:
         radius = (1e-8, 1e-5)[done % 2]
         model = random_model(rng, done + skipped)
         start = {name: float(model.initial[name]) for name in model.initial}
@@ -545,6 +552,6 @@ def test_the_tube_contains_heyokas_motions():
                 assert all(arb(truth[i], 2e-12).overlaps(inside[i, 0]) for i in range(d)), (model, trial)
                 assert all((tube.G * tube.E)[i, 0].overlaps(arb(truth[i], 2e-12)) for i in range(d))
             widths.append(max(float(tube.G[i, d].rad()) for i in range(d)))
-    assert skipped < 30
-    assert switches > 100
+    assert skipped < 0.3 * count
+    assert switches > count
     assert np.median(widths[::2]) < 1e-13

@@ -32,6 +32,7 @@ def test_the_table_is_of_these_cells():
         np.testing.assert_array_equal([float(row["y"]) for row in rows], y)
 
 
+@pytest.mark.slow
 def test_disagreements_are_few_and_of_known_kinds(labels):
     """Chaotic transients that outlast the patience, and chaos too weak to be sure of."""
     wrong = [(wanted, found, row) for wanted, found, row in labels if found not in wanted]

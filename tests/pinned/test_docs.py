@@ -13,11 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
+from tests.pinned.fewer import few
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
 _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
-_COUNT = re.compile(r'(gc\.Axis\([^)]*, |:[\d.]+:)\d{2,}(?=[\s)"])')
 _EXAMPLES = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8").split("## Examples")[1]
 COMMANDS = re.findall(r"^gearchaos (.*)$", _EXAMPLES, re.MULTILINE)
 HOWTO = sorted((ROOT / "docs" / "howto").glob("*.md"))
@@ -25,16 +25,11 @@ _BLOCK = re.compile(r"^```(python)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SCRIPTED = [page for page in PAGES if _SCRIPT.search(page.read_text(encoding="utf-8"))]
 
 
-def _few(text: str) -> str:
-    """A script, a command or a study file with 12 values on each longer axis."""
-    return _COUNT.sub(r"\g<1>12", text + "\n")
-
-
 def _run(page: Path) -> dict:
     """What the scripts of a page leave behind, one after another."""
     left: dict = {}
     for script in _SCRIPT.findall(page.read_text(encoding="utf-8")):
-        exec(compile(_few(script), str(page), "exec"), left)
+        exec(compile(few(script), str(page), "exec"), left)
     return left
 
 
@@ -43,7 +38,7 @@ def examples(tmp_path):
     """The study files of the manual, where its commands look for them."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     for file in (tmp_path / "examples").glob("*.toml"):
-        file.write_text(_few(file.read_text(encoding="utf-8")), encoding="utf-8")
+        file.write_text(few(file.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 @pytest.fixture(autouse=True)
@@ -53,6 +48,7 @@ def _elsewhere(tmp_path, monkeypatch):
     mpl.use("Agg")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", SCRIPTED, ids=lambda page: page.name)
 def test_scripts_run(page):
     _run(page)
@@ -62,7 +58,7 @@ def test_scripts_run(page):
 def test_example_commands_run(examples, tmp_path):
     """One after another in one folder: some read what others wrote."""
     for line in COMMANDS:
-        result = CliRunner().invoke(app, shlex.split(_few(line)), catch_exceptions=False)
+        result = CliRunner().invoke(app, shlex.split(few(line)), catch_exceptions=False)
         assert result.exit_code == 0, (line, result.stderr)
         for name in re.findall(r"--(?:out|plot) (\S+)", line):
             assert (tmp_path / name).exists(), line
@@ -70,17 +66,18 @@ def test_example_commands_run(examples, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", HOWTO, ids=lambda page: page.name)
-def test_recipes_run(page, examples):
+def test_recipes_run(page, examples, monkeypatch):
     """Scripts and commands of a page, in order and in one folder; `gearchaos examples` would write what is there."""
-    few = str if page.name == "undecided.md" else _few  # a map of fewer cells has no undecided one
+    monkeypatch.setattr("gearchaos.datasheet.answer.default_speeds", lambda design: "1500:2000:2")
+    fewer = str if page.name == "undecided.md" else few  # a map of fewer cells has no undecided one
     left: dict = {}
     for language, block in _BLOCK.findall(page.read_text(encoding="utf-8")):
         if language:
-            exec(compile(few(block), str(page), "exec"), left)
+            exec(compile(fewer(block), str(page), "exec"), left)
             plt.close("all")
             continue
         for line in re.findall(r"^gearchaos (?!examples)(.*)$", block, re.MULTILINE):
-            result = CliRunner().invoke(app, shlex.split(few(line), comments=True), catch_exceptions=False)
+            result = CliRunner().invoke(app, shlex.split(fewer(line), comments=True), catch_exceptions=False)
             assert result.exit_code == 0, (line, result.stderr)
 
 

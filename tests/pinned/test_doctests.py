@@ -26,6 +26,7 @@ def _as_before(monkeypatch):
     monkeypatch.setattr(beside, "_allowed", False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", modules_with_examples())
 def test_examples_in_docstrings(name):
     result = doctest.testmod(import_module(name))

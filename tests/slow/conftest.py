@@ -58,6 +58,15 @@ def server(kernels):
 
 
 @pytest.fixture(scope="session")
+def design_server(kernels):
+    """The address of a running explorer of a gear design, with maps of few cells."""
+    from tests.slow.browser import DESIGN, served
+
+    with served(DESIGN, few=True) as (url, _):
+        yield url
+
+
+@pytest.fixture(scope="session")
 def chromium():
     """A headless browser."""
     from tests.slow.browser import CHROMIUM

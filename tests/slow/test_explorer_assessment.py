@@ -2,7 +2,6 @@
 what tolerances do at the point."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,22 +11,14 @@ from gearchaos.explorer.panels.assessment import places
 from gearchaos.explorer.view.state import view_of
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import NEEDED, Visit, served, visits
+from tests.slow.browser import DESIGN, NEEDED, Visit, visits
 from tests.slow.test_explorer_curves import PLACE, near, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
 FIRST = view_of(load_study(DESIGN).model)
 QUERY = "?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100"
 DARK, SEPARATION = "#111111", CONTACT_CLASSES[1].colour
-
-
-@pytest.fixture(scope="module")
-def design_server(kernels):
-    """The address of a server of a design."""
-    with served(DESIGN, few=True) as (url, _):
-        yield url
 
 
 @pytest.fixture(scope="module")

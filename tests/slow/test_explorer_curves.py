@@ -1,7 +1,6 @@
 """Branches in the diagram and bifurcation curves over the map in a browser: pixels, buttons, units, widths."""
 
 import io
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from gearchaos.explorer.panels.diagram import BRANCH_COLOUR as BRANCH
 from gearchaos.explorer.panels.map import CURVE_COLOURS as CURVES
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
-from tests.slow.browser import NEEDED, Visit, served
+from tests.slow.browser import DESIGN, NEEDED, Visit
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
@@ -21,7 +20,6 @@ QUERY = "?q0=0.1&x=omega=2.0:2.4&y=eps1=0.0:0.1&at=2.2,0.02"
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin; soon computed."""
 
 CHAOTIC = "?q0=0.1&x=omega=0.9:1.1&y=eps1=0.2:0.25&at=1.0,0.23"
-DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
 GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 PLACE = """([name, x, y]) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
@@ -47,12 +45,11 @@ EVENT = """() => {
 
 
 @pytest.fixture(scope="module")
-def design_page(chromium, kernels):
+def design_page(chromium, design_server):
     """A page of a gear design, whose map is complete."""
-    with served(DESIGN, few=True) as (url, _):
-        one = Visit(chromium, url + GEARS, "laptop", view_of(load_study(DESIGN).model))
-        yield one
-        one.close()
+    one = Visit(chromium, design_server + GEARS, "laptop", view_of(load_study(DESIGN).model))
+    yield one
+    one.close()
 
 
 def pixels(one):

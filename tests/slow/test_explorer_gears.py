@@ -1,7 +1,5 @@
 """The explorer of a gear design in a browser: units, sliders, links, files, pixels."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,12 +7,11 @@ import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import NEEDED, SIZES, Visit, served, visits
+from tests.slow.browser import DESIGN, NEEDED, SIZES, Visit, visits
 from tests.slow.test_explorer_pixels import picture
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
 FIRST = view_of(load_study(DESIGN).model)
 LABELS = """(name) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
@@ -54,13 +51,6 @@ OUTSIDE = """() => {
 
 CALM = "?x=speed=400.0:500.0&y=torque=200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
-
-
-@pytest.fixture(scope="module")
-def design_server(kernels):
-    """The address of a server of a design."""
-    with served(DESIGN, few=True) as (url, _):
-        yield url
 
 
 @pytest.fixture

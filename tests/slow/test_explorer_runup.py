@@ -1,18 +1,15 @@
 """A run-up played in a browser: the clock, the marker on the map, pixels, sound, stop, refusals, widths."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
-from tests.slow.browser import NEEDED, SIZES, served, visits
+from tests.slow.browser import DESIGN, NEEDED, SIZES, visits
 from tests.slow.test_explorer_curves import FRAME, count, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
 FIRST = view_of(load_study(DESIGN).model)
 QUERY = "?x=speed=900.0:2100.0&y=torque=90.0:110.0&speed=1000&torque=100&run="
 SOURCE = """([name, field]) => {
@@ -33,13 +30,6 @@ DECODED = """async () => {
   return [found.duration, found.getChannelData(0).reduce((most, each) => Math.max(most, Math.abs(each)), 0)]
 }"""
 """The duration in s and the largest sample of the sound, as the browser decodes it."""
-
-
-@pytest.fixture(scope="module")
-def design_server(kernels):
-    """The address of a server of a design."""
-    with served(DESIGN, few=True) as (url, _):
-        yield url
 
 
 @pytest.fixture

@@ -12,17 +12,14 @@ from urllib.request import urlopen
 
 import pytest
 
-from tests.slow.browser import served
-
 pytest.importorskip("bokeh")
 PATHS = ("/", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata", "/favicon.ico")
 
 
 @pytest.fixture(scope="module")
-def place(kernels):
+def place(server):
     """The port of a server, which must have printed neither a traceback nor a path when it ends."""
-    with served(few=True) as (url, _):
-        yield int(url.rstrip("/").rpartition(":")[2])
+    return int(server.rstrip("/").rpartition(":")[2])
 
 
 class Raw:

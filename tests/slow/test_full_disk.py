@@ -34,7 +34,7 @@ COMMANDS = {
     "run": ["run", "../study.toml", "--out", "out.zarr"],
     "paper": ["paper", "--out", "report", "--figures", "4", "--quality", "draft"],
 }
-SIZES = (0, 100, 1_000, 4_000, 10_000)
+SIZES = (0, 1_000, 10_000)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.optimize import brentq
 
 from gearchaos.errors import InputError
 from gearchaos.flow import CorrectedOrbit, Limits, NotConvergedError
@@ -176,7 +175,7 @@ def _point(equations: Equations, along: np.ndarray, step: float, residual: float
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
     """The solution of a linear system, and the sign of its determinant; raises `Stopped` if it is singular."""
-    from scipy.linalg.lapack import dgesv  # here: a verdict needs no linear algebra of scipy
+    from scipy.linalg.lapack import dgesv  # here: a verdict needs no such part of scipy
 
     factors, pivots, found, failed = dgesv(matrix, right)
     if failed or not np.all(np.isfinite(found)):
@@ -264,13 +263,15 @@ def at_value(equations: Equations, point: Point, index: int, value: float) -> Po
 def crossing(equations: Equations, first: Point, last: Point, index: int, value: float) -> Point | None:
     """The solution with this value of the unknown ``index`` between two neighbouring points; None if it is not near the
     cubic through them."""
+    from scipy.optimize import brentq  # here: a verdict needs no such part of scipy
+
     def guess(distance: float) -> np.ndarray:
         return _hermite(equations.weights, first, (first, last), distance)
 
     full = along(equations.weights, first, last.u)
     if (guess(0.0)[index] - value) * (guess(full)[index] - value) > 0:
         return None
-    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full)
+    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full, xtol=max(1e-4 * abs(full), 1e-300))
     at, normal = guess(distance), np.zeros(len(first.u))
     at[index], normal[index] = value, 1.0
     try:

@@ -227,14 +227,14 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
 def _stay_away(equations: Equations, first: Point, last: Point) -> bool:
     """Whether the extrema, in their order, are farther from both boundaries than any of them moves between the points,
     also with the speeds that it has there: most often, so that they need not be followed."""
-    before, after = first.data.extrema[:, 1:], last.data.extrema[:, 1:]
-    if before.shape != after.shape or (before[:, 1] != after[:, 1]).any():
+    before, after = first.data.extrema, last.data.extrema
+    if before.shape != after.shape or before[:, 2].tolist() != after[:, 2].tolist():
         return False
     full = along(equations.weights, first, last.u)
-    slopes = (full * point.data.extremum_slopes(point.tangent) for point in (first, last))
-    moves = np.array([after[:, 0] - before[:, 0], *slopes])
-    gaps = np.abs(np.array([before[:, 0], after[:, 0]])) - 1.0
-    return bool(np.abs(moves).max(initial=0.0) < np.abs(gaps).min(initial=np.inf))
+    slopes = [slope for p in (first, last) for slope in p.data.extremum_slopes(p.tangent).tolist()]
+    z, after_z = before[:, 1].tolist(), after[:, 1].tolist()
+    moves = [abs(b - a) for a, b in zip(z, after_z, strict=True)] + [abs(full * slope) for slope in slopes]
+    return max(moves, default=0.0) < min((abs(abs(value) - 1.0) for value in z + after_z), default=np.inf)
 
 
 def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,

@@ -16,6 +16,7 @@ from gearchaos.flow import (
     ExactFlow,
     PeriodEquations,
     SensitivityFlow,
+    compile_corrections,
     differentiate,
 )
 from gearchaos.model import Batch, MeshModel, vary
@@ -50,6 +51,8 @@ class ParameterFamily:
         self.model, self.axes = model, tuple(axes)
         points = self._stencil(self.start[None], _STEP)[0] if self.axes else self.start[None]
         self.names = coordinates(self.batch(points)) if names is None else names
+        if not self._several:
+            compile_corrections(self.system(self.start[None]))
 
     @cached_property
     def start(self) -> np.ndarray:

@@ -49,6 +49,12 @@ _NOISE = {"generalised flip": 1e-3}
 """Least magnitude of a test function that counts; the coefficient of a flip is 0 in permanent contact or free flight,
 where the equations are linear."""
 
+_ROUNDING = 1e-10
+"""Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions,
+which are periodic with any amplitude, the multiplier is 1 everywhere."""
+
+_LITTLE = 0.1  # largest change of an extremum of z between neighbouring orbits that needs no match
+
 _STEP = 1e-3  # step of the differences for the normal form of a flip, in half backlashes
 
 _REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
@@ -78,7 +84,8 @@ def find_special_points(equations: EventEquations, first: Point, last: Point, ki
     found = []
     for name, test in _tests(kind, first.data, equations):
         before, after = test(first.data), test(last.data)
-        if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
+        sizes = sorted([abs(before), abs(after)])
+        if before * after < 0 and sizes[0] > _NOISE.get(name, 0.0) and sizes[1] > _ROUNDING:
             point = locate(equations, first, last, of_data(test))
             if point is None or (name.endswith("neimark-sacker") and not critical_pair(point.data.cycle)[1]):
                 continue
@@ -132,42 +139,30 @@ def _aligned_curvature(state: EventState, reference: EventState) -> float:
 def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     """Cubic coefficient of the normal form of a flip; the doubled orbits are stable where it is positive.
 
-    From differences of Pⁿ in the critical direction (Kuznetsov 2004, (5.49)): w* C(v, v, v)/6 +
-    w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, A the monodromy matrix, B and C the second and third derivatives. NaN
-    where another multiplier is 1, or a graze is so near that the differences reach across it.
+    From differences in the critical direction v of the monodromy matrix A, which is exact (Kuznetsov 2004, (5.49)):
+    w* C(v, v, v)/6 + w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, B and C the second and third derivatives. NaN where
+    another multiplier is 1, or a graze is so near that the differences reach across it.
     """
     cycle, family = state.cycle, equations.family
-    flow = family.flow(cycle.values[None])
-    a = cycle.monodromy
+    flow, a = family.flow(cycle.values[None]), cycle.monodromy
     values, vectors = np.linalg.eig(a)
     adjoint_values, adjoint = np.linalg.eig(a.T)
     v = vectors[:, np.argmin(np.abs(values + 1.0))].real
     w = adjoint[:, np.argmin(np.abs(adjoint_values + 1.0))].real
     w = w / (w @ v)
-
-    switches = set[int]()
-
-    def images(*offsets: np.ndarray) -> np.ndarray:
-        x, count = cycle.points[0] + np.array(offsets), np.zeros(len(offsets), np.int64)
-        for _ in range(cycle.period):
-            result = flow.advance(x, np.zeros(len(x), np.int64))
-            x, count = result.w, count + result.switch_count
-        switches.update(count.tolist())
-        return x
-
-    h = _STEP
-    base, one, minus, two, minus_two = images(*(k * h * v for k in (0, 1, -1, 2, -2)))
-    b = (one + minus - 2 * base) / h**2
-    c = (two - 2 * one + 2 * minus - minus_two) / (2 * h**3)
+    x, switches, around = cycle.points[0] + _STEP * np.stack([v, -v]), np.zeros(2, np.int64), np.eye(len(v))
+    for _ in range(cycle.period):
+        result = flow.advance(x, np.zeros(2, np.int64))
+        x, around, switches = result.w, result.monodromy @ around, switches + result.switch_count
+    if np.any(switches != len(cycle.switches)):
+        return float("nan")
+    second = (around[0] - around[1]) / (2 * _STEP)  # B(v, ·)
+    third = (around[0] - 2 * a + around[1]) @ v / _STEP**2
     try:
-        y = np.linalg.solve(np.eye(len(v)) - a, b)
+        y = np.linalg.solve(np.eye(len(v)) - a, second @ v)
     except np.linalg.LinAlgError:
         return float("nan")
-    size = np.linalg.norm(y) or 1.0
-    y = y / size
-    ahead, across, back, against = images(h * (v + y), h * (v - y), h * (y - v), -h * (v + y))
-    mixed = (ahead - across - back + against) / (4 * h**2) * size
-    return float(w @ c / 6 + w @ mixed / 2) if len(switches) == 1 else float("nan")
+    return float(w @ third / 6 + w @ second @ y / 2)
 
 
 _known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
@@ -177,6 +172,8 @@ _known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """Where another extremum of z touches a boundary."""
     before, after, found = first.data.cycle.extrema, last.data.cycle.extrema, []
+    if first.data.extremum == last.data.extremum and _on_their_sides(before, after, first.data.extremum):
+        return []
     index, _ = match(before, after, first.data.cycle.period)
     name = "double graze" if kind == GRAZE else f"grazing-{kind}"
     for number, other in enumerate(index):
@@ -189,6 +186,17 @@ def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found
+
+
+def _on_their_sides(before: np.ndarray, after: np.ndarray, grazing: int | None) -> bool:
+    """Whether extrema of two neighbouring orbits, but for a grazing one, are the same in order and on the same side
+    of both boundaries: most often, so that they need not be matched."""
+    if before.shape != after.shape or before[:, 2].tolist() != after[:, 2].tolist():
+        return False
+    pairs = list(zip(before[:, 1].tolist(), after[:, 1].tolist(), strict=True))
+    if grazing is not None:
+        del pairs[grazing]
+    return all(abs(b - a) < _LITTLE and (a > 1) == (b > 1) and (a < -1) == (b < -1) for a, b in pairs)
 
 
 def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[SpecialPoint, Point | None] | None:

@@ -5,7 +5,7 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.beside import compile_beside
+from gearchaos.flow.beside import compile_beside, compile_corrections
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
@@ -18,6 +18,7 @@ from gearchaos.flow.polynomials import (
     NotConvergedError,
     PolynomialEquations,
     TouchingExtremum,
+    correct_any,
 )
 from gearchaos.flow.schedule import Followed, follow_schedule
 from gearchaos.flow.sensitivity import (
@@ -37,7 +38,7 @@ __all__ = [
     "Derivatives", "DifferencedFlow", "ExactFlow", "FlowResult", "Followed", "Limits", "Measure", "NewtonSearch",
     "NotConvergedError", "PeriodEquations", "PeriodResult", "PolynomialEquations", "Polynomials", "Processor",
     "SensitivityFlow", "StoppedError", "SwitchedSystem", "TouchingExtremum", "cache_directory", "cache_is_empty",
-    "cancel_event", "combine_measures", "compile_beside", "differentiate", "fastest_rate", "follow_schedule",
-    "min_steps_per_period", "near_returns", "newton_iteration", "of_meshes", "on_compile", "processor",
-    "start_newton_search", "steps_share_matrices",
+    "cancel_event", "combine_measures", "compile_beside", "compile_corrections", "correct_any", "differentiate",
+    "fastest_rate", "follow_schedule", "min_steps_per_period", "near_returns", "newton_iteration", "of_meshes",
+    "on_compile", "processor", "start_newton_search", "steps_share_matrices",
 ]

@@ -19,13 +19,14 @@ import numpy as np
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import dimensions
 from gearchaos.flow.kernels.compilation import is_missing
+from gearchaos.flow.kernels.correction import correct_orbit
 
 if TYPE_CHECKING:
     from gearchaos.flow.system import SwitchedSystem
 
 _allowed = False
 _begun: set[tuple[Any, ...]] = set()
-"""Arguments ``dims`` for whose kernels processes were started, or which were found on disk."""
+"""Jobs and arguments ``dims`` for whose kernels processes were started, or which were found on disk."""
 
 
 def compile_beside() -> None:
@@ -44,13 +45,36 @@ def compile_beside() -> None:
 
 def compile_others(system: SwitchedSystem) -> None:
     """Begin to compile in other processes what motions of a system need once their step tables are made."""
+    _begin(("advance", "orbits"), advance_packs, system)
+
+
+def compile_corrections(system: SwitchedSystem) -> None:
+    """Begin to compile in another process what orbits along parameters need, unless they are corrected without it.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import compile_corrections
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> compile_corrections(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
+    """
+    if system.damping_law != "unilateral":
+        _begin(("corrections",), correct_orbit, system)
+
+
+def _begin(jobs: tuple[str, ...], kernel: Any, system: SwitchedSystem) -> None:
+    """Start a process for each job unless this kernel, one of theirs, is on disk."""
     dims = dimensions(system.dimension, system.damping_law)
-    if not _allowed or dims in _begun:
+    if not _allowed or (jobs, dims) in _begun:
         return
-    _begun.add(dims)
-    if is_missing(advance_packs, dims):
+    _begun.add((jobs, dims))
+    if is_missing(kernel, dims):
         given = pickle.dumps(system.take(np.zeros(1, int)))
-        for job in ("advance", "orbits"):
+        for job in jobs:
             Thread(target=_start, args=(job, given), daemon=True).start()
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from gearchaos.flow import exact, step_tables
 from gearchaos.flow.kernels.orbits import near_returns, newton_iteration, start_newton_search
+from gearchaos.flow.polynomials import correct_any
 
 
 def main(job: str) -> None:
@@ -19,6 +20,8 @@ def main(job: str) -> None:
     if job == "advance":
         step_tables.tabulate_steps = lambda *_: None  # tables of zeros will do
         exact.ExactFlow(system).advance(w, 1)
+    elif job == "corrections":
+        correct_any(system)
     else:
         near_returns(np.zeros((5, *w.shape)), 2, 0.1, 0.1, 1)
         tangent = np.zeros((system.dimension, *w.shape))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -29,12 +30,14 @@ from gearchaos.flow.sensitivity import (
     Derivatives,
     PeriodEquations,
     PeriodResult,
+    SensitivityFlow,
     period_steps,
     record_count,
     row_numbers,
     scratch,
 )
 from gearchaos.flow.step_tables import steps_alike
+from gearchaos.flow.system import SwitchedSystem
 
 _MOST_COORDINATES = 64
 """Largest n d: the linear equations of longer orbits are solved faster by LAPACK than by the kernel."""
@@ -198,19 +201,17 @@ class PolynomialEquations:
         rows_of_workspace = row_numbers(d, equations.harmonics, q)
         work, segment = scratch.of(rows_of_workspace.total)
         for _ in range(2):
-            count, low, high, values = self._steps[0]
-            own, call, probe = _memory.of(
-                period, d, rows.shape[1], q, self._degree, len(self.polynomials.origin),
-                equations.parameters.shape[1], equations.starts.shape[1], record_count(count))
+            steps = self._steps[0]
+            own, call, probe = _memory.of(self, period, len(guess), steps[0])
             own.u[:] = own.guess[:] = guess
-            own.rows[:], own.steps[:] = rows, (count, low, high)
+            own.rows[:], own.steps[:] = rows, steps
             if isinstance(event, CriticalMultiplier):
                 own.event[:], own.vectors[:] = (MULTIPLIER, event.value, event.step), event.vectors.reshape(2, -1)
             else:
                 own.event[:] = (NO_EVENT, 0, 0) if event is None else (EXTREMUM, *event)
             found = correct_orbit(
                 dimensions(d, equations.damping_law), equations.harmonics, rows_of_workspace, own, self.polynomials,
-                call._replace(values=values), probe._replace(values=values), limits, work, segment)
+                call, probe, limits, work, segment)
             if found != OTHER_STEPS:
                 break
             self._steps[:] = [self._steps_of(own.found[0, -1])]
@@ -238,27 +239,59 @@ class PolynomialEquations:
         return not np.any(self.polynomials.coefficients[:, self.equations.parameters.shape[1] : -1])
 
     @cached_property
-    def _steps(self) -> list[tuple[int, float, float, np.ndarray]]:
-        """The steps of the period used last, alone in a list: their number, between which least numbers of steps they
-        are these, and `Steps.values`."""
+    def _values(self) -> dict[int, np.ndarray]:
+        """`Steps.values` of a period, by its number of steps."""
+        return {}
+
+    @cached_property
+    def _steps(self) -> list[tuple[int, float, float]]:
+        """The number of steps of the period used last, and between which least numbers it is this, alone in a list."""
         return [self._steps_of(float(self.equations.steps[0]))]
 
-    def _steps_of(self, least: float) -> tuple[int, float, float, np.ndarray]:
+    def _steps_of(self, least: float) -> tuple[int, float, float]:
         own = self.equations
         starts = tuple(own.starts[0].tolist())
         values = period_steps(float(np.ceil(least)), starts, own.same_starts, own.harmonics.highest)
-        return len(values), *steps_alike(least), values
+        self._values[len(values)] = values
+        return len(values), *steps_alike(least)
 
 
-def _new_memory(n: int, d: int, m: int, q: int, degree: int, columns: int, parameters: int, parts: int,
-                records: int) -> tuple[Correction, SensitivityCall, SensitivityCall]:
-    """The arrays of a correction, and of the flow from n and from 2 n points, whose parameters are the same."""
-    size = n * d
+def correct_any(system: SwitchedSystem) -> None:
+    """Differentiate a mesh period of a system and begin to correct an orbit, which compiles the kernels for both.
+
+    Parameters
+    ----------
+    system : SwitchedSystem
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from gearchaos.flow import correct_any
+    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> correct_any(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
+    """
+    own, w = PeriodEquations.of(system).first, np.zeros((1, system.dimension))
+    SensitivityFlow(own).advance(w)
+    columns = np.concatenate([own.parameters[0], own.starts[0], own.steps])
+    constant = Polynomials(np.zeros(1), np.ones(1), columns, np.zeros((2, len(columns))))  # along any parameter
+    equations, rows = PolynomialEquations(own, constant), np.zeros((2, w.size + 1))
+    equations.at([0.5])
+    with suppress(NotConvergedError):
+        equations.correct(np.append(w, 0.5), rows, 1, Limits(0.0, 0.0, 1.0, 1.0))
+
+
+def _new_memory(equations: PolynomialEquations, n: int, m: int,
+                count: int) -> tuple[Correction, SensitivityCall, SensitivityCall]:
+    """The arrays of a correction with m unknowns, and of the flow from n and from 2 n points, in so many steps."""
+    of_period = equations.equations
+    d, q, columns = of_period.dimension, len(equations.polynomials.low), len(equations.polynomials.origin)
+    size, parameters, parts = n * d, of_period.parameters.shape[1], of_period.starts.shape[1]
+    records = record_count(count)
     own = Correction(
         np.empty(m), np.empty(m), np.empty((2, m)), np.empty((m, m + 1)), np.empty((m, m + 1)),
-        np.empty((size + 1, size + 2)), np.empty((2, size)), np.empty((q, 2, degree)), np.empty((1 + q, columns)),
-        np.arange(2 * n), np.zeros(3), np.zeros(3), np.zeros(3))
-    shared = np.empty((1, parameters)), np.empty((1, q, parameters)), np.zeros((1, q, parts)), np.empty((0, 0))
+        np.empty((size + 1, size + 2)), np.empty((2, size)), np.empty((q, 2, equations._degree)),
+        np.empty((1 + q, columns)), np.arange(2 * n), np.zeros(3), np.zeros(3), np.zeros(3))
+    shared = np.empty((1, parameters)), np.empty((1, q, parameters)), np.zeros((1, q, parts)), equations._values[count]
 
     def call(lanes: int) -> SensitivityCall:
         none = np.zeros(lanes, np.int64)
@@ -271,7 +304,7 @@ def _new_memory(n: int, d: int, m: int, q: int, degree: int, columns: int, param
 
 
 class _Memory(threading.local):
-    """The arrays with which a thread corrects orbits, by their sizes."""
+    """The arrays with which a thread corrects orbits, by what they depend on."""
 
     def __init__(self) -> None:
         self.of = lru_cache(maxsize=16)(_new_memory)

@@ -298,8 +298,12 @@ def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:
         return np.einsum("tm,m->t", each, shares * rates**order).real  # for so few columns threads of BLAS cost more
 
     end, step = _LONGEST / np.abs(rates.real).min(), _STEP / np.abs(rates).max()
-    t = np.linspace(0, end, min(_MOST_INSTANTS, int(end / step) + 2))
-    best = t[[int(np.argmax(derivative(0, t)))]]
+    count = min(_MOST_INSTANTS, int(end / step) + 2)
+    step, stride = end / (count - 1), math.isqrt(count) + 1  # instants in strides: exp(r (t + s)) = exp(r t) exp(r s)
+    starts, within = (np.exp(np.multiply.outer(each, rates)) for each in (
+        stride * step * np.arange(-(-count // stride)), step * np.arange(stride)))
+    values = np.einsum("tm,sm->ts", starts * shares, within).real.ravel()[:count]
+    best = np.array([step * int(np.argmax(values))])
     if best[0] > 0:
         for _ in range(_NEWTON_STEPS):
             best = best - derivative(1, best) / derivative(2, best)

@@ -5,17 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import suppress
 from multiprocessing import get_context
 from typing import Any
 
-import numpy as np
-
-from gearchaos.continuation.family import ParameterFamily
-from gearchaos.continuation.shooting import CycleEquations
 from gearchaos.dynamics import classify
 from gearchaos.execute.machine import cores
-from gearchaos.flow import ExactFlow, NotConvergedError, SensitivityFlow
+from gearchaos.flow import ExactFlow, correct_any
 from gearchaos.model import DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, MeshModel, ToothPairStiffness, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -52,10 +47,7 @@ def _run(dimension: int, damping_law: str) -> tuple[int, str, float]:
     assert system.dimension == dimension
     w = initial_state(batch, system)
     classify(ExactFlow(system), w.T.copy())
-    SensitivityFlow(system).advance(w)
-    family = ParameterFamily(batch.model, ("omega",))
-    with suppress(NotConvergedError):
-        CycleEquations(family, 1, 1.0).corrected(np.append(w, family.start), np.ones((2, dimension + 1)))
+    correct_any(system)
     if damping_law != "unilateral":
         pairs = vary(batch.model.with_values({"stiffness": ToothPairStiffness()}), {})
         classify(ExactFlow(switched_system(pairs)), w.T.copy())

@@ -320,7 +320,7 @@ class Page:
         if isinstance(view.point, TrainModel):
             drawn = found.of_mesh(shown_mesh(view.point, view.mesh).name, wheels.half_backlash)
         key = found.model, found.verdict.periods_spent, drawn.portrait is None, units, view.mesh
-        if found.verdict.section and key != self._portrait_key:
+        if found.verdict.section and found.stage != "verdict" and key != self._portrait_key:  # words come first
             self._portrait_key = key
             self.portrait.show(drawn, units)
         if (trajectory := drawn.trajectory) is not None:
