@@ -236,3 +236,45 @@ def test_nothing_is_located_without_a_change_of_sign():
     branch = fine(0)
     equations = CycleEquations(branch.family, 1, 0.4)
     assert locate(equations, branch.points[0], branch.points[1], lambda point: 1.0) is None
+
+
+def test_events_of_small_test_functions_are_located_as_well():
+    """Products over the pairs of seven multipliers may be 1e-20 everywhere."""
+    branch = fine(0)
+    equations, (first, last) = CycleEquations(branch.family, 1, 0.4), branch.points[:2]
+    root = 0.7 * first.u[-1] + 0.3 * last.u[-1]
+    found = locate(equations, first, last, lambda point: 1e-20 * (point.u[-1] ** 3 - root**3))
+    assert found is not None
+    assert found.u[-1] == pytest.approx(root, rel=1e-13)
+
+
+def test_a_neimark_sacker_point_at_a_high_frequency_has_multipliers_of_modulus_one():
+    model = gc.MeshModel.of(
+        kind="full", beta1=1e-4, beta2=2e-4, zeta=1e-3, zeta_support=5e-4, omega=12.0, q0=1.0, eps1=1e-3, c1=0.45,
+        kappa1=40.0, kappa2=55.0, mu1=0.5, mu2=0.6)
+    ds = gc.branch(model, "omega=10.4:12", period=1)
+    assert set(ds["event_kind"].values) == {"neimark-sacker"}
+    moduli = np.hypot(ds["event_multipliers_real"], ds["event_multipliers_imag"]).values
+    np.testing.assert_allclose(np.abs(moduli - 1.0).min(axis=1), 0.0, atol=1e-9)
+
+
+FOLDS = gc.MeshModel.of(kind="single", zeta=0.05, omega=0.53, damping_law="contact", q0=0.1, eps1=0.107, theta1=-2.79,
+                        eps3=0.006, theta3=-0.17, c1=0.323)
+
+
+def test_a_fold_curve_does_not_turn_back_at_a_graze():
+    """Some steps before the corner, another extremum is nearer to the boundary than the one that touches it there."""
+    ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
+    assert sorted(ds["special_kind"].values) == ["cusp", "grazing-fold"]
+    assert sorted(end["omega"] for end in json.loads(ds.attrs["ends"])) == pytest.approx([0.25, 0.338991], abs=1e-6)
+
+
+def test_a_curve_that_passes_the_ends_of_both_axes_in_one_step_ends_at_the_first():
+    whole = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
+    omega, q0 = whole["omega"].values[-5:-3], whole["q0"].values[-5:-3]
+    low = 0.8 * omega[0] + 0.2 * omega[1]
+    ds = gc.curve(FOLDS, "fold", f"omega={low}:2.4", f"q0={q0[0]}:0.5", period=1)
+    for end in json.loads(ds.attrs["ends"]):
+        assert end["why"] == "end of the axis"
+        assert end["omega"] >= low - 1e-12
+        assert end["q0"] >= q0[0] - 1e-12

@@ -209,14 +209,15 @@ def _end_between(curve: _Piece, equations: EventEquations, point: Point, bounds:
         for i, pair in enumerate(bounds) for bound, inwards in zip(pair, (1.0, -1.0), strict=True)]
     if equations.kind == NEIMARK_SACKER:
         limits += [(-1, 0.0, 1.0, "1:1 resonance"), (-1, np.pi, -1.0, "1:2 resonance")]
+    passed = []  # of two limits passed in one step, the curve ends at the first
     for index, limit, inwards, why in limits:
-
-        def inside(p: Point, index: int = index, limit: float = limit, inwards: float = inwards) -> float:
-            return inwards * float(p.u[index] - limit)
-
-        if inside(point) < 0:
-            end = crossing(equations, last, point, index, limit) if inside(last) > 0 else None
-            return end or locate(equations, last, point, inside) or last, why
+        before, after = (inwards * float(p.u[index] - limit) for p in (last, point))
+        if after < 0:
+            passed.append((max(before, 0.0) / (max(before, 0.0) - after), index, limit, why))
+    if passed:
+        share, index, limit, why = min(passed)
+        end = crossing(equations, last, point, index, limit) if share > 0 else None
+        return end or locate(equations, last, point, lambda p: float(p.u[index] - limit)) or last, why
     if np.abs(point.u[: equations.size]).max() > LARGEST:
         return point, UNBOUNDED
     if joins_half_period(last.data.cycle, point.data.cycle):

@@ -33,7 +33,9 @@ _CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0
 
 _RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
-_ROUNDING = 1e-14  # largest value of a test function that is a rounding error
+_ROUNDING = 1e-14
+"""Largest value of a test function that is a rounding error, relative to the larger one at both points: a product over
+many pairs of multipliers may be small everywhere."""
 
 _NEAR_SINGULAR = 1e-3
 """A root next to which orbits cannot be corrected counts as located if it is bracketed to this fraction of the distance
@@ -103,6 +105,8 @@ def locate(equations: Equations, first: Point, last: Point, test: Callable[[Poin
     cannot be followed."""
     full = along(equations.weights, first, last.u)
     points, values = {0.0: first, full: last}, dict[float, float]()
+    before, after = test(first), test(last)
+    rounding = _ROUNDING * max(abs(before), abs(after))
 
     def value(distance: float) -> float:
         if distance not in points:
@@ -112,9 +116,9 @@ def locate(equations: Equations, first: Point, last: Point, test: Callable[[Poin
         if np.isnan(found):
             raise Stopped("the test function is not defined everywhere between the points")
         values[distance] = found
-        return 0.0 if abs(found) < _ROUNDING else found
+        return 0.0 if abs(found) < rounding else found
 
-    if test(first) * test(last) > 0:
+    if before * after > 0:
         return None
     try:
         root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)

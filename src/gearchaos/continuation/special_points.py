@@ -68,6 +68,7 @@ _ANGLES = np.concatenate([_STEEP, np.linspace(0.4, np.pi - 0.4, 8), np.pi - _STE
 
 _WHOLE_CIRCLE = np.linspace(0.1, 0.1 + 2 * np.pi, 49)  # angles on the circle about a corner that is no graze
 _RECENT = 40  # number of the last points of a curve that tell from which side of a graze it comes
+_CLEAR = 1e-6  # distance from the boundary that does: farther away another extremum may be the nearest one
 _SEPARATE = 0.3  # least distance of a point beyond a corner from the curve so far, relative to the radius
 
 
@@ -209,8 +210,8 @@ def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[Sp
         corner = grazes.corner()
         if corner is None:
             return None
-        gaps = [grazes.gap(point.data.cycle) for point in points[-_RECENT:]]
-        side = -float(np.sign(gaps[int(np.argmax(np.abs(gaps)))])) or 1.0
+        gaps = [grazes.gap(point.data.cycle) for point in points[: -_RECENT - 1 : -1]]
+        side = -float(np.sign(next((gap for gap in gaps if abs(gap) > _CLEAR), max(gaps, key=abs)))) or 1.0
         found = grazes.beyond(corner, side, points, True) or grazes.beyond(corner, -side, points, False)
         return SpecialPoint(f"grazing-{equations.kind}", corner), found
     except Stopped:
