@@ -193,3 +193,15 @@ def test_a_fold_curve_that_touches_the_graze_curve_is_followed_beyond():
     assert [end["why"] for end in ends] == 2 * ["end of the axis"]
     assert [end["eps1"] for end in ends] == [0.25, 0.25]
     assert sorted(end["omega"] for end in ends) == pytest.approx([1.018328, 1.023699], abs=1e-5)
+
+
+def test_a_curve_that_comes_back_to_a_corner_ends_there():
+    """Along its graze this flip curve leaves the corner so flat that it is met again; then it would go back along
+    itself."""
+    model = gc.MeshModel.of(
+        kind="single", zeta=0.01, omega=2.082, damping_law="contact", q0=0.2, eps1=0.098, eps2=0.057, theta2=-1.17,
+        stiffness=gc.TwoLevelStiffness(chi1=0.28804952826654273, chi2=0.11434795850151508,
+                                       contact_ratio=1.8248389744958646))
+    ds = gc.curve(model, "flip", "omega=0.25:2.4", "eps1=0:0.3", period=2, max_points=250)
+    first, last = ([end["omega"], end["eps1"]] for end in json.loads(ds.attrs["ends"]))
+    assert np.abs(np.subtract(first, last)).max() > 0.1, "not twice the same end"

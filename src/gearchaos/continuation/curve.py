@@ -25,6 +25,8 @@ an event. At a fold, a multiplier changes by the square root of a rounding error
 _SAME_PLACE = 1e-6
 """Distance of two points of codimension 2 of one kind, relative to the axes, below which they are one."""
 
+_SAME_CORNER = 1e-5  # likewise of two corners of one curve at grazes
+
 _MAX_CORNERS = 8  # most corners at grazes that a curve is followed through
 
 MERGED = "the extremum of z vanishes together with a neighbouring one"
@@ -142,14 +144,20 @@ def follow_curve(family: ParameterFamily, seed: EventSeed, bounds: Bounds, setti
 
 def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: Settings) -> _Piece:
     """Follow a curve from a point in the direction of its tangent to its end."""
-    curve = _Piece([start])
+    curve, corners = _Piece([start]), list[np.ndarray]()
+    spans = np.array([high - low for low, high in bounds])
     why = _follow_piece(curve, equations, bounds, settings)
     for _ in range(_MAX_CORNERS):
         if why in _FINAL or equations.kind == GRAZE:
             break
         if _touches(equations, curve.points[-1]):
             corner, beyond = beyond_graze(equations, curve.points) or (None, None)
-            curve.special += [] if corner is None else [corner]
+            if corner is not None:
+                curve.special.append(corner)
+                values = corner.point.data.cycle.values
+                if any(np.all(np.abs(values - known) < _SAME_CORNER * spans) for known in corners):
+                    break  # it would go back along itself
+                corners.append(values)
         else:
             beyond = beyond_kink(equations, curve.points)
         if beyond is None:

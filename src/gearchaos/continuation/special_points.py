@@ -49,7 +49,7 @@ _NOISE = {"generalised flip": 1e-3}
 """Least magnitude of a test function that counts; the coefficient of a flip is 0 in permanent contact or free flight,
 where the equations are linear."""
 
-_ROUNDING = 1e-10
+_ROUNDING = {"grazing-fold": 1e-10}
 """Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions,
 which are periodic with any amplitude, the multiplier is 1 everywhere."""
 
@@ -84,8 +84,8 @@ def find_special_points(equations: EventEquations, first: Point, last: Point, ki
     found = []
     for name, test in _tests(kind, first.data, equations):
         before, after = test(first.data), test(last.data)
-        sizes = sorted([abs(before), abs(after)])
-        if before * after < 0 and sizes[0] > _NOISE.get(name, 0.0) and sizes[1] > _ROUNDING:
+        least, largest = sorted([abs(before), abs(after)])
+        if before * after < 0 and least > _NOISE.get(name, 0.0) and largest > _ROUNDING.get(name, 0.0):
             point = locate(equations, first, last, of_data(test))
             if point is None or (name.endswith("neimark-sacker") and not critical_pair(point.data.cycle)[1]):
                 continue
