@@ -105,6 +105,28 @@ def test_a_process_does_not_wait_for_ever_for_another_one_to_compile(tmp_path, m
         assert compilation.kernel(triple)(2.0) == 6.0
 
 
+def test_a_process_does_not_wait_for_itself_after_compiling_was_interrupted(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "cache_directory", lambda: tmp_path)
+
+    def quadruple(x):
+        return 4 * x
+
+    compiled = compilation.kernel(quadruple)
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(compiled._compiler, "compile", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            compiled(2.0)
+    acquired, acquire = [], FileLock.acquire
+    monkeypatch.setattr(FileLock, "acquire", lambda lock, **options: (
+        acquired.append(Path(lock.lock_file).name), acquire(lock, **options))[1])
+    assert compiled(2.0) == 8.0
+    assert acquired == [".lock"], "to write the kernel; the lock to compile it is held"
+
+
 def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
     source = Path(compilation.__file__).parent
     for name in ("compilation.py", "contact.py"):

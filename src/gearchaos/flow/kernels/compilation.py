@@ -210,7 +210,7 @@ class _SharedCache(FunctionCache):
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function, None if there is none; then this process holds the lock to compile it."""
         found = super()._load_overload(sig, target_context)
-        if found is not None:
+        if found is not None or sig in self._compiling:  # held already where compiling was interrupted
             return found
         digest = hashlib.sha256(f"{self._impl.filename_base} {sig}".encode()).hexdigest()[:16]
         lock = FileLock(cache_directory() / f".{digest}.lock")
