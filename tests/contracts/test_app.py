@@ -1,5 +1,6 @@
 """The explorer without a browser: its state, its bounds, its maps, and what it listens to."""
 
+import asyncio
 import contextlib
 import pickle
 import signal
@@ -345,6 +346,7 @@ def test_a_view_names_no_file():
 
 def test_ctrl_c_ends_the_explorer_also_where_python_ignores_exceptions(monkeypatch):
     """As in a callback of a weak reference, in which KeyboardInterrupt is lost."""
+    monkeypatch.setattr(asyncio.events, "_get_running_loop", lambda: None)  # that of a browser that other tests opened
     loop, stopped = IOLoop(make_current=False), []
 
     def interrupted():

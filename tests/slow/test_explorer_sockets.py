@@ -12,14 +12,17 @@ from urllib.request import urlopen
 
 import pytest
 
+from tests.slow.browser import served
+
 pytest.importorskip("bokeh")
 PATHS = ("/", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata", "/favicon.ico")
 
 
 @pytest.fixture(scope="module")
-def place(server):
+def place(kernels):
     """The port of a server, which must have printed neither a traceback nor a path when it ends."""
-    return int(server.rstrip("/").rpartition(":")[2])
+    with served(few=True) as (url, _):
+        yield int(url.rstrip("/").rpartition(":")[2])
 
 
 class Raw:
