@@ -31,7 +31,7 @@ def family_of(name: str, *axes: str) -> ParameterFamily:
 def cell_at(family: ParameterFamily, values: np.ndarray):
     cell = family.cell(values)
     assert cell is not None
-    return cell.polynomials
+    return cell.equations
 
 
 @pytest.mark.parametrize(("name", "axis"), AXES)
@@ -98,7 +98,7 @@ def test_nothing_is_interpolated_across_a_kink_or_a_jump(change):
         cell = cells.cell(np.array([value]))
         assert cell is not None
         assert not cell.contains([1.3])
-        own = cell.polynomials.at([value])
+        own = cell.equations.at([value])
         assert own.parameters[0, own.harmonics.columns.levels] == pytest.approx(change(np.array([value]))[0], abs=1e-14)
 
 

@@ -149,7 +149,7 @@ def test_newtons_method_that_does_not_converge_says_so():
     family, cycle = find_cycle(MODELS["d2"], ("omega",), 1, None)
     cell = family.cell(cycle.values)
     with pytest.raises(NotConvergedError):  # a plane without a normal
-        cell.polynomials.correct(unknowns(cycle) + 1e-3, np.zeros((2, 3)), 1, LIMITS)
+        cell.equations.correct(unknowns(cycle) + 1e-3, np.zeros((2, 3)), 1, LIMITS)
     with pytest.raises(Stopped, match="does not converge"):
         correct(CycleEquations(family, 1, 1.0), unknowns(cycle) + 1e-3, np.zeros(3), np.ones(3))
 

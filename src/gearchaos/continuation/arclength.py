@@ -19,10 +19,9 @@ from gearchaos.flow import CorrectedOrbit, Limits, NotConvergedError
 TOLERANCE = 1e-12  # Newton's method ends at a residual of at most this: no equation is violated by more
 ACCEPTED = 1e-10  # largest residual of a point whose residual Newton's method cannot lower any more
 
-LIMITS = Limits(TOLERANCE, ACCEPTED, growth=1e3, alternates=0.1)
+LIMITS = Limits(TOLERANCE, ACCEPTED, growth=1e3, alternates=0.1, iterations=8)
 """When Newton's method ends; across a corner of the equations it goes to and fro."""
 
-_ITERATIONS = 8
 _LANDING = 1e-6
 """Distance from which a curve is taken to an end of an axis where points beyond it would break the model's rules."""
 
@@ -136,7 +135,7 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
         return Point(found.u, along, found.orientation, found.residual, data, step)
     best: tuple[float, np.ndarray, np.ndarray, Any] | None = None
     before, last = np.inf, np.inf  # residuals
-    for _ in range(_ITERATIONS):
+    for _ in range(LIMITS.iterations):
         try:
             f, jacobian, data = equations.evaluate(u)
         except InputError as error:

@@ -68,7 +68,7 @@ class Cell:
     """A box of parameters on which the equations are polynomials."""
 
     box: Box
-    polynomials: PolynomialEquations
+    equations: PolynomialEquations
     accepted: bool  # whether the model accepts the values at its nodes
 
     def contains(self, values: list[float]) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.continuation.arclength import LIMITS, Equations
+from gearchaos.continuation.arclength import Equations
 from gearchaos.continuation.events import FLIP, FOLD, GRAZE, NEIMARK_SACKER, Event
 from gearchaos.continuation.family import ParameterFamily, PeriodFlow
 from gearchaos.continuation.shooting import Cycle, cycle_of
@@ -96,12 +96,10 @@ class EventEquations(Equations):
         return np.append(cycle.defect.ravel(), test), jacobian, state
 
     def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, EventState] | None:
-        """The orbit nearest to a guess, see `PolynomialEquations.correct`."""
-        cell, event = self.family.cell(self.values(guess)), self._equation
-        if event is None or cell is None or not cell.accepted:
-            return None
-        found = cell.polynomials.correct(guess, rows, self.period, LIMITS, event)
-        return None if found is None else (found, self._state(found, cycle_of(found, self.period)))
+        """The orbit at the event nearest to a guess."""
+        event = self._equation
+        found = None if event is None else self.family.corrected(guess, rows, self.period, event)
+        return None if found is None else (found, self._state(found, cycle_of(found)))
 
     @property
     def _equation(self) -> CriticalMultiplier | TouchingExtremum | None:

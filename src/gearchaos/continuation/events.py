@@ -207,7 +207,9 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
 
     Those of both halves where extrema cannot be followed so far, or one may touch a boundary twice.
     """
-    if _stay_away(equations, first, last):
+    full = along(equations.weights, first, last.u)
+    if stay_away(first.data.extrema, last.data.extrema, *(
+            full * point.data.extremum_slopes(point.tangent) for point in (first, last))):
         return []
     index, new = match(first.data.extrema, last.data.extrema, first.data.period)
     if not (halvings and _may_touch_twice(equations, first, last, index)):
@@ -224,17 +226,15 @@ def _grazes(equations: Equations, first: Point, last: Point, halvings: int = _HA
     return _grazes(equations, first, middle, halvings - 1) + _grazes(equations, middle, last, halvings - 1)
 
 
-def _stay_away(equations: Equations, first: Point, last: Point) -> bool:
-    """Whether the extrema, in their order, are farther from both boundaries than any of them moves between the points,
-    also with the speeds that it has there: most often, so that they need not be followed."""
-    before, after = first.data.extrema, last.data.extrema
+def stay_away(before: np.ndarray, after: np.ndarray, *moves: np.ndarray) -> bool:
+    """Whether the extrema (E, 3) of two neighbouring cycles are the same in order, and each is farther from both
+    boundaries than it moves, also by further ``moves`` (E,): most often, so that they need not be matched."""
     if before.shape != after.shape or before[:, 2].tolist() != after[:, 2].tolist():
         return False
-    full = along(equations.weights, first, last.u)
-    slopes = [slope for p in (first, last) for slope in p.data.extremum_slopes(p.tangent).tolist()]
-    z, after_z = before[:, 1].tolist(), after[:, 1].tolist()
-    moves = [abs(b - a) for a, b in zip(z, after_z, strict=True)] + [abs(full * slope) for slope in slopes]
-    return max(moves, default=0.0) < min((abs(abs(value) - 1.0) for value in z + after_z), default=np.inf)
+    z, z_after = before[:, 1].tolist(), after[:, 1].tolist()
+    largest = [max(abs(m) for m in each) for each in zip((after - before)[:, 1].tolist(), *(
+        m.tolist() for m in moves), strict=True)]
+    return all(move < min(abs(abs(a) - 1.0), abs(abs(b) - 1.0)) for move, a, b in zip(largest, z, z_after, strict=True))
 
 
 def _touched(equations: Equations, first: Point, last: Point, index: np.ndarray,

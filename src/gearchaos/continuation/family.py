@@ -10,12 +10,16 @@ from typing import TypeAlias
 
 import numpy as np
 
+from gearchaos.continuation.arclength import LIMITS
 from gearchaos.continuation.cells import Cell, Cells
 from gearchaos.flow import (
+    CorrectedOrbit,
+    CriticalMultiplier,
     DifferencedFlow,
     ExactFlow,
     PeriodEquations,
     SensitivityFlow,
+    TouchingExtremum,
     compile_corrections,
     differentiate,
 )
@@ -106,8 +110,16 @@ class ParameterFamily:
             points, steps = self._stencil(values, _FLOW_STEP)
             return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
         cell = self.cell(values[0])
-        return SensitivityFlow(
-            self._differentiated(values) if cell is None else cell.polynomials.at(values[0].tolist()))
+        return SensitivityFlow(self._differentiated(values) if cell is None else cell.equations.at(values[0].tolist()))
+
+    def corrected(self, guess: np.ndarray, rows: np.ndarray, period: int,
+                  event: CriticalMultiplier | TouchingExtremum | None = None) -> CorrectedOrbit | None:
+        """The orbit nearest to a guess, or None, as `PolynomialEquations.correct` says; also None where the equations
+        are not interpolated, or the model does not accept the parameters."""
+        cell = self.cell(guess[period * self.dimension :])
+        if cell is None or not cell.accepted:
+            return None
+        return cell.equations.correct(guess, rows, period, LIMITS, event)
 
     def cell(self, values: np.ndarray) -> Cell | None:
         """The cell with values (Q,) on which the equations are interpolated; None without one."""

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.continuation.arclength import ACCEPTED, LIMITS, TOLERANCE, Equations, Point, along, between, length
+from gearchaos.continuation.arclength import ACCEPTED, TOLERANCE, Equations, Point, along, between, length
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics.orbits import SAME_POINT, floquet_multipliers
 from gearchaos.flow import OK, CorrectedOrbit, PeriodResult
@@ -170,10 +170,10 @@ def count_unstable(multipliers: np.ndarray) -> int:
     return int(np.count_nonzero(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
 
 
-def cycle_of(found: CorrectedOrbit, period: int) -> Cycle:
+def cycle_of(found: CorrectedOrbit) -> Cycle:
     """The cycle of a corrected orbit."""
-    size = found.vectors[0].size
-    return Cycle(found.u[:size].reshape(period, -1), found.u[size:], found.result)
+    images = found.result.w
+    return Cycle(found.u[: images.size].reshape(images.shape), found.u[images.size :], found.result)
 
 
 def evaluate(family: ParameterFamily, points: np.ndarray, values: np.ndarray) -> Cycle:
@@ -231,12 +231,9 @@ class CycleEquations(Equations):
         return cycle.defect.ravel(), cycle.jacobian, cycle
 
     def corrected(self, guess: np.ndarray, rows: np.ndarray) -> tuple[CorrectedOrbit, Cycle] | None:
-        """The orbit nearest to a guess, see `PolynomialEquations.correct`."""
-        cell = self.family.cell(guess[-1:])
-        if cell is None or not cell.accepted:
-            return None
-        found = cell.polynomials.correct(guess, rows, self.period, LIMITS)
-        return None if found is None else (found, cycle_of(found, self.period))
+        """The orbit nearest to a guess."""
+        found = self.family.corrected(guess, rows, self.period)
+        return None if found is None else (found, cycle_of(found))
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""

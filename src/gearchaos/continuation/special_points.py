@@ -39,6 +39,7 @@ from gearchaos.continuation.events import (
     match,
     of_data,
     pair_test,
+    stay_away,
 )
 from gearchaos.continuation.shooting import Cycle, evaluate
 
@@ -52,8 +53,6 @@ where the equations are linear."""
 _ROUNDING = {"grazing-fold": 1e-10}
 """Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions,
 which are periodic with any amplitude, the multiplier is 1 everywhere."""
-
-_LITTLE = 0.1  # largest change of an extremum of z between neighbouring orbits that needs no match
 
 _STEP = 1e-3  # step of the differences for the normal form of a flip, in half backlashes
 
@@ -172,7 +171,9 @@ _known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
 def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
     """Where another extremum of z touches a boundary."""
     before, after, found = first.data.cycle.extrema, last.data.cycle.extrema, []
-    if first.data.extremum == last.data.extremum and _on_their_sides(before, after, first.data.extremum):
+    others = [np.delete(e, [] if s.extremum is None else s.extremum, axis=0) for e, s in (
+        (before, first.data), (after, last.data))]
+    if stay_away(*others):
         return []
     index, _ = match(before, after, first.data.cycle.period)
     name = "double graze" if kind == GRAZE else f"grazing-{kind}"
@@ -186,17 +187,6 @@ def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -
                 if point is not None:
                     found.append(SpecialPoint(name, point))
     return found
-
-
-def _on_their_sides(before: np.ndarray, after: np.ndarray, grazing: int | None) -> bool:
-    """Whether extrema of two neighbouring orbits, but for a grazing one, are the same in order and on the same side
-    of both boundaries: most often, so that they need not be matched."""
-    if before.shape != after.shape or before[:, 2].tolist() != after[:, 2].tolist():
-        return False
-    pairs = list(zip(before[:, 1].tolist(), after[:, 1].tolist(), strict=True))
-    if grazing is not None:
-        del pairs[grazing]
-    return all(abs(b - a) < _LITTLE and (a > 1) == (b > 1) and (a < -1) == (b < -1) for a, b in pairs)
 
 
 def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[SpecialPoint, Point | None] | None:

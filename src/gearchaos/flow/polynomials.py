@@ -143,8 +143,8 @@ class PolynomialEquations:
 
     Attributes
     ----------
-    equations : PeriodEquations
-        At one point of the box; only what is the same on all of it counts.
+    one : PeriodEquations
+        Those at one of its points, of which only what is the same on all of it counts.
     polynomials : Polynomials
         Its columns are those of the parameters, the starts and the steps of the equations.
 
@@ -155,20 +155,20 @@ class PolynomialEquations:
     >>> import numpy as np
     >>> family = ParameterFamily(gc.MeshModel.of(q0=0.1, omega=0.8), ("omega",))
     >>> cell = family.cell(np.array([0.8]))
-    >>> cell.polynomials.at([0.8]).derivatives.equations.shape[:2]
+    >>> cell.equations.at([0.8]).derivatives.equations.shape[:2]
     (1, 1)
     """
 
-    equations: PeriodEquations
+    one: PeriodEquations
     polynomials: Polynomials
 
     def at(self, values: list[float]) -> PeriodEquations:
         """The equations at values (Q,), with derivatives."""
-        own, q, columns = self.equations, len(values), len(self.polynomials.origin)
-        total, found = own.parameters.shape[1], np.empty((1 + q, columns))
+        one, q, columns = self.one, len(values), len(self.polynomials.origin)
+        total, found = one.parameters.shape[1], np.empty((1 + q, columns))
         evaluate_polynomials(self.polynomials, np.array(values), np.empty((q, 2, self._degree)), found)
         return replace(
-            own, parameters=found[:1, :total].copy(), starts=found[:1, total:-1], steps=found[0, -1:],
+            one, parameters=found[:1, :total].copy(), starts=found[:1, total:-1], steps=found[0, -1:],
             derivatives=Derivatives(found[None, 1:, :total].copy(), found[None, 1:, total:-1].copy()))
 
     def correct(self, guess: np.ndarray, rows: np.ndarray, period: int, limits: Limits,
@@ -202,10 +202,10 @@ class PolynomialEquations:
             If the computation is cancelled, see `cancel_event`.
         """
         raise_if_cancelled()
-        equations, d, q = self.equations, self.equations.dimension, len(self.polynomials.low)
-        if not self._steady or equations.damping_law == "unilateral" or period * d > _MOST_COORDINATES:
+        one, d, q = self.one, self.one.dimension, len(self.polynomials.low)
+        if not self._steady or one.damping_law == "unilateral" or period * d > _MOST_COORDINATES:
             return None
-        rows_of_workspace = row_numbers(d, equations.harmonics, q)
+        rows_of_workspace = row_numbers(d, one.harmonics, q)
         work, segment = scratch.of(rows_of_workspace.total)
         for _ in range(2):
             steps = self._steps[0]
@@ -217,7 +217,7 @@ class PolynomialEquations:
             else:
                 own.event[:] = (NO_EVENT, 0, 0) if event is None else (EXTREMUM, *event)
             found = correct_orbit(
-                dimensions(d, equations.damping_law), equations.harmonics, rows_of_workspace, own, self.polynomials,
+                dimensions(d, one.damping_law), one.harmonics, rows_of_workspace, own, self.polynomials,
                 call, probe, limits, work, segment)
             if found != OTHER_STEPS:
                 break
@@ -243,7 +243,7 @@ class PolynomialEquations:
     @cached_property
     def _steady(self) -> bool:
         """Whether the starts of the parts of the period are the same on the whole box."""
-        return not np.any(self.polynomials.coefficients[:, self.equations.parameters.shape[1] : -1])
+        return not np.any(self.polynomials.coefficients[:, self.one.parameters.shape[1] : -1])
 
     @cached_property
     def _values(self) -> dict[int, np.ndarray]:
@@ -253,12 +253,11 @@ class PolynomialEquations:
     @cached_property
     def _steps(self) -> list[tuple[int, float, float]]:
         """The number of steps of the period used last, and between which least numbers it is this, alone in a list."""
-        return [self._steps_of(float(self.equations.steps[0]))]
+        return [self._steps_of(float(self.one.steps[0]))]
 
     def _steps_of(self, least: float) -> tuple[int, float, float]:
-        own = self.equations
-        starts = tuple(own.starts[0].tolist())
-        values = period_steps(float(np.ceil(least)), starts, own.same_starts, own.harmonics.highest)
+        one, starts = self.one, tuple(self.one.starts[0].tolist())
+        values = period_steps(float(np.ceil(least)), starts, one.same_starts, one.harmonics.highest)
         self._values[len(values)] = values
         return len(values), *steps_alike(least)
 
@@ -284,15 +283,15 @@ def correct_any(system: SwitchedSystem) -> None:
     equations, rows = PolynomialEquations(own, constant), np.zeros((2, w.size + 1))
     equations.at([0.5])
     with suppress(NotConvergedError):
-        equations.correct(np.append(w, 0.5), rows, 1, Limits(0.0, 0.0, 1.0, 1.0))
+        equations.correct(np.append(w, 0.5), rows, 1, Limits(0.0, 0.0, 1.0, 1.0, 1))
 
 
 def _new_memory(equations: PolynomialEquations, n: int, m: int,
                 count: int) -> tuple[Correction, SensitivityCall, SensitivityCall]:
     """The arrays of a correction with m unknowns, and of the flow from n and from 2 n points, in so many steps."""
-    of_period = equations.equations
-    d, q, columns = of_period.dimension, len(equations.polynomials.low), len(equations.polynomials.origin)
-    size, parameters, parts = n * d, of_period.parameters.shape[1], of_period.starts.shape[1]
+    one = equations.one
+    d, q, columns = one.dimension, len(equations.polynomials.low), len(equations.polynomials.origin)
+    size, parameters, parts = n * d, one.parameters.shape[1], one.starts.shape[1]
     records = record_count(count)
     own = Correction(
         np.empty(m), np.empty(m), np.empty((2, m)), np.empty((m, m + 1)), np.empty((m, m + 1)),

@@ -22,7 +22,6 @@ from gearchaos.flow.kernels.constants import OK
 from gearchaos.flow.kernels.orbits import solve
 from gearchaos.flow.kernels.sensitivity import advance_lanes
 
-ITERATIONS = 8
 NO_EVENT, MULTIPLIER, EXTREMUM = range(3)
 """Kinds of the further equation."""
 
@@ -44,11 +43,13 @@ class Limits(NamedTuple):
         By this factor over the smallest one so far it diverges.
     alternates : float
         It goes to and fro if the largest equation differs by less than this fraction from that two iterations before.
+    iterations : int
+        Most of them.
 
     Examples
     --------
     >>> from gearchaos.flow import Limits
-    >>> Limits(1e-12, 1e-10, growth=1e3, alternates=0.1).accepted
+    >>> Limits(1e-12, 1e-10, growth=1e3, alternates=0.1, iterations=8).accepted
     1e-10
     """
 
@@ -56,6 +57,7 @@ class Limits(NamedTuple):
     accepted: float
     growth: float
     alternates: float
+    iterations: int
 
 
 class Polynomials(NamedTuple):
@@ -169,6 +171,7 @@ def _advance_points(dims, harmonics, row, own, call, direction, step, work, segm
         k, h = (l, step) if l < n else (l - n, -step)
         for i in range(d):
             call.w[l, i] = own.u[k * d + i] + h * direction[k * d + i]
+        # the contact state, as in `system.contact_states` where contact does not end with its force
         call.sigma[l] = (1.0 if call.w[l, 0] > 1.0 else 0.0) - (1.0 if call.w[l, 0] < -1.0 else 0.0)
         call.switch_count[l] = call.extremum_count[l] = 0
         call.status[l] = OK
@@ -299,7 +302,10 @@ def _evaluate(dims, harmonics, row, own, call, probe, work, segment):
     if kind == EXTREMUM and not _fill_extremum(dims, own, call):
         return np.nan
     for i in range(m - 1):
-        largest = max(largest, abs(own.jacobian[i, m]))
+        size = abs(own.jacobian[i, m])
+        if not size < np.inf:
+            return np.nan
+        largest = max(largest, size)
     distance = 0.0
     for j in range(m):
         own.jacobian[m - 1, j] = own.rows[0, j]
@@ -331,7 +337,7 @@ def correct_orbit(dims, harmonics, row, own, polynomials, call, probe, limits, w
     parameters, for the differences. ``limits`` are `Limits`.
     """
     best, before, last = np.inf, np.inf, np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(limits.iterations):
         known = _equations_at(own, polynomials, call)
         if known != SOLVED:
             return known
