@@ -145,7 +145,6 @@ def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
         (jump,) = [jump for jump in document["jumps"] if jump["direction"] == "down"]
         assert jump["from"] > jump["to"] > 1
         late.append(fold - jump["speed"])
-    print(late)
     assert 0 < late[1] < late[0] < 5
     assert {"jumps", "peaks", "directions"} <= set(document) and document["status"] == "ok"
     with xr.open_dataset(tmp_path / "r.nc") as found:
