@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.continuation.arclength import LIMITS, Point, Settings, Stopped, correct, crossing
+from gearchaos.continuation.arclength import LIMITS, Equations, Point, Settings, Stopped, correct, crossing
 from gearchaos.continuation.branch import Branch, follow_branch, follow_doubled
 from gearchaos.continuation.defining import event_equations, seed_of
 from gearchaos.continuation.family import ParameterFamily
@@ -152,6 +152,20 @@ def test_newtons_method_that_does_not_converge_says_so():
         cell.equations.correct(unknowns(cycle) + 1e-3, np.zeros((2, 3)), 1, LIMITS)
     with pytest.raises(Stopped, match="does not converge"):
         correct(CycleEquations(family, 1, 1.0), unknowns(cycle) + 1e-3, np.zeros(3), np.ones(3))
+
+
+def test_newtons_method_ends_where_it_goes_to_and_fro_across_a_jump():
+    class Jump(Equations):
+        weights, evaluated = np.ones(2), 0
+
+        def evaluate(self, u):
+            self.evaluated += 1
+            return np.array([u[0] + np.copysign(1.0, u[0])]), np.array([[1.0, 0.0]]), None
+
+    equations, normal = Jump(), np.array([0.0, 1.0])
+    with pytest.raises(Stopped, match="does not converge"):
+        correct(equations, np.array([0.5, 0.0]), normal, normal)
+    assert equations.evaluated < LIMITS.iterations
 
 
 def test_the_end_of_an_axis_is_met_exactly():

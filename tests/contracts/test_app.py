@@ -28,6 +28,7 @@ from gearchaos.explorer.view.models import axis_names
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View, view_of
 from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures
@@ -165,6 +166,19 @@ def test_the_last_verdict_at_a_point_is_that_of_regime(model):
     assert found[-1].final and found[-1].verdict == gc.regime(model) and found[-1].trajectory is found[1].trajectory
     assert (found[-1].portrait is None) == (found[-1].verdict.period is not None)
     assert all(f.verdict.period is None for f in found if not f.final)
+
+
+def test_the_words_of_a_first_verdict_come_before_the_figures():
+    """Every figure that changes is painted before the next frame, with the verdict in it."""
+    view = view_of(gc.MeshModel.of(omega=0.8, q0=0.1, eps1=0.1))
+    page, shown = Page(view, view), []
+    for name in ("portrait", "phase", "history", "spectrum"):
+        getattr(page, name).show = lambda *_, name=name: shown.append(name)
+    verdict, then = point_motion(view.point)
+    page.show_point_motion(verdict)
+    assert not shown and verdict.verdict.label in page.messages._html["verdict"]
+    page.show_point_motion(then)
+    assert sorted(shown) == ["history", "phase", "portrait", "spectrum"]
 
 
 def test_chaos_that_was_a_transient_gets_the_motion_it_came_to():
