@@ -4,6 +4,7 @@ import gc
 import re
 import signal
 import sys
+from collections import Counter
 
 import pytest
 
@@ -43,10 +44,53 @@ def pytest_xdist_make_scheduler(config, log):
     return Units(config, log) if config.option.dist == "loadfile" else None
 
 
-def pytest_collection_modifyitems(items):
-    """The files that take longest first."""
+def pytest_addoption(parser):
+    parser.addoption("--within", type=float, metavar="SECONDS",
+                     help="only tests that took so long together when they ran last, those of each function in turn")
+
+
+@pytest.hookimpl(trylast=True)  # after those that -m leaves out
+def pytest_collection_modifyitems(config, items):
+    """The files that take longest first; with --within, the quickest tests alone."""
     order = [*TOGETHER.values(), APART, "tests/slow", ""]
     items.sort(key=lambda item: next(i for i, files in enumerate(order) if re.match(files, item.nodeid)))
+    if (left := config.getoption("within")) is None:
+        return
+    seconds, cases, chosen = _seconds_of(config), Counter(), set()
+    turns = [(cases.update([function := item.nodeid.split("[")[0]]) or cases[function],
+              seconds.get(item.nodeid, _UNKNOWN), item.nodeid) for item in items]
+    for _, duration, name in sorted(turns):
+        if duration <= left:
+            left -= duration
+            chosen.add(name)
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in chosen])
+    items[:] = [item for item in items if item.nodeid in chosen]
+
+
+_SECONDS, _UNKNOWN = "gearchaos/seconds", 0.1
+"""Where pytest's cache holds how long each test took, and what one takes that has not been run."""
+
+
+def _seconds_of(config):
+    return config.cache.get(_SECONDS, {}) if hasattr(config, "cache") else {}
+
+
+class _Clock:
+    """Keeps how long each test takes for the next run --within a time."""
+
+    def __init__(self):
+        self.taken = Counter()
+
+    def pytest_runtest_logreport(self, report):
+        self.taken[report.nodeid] += report.duration
+
+    def pytest_sessionfinish(self, session):
+        session.config.cache.set(_SECONDS, _seconds_of(session.config) | self.taken)
+
+
+def pytest_configure(config):
+    if hasattr(config, "cache") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(_Clock())
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import collect_garbage, say
 from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load, parse_axes
 from gearchaos.errors import InputError
 
@@ -41,7 +41,9 @@ def explore(
     port = check_port(host, port)
     if host not in LOCAL:
         say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
+    collect_garbage(imported=False)
     running = server(view, host=host, port=port)
+    collect_garbage(imported=True)
     running.start()
     say(f"explorer at {address(host, port)} (Ctrl-C ends it)")
     _serve(running, None if no_open else address(host, port))

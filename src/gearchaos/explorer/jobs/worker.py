@@ -40,7 +40,8 @@ from itertools import count
 from typing import Any, BinaryIO, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.flow import StoppedError, cancel_event, on_compile
+from gearchaos.execute.machine import cores
+from gearchaos.flow import StoppedError, cancel_event, compile_beside, on_compile
 
 INTERNAL_ERROR = "something went wrong here; the server's log says what"
 """Message on the page about an error in this program."""
@@ -323,6 +324,8 @@ def main(niceness: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, whose end closes the pipe
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # text that is printed must not get between the answers
+    if not niceness and cores() > 1:
+        compile_beside()
     with contextlib.suppress(BrokenPipeError):
         _Requests(sys.stdin.buffer, answers).serve(niceness)
     os._exit(0)  # without waiting for threads that still compute
