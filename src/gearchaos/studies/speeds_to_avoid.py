@@ -65,6 +65,10 @@ if TYPE_CHECKING:
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
 STARTS = 512  # random initial states at each speed
 SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
+_OF_TRAINS, _BESIDE = 160, 5000
+"""Mesh periods for which a motion of a train from a random state is followed, longer than one of a pair, and for which
+those that are followed along the speed are at each speed; measured on trains of two meshes."""
+
 _SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
@@ -182,8 +186,9 @@ def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) 
         least = axis.start * cast("float", error.value) / MAX_STEPS
         raise InputError("speed", f"must be at least about {least:.2g} rpm", f"{axis.start:g}:{axis.stop:g}",
                          f"Below it a mesh period takes more than {MAX_STEPS:,} steps.") from None
-    found = replace(cost, motions=torques * speeds * starts, usual_periods=LONGEST,
-                    periods=max(LONGEST, cost.periods * fewer(starts, 2) // starts))
+    usual = _OF_TRAINS + _BESIDE // starts if model.kind == "train" else LONGEST
+    found = replace(cost, motions=torques * speeds * starts, usual_periods=usual,
+                    periods=max(usual, cost.periods * fewer(starts, 2) // starts))
     found.check_time()
     return found
 
