@@ -153,7 +153,7 @@ def _described(
     design = load_design(path, parse_set(sets or []))
     ends = [design] if torques is None else [design.at(torque=each) for each in {min(torques): 0, max(torques): 0}]
     for text in dict.fromkeys(text for each in ends for text in each.with_like_teeth().warnings):
-        say(f"warning: {text}")
+        say(textwrap.fill(f"warning: {text}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     return design, settings
 
 

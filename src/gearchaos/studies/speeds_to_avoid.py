@@ -238,7 +238,7 @@ def _check_deflection(model: MeshModel) -> None:
     deflection = float(np.abs(system.static_force).max() / system.levels.max())
     if deflection > _MOST_DEFLECTION:
         raise InputError("torque", f"must deflect the teeth at rest by at most {_MOST_DEFLECTION:g} half backlashes",
-                         f"{model.value('torque'):.6g} N m", f"It deflects them by about {deflection:.2g}: check the units.")
+                         f"{model.value('torque'):.6g} N m", f"It is about {deflection:.2g}: check the units.")
 
 
 def speeds_to_avoid(
