@@ -214,7 +214,7 @@ def test_bad_input_is_refused(options, message):
 
 
 def motion(contact: int, factor: float, **values) -> Motion:
-    label = Label.DIVERGED if contact == 3 else Label.PERIODIC
+    label = values.get("label", Label.DIVERGED if contact == 3 else Label.PERIODIC)
     return Motion(int(label), 1, contact, factor, values.get("compression", 0.5), (factor, 0.0), np.zeros(2))
 
 
@@ -258,6 +258,13 @@ def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
     assert (middle.words, first.words) == ("100 to 600 rpm", "100 to 200 rpm")  # as far as they may reach
     assert (last.start, last.stop, last.to_scan_end, last.stop_resolution) == (800, 800, True, 0)
     assert last.contact == "no bounded motion" and np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
+
+
+def test_teeth_that_do_not_touch_at_all_are_no_motion_without_bound():
+    (floating,) = windows([motion(0, 1.0)], [motion(3, 0.0, label=Label.CHAOTIC)], [motion(0, 1.0)])
+    assert floating.contact == "no contact" and floating.reached[0].dynamic_factor == 0
+    (both,) = windows([motion(2, 7.0), motion(3, np.nan)], [motion(2, 8.0)])
+    assert both.contact == "no bounded motion" and both.dynamic_factor == 8  # the largest one of those with a bound
 
 
 def test_only_the_motions_that_separate_are_named():

@@ -2,8 +2,10 @@
 
 import json
 import math
+import random
 import re
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,8 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.datasheet.answer import edges
+from gearchaos.cli.datasheets import print_answers, print_datasheets
+from gearchaos.datasheet.answer import Answer, edges
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
 from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
@@ -25,7 +28,17 @@ from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
-from gearchaos.studies.speed_windows import FORCE_CRITERION, RandomStates, Reached, UsableRange
+from gearchaos.studies.speed_windows import (
+    FORCE_CRITERION,
+    INWARDS,
+    NEAREST,
+    OUTWARDS,
+    UNBOUNDED,
+    RandomStates,
+    Reached,
+    UsableRange,
+    ends_in_words,
+)
 from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
 from gearchaos.studyfile import load_design, load_study
 
@@ -102,9 +115,50 @@ def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
     assert meaning in worst(replace(found, at=(replace(only, dataset=hard),)))
 
 
-def test_usable_ranges_of_which_rounding_leaves_nothing_are_not_named():
+def test_usable_ranges_that_are_next_to_nothing_of_the_speeds_are_not_named():
     parts = [UsableRange(626.73, 626.91), UsableRange(656.9, 1124.4), UsableRange(12.345, 12.987)]
     assert usable_in_words(parts, (500.0, 1124.4)) == ["657 to ≥ 1124 rpm (±26.2 %)", "12.4 to 12.9 rpm (±2.5 %)"]
+    assert usable_in_words(parts[:1], (626.7, 626.91)) == ["626.73 to ≥ 626.91 rpm (±0.01 %)"]
+
+
+def test_both_ends_of_a_printed_range_differ_however_narrow_it_is():
+    draw = random.Random(3)
+    for _ in range(3000):
+        start = 10 ** draw.uniform(-3, 5)
+        stop = start * (1 + 10 ** draw.uniform(-9, 1))
+        outwards, inwards, nearest = (
+            [Fraction(end) for end in ends_in_words(start, stop, way)] for way in (OUTWARDS, INWARDS, NEAREST))
+        assert outwards[0] <= Fraction(repr(start)) <= inwards[0] < inwards[1] <= Fraction(repr(stop)) <= outwards[1]
+        assert nearest[0] < nearest[1]
+    assert [ends_in_words(*ends) for ends in ((559.2, 586.4), (12.345, 98.76), (500.0, 500.1))] == [
+        ("559", "587"), ("12.3", "98.8"), ("500", "500.1")]
+
+
+def test_a_narrow_range_of_speeds_is_printed_with_its_digits(capsys):
+    design = load_design(SPUR)
+    answers = [Answer.of(design, gc.speeds_to_avoid(design, "643:643.1:2", starts=0))]
+    print_answers(answers, every=True, warn=False)
+    print_datasheets(answers)
+    sheet = capsys.readouterr().out
+    for text in (sheet, assess(SPUR, "--speed", "643:643.1:2", "--starts", 0).stdout):
+        assert "643 to 643.1 rpm" in text and "643 to 643 " not in text
+    assert re.findall(r"^ *(643\S*) ", sheet.partition("K_v by the standards")[2], re.MULTILINE) == ["643", "643.1"]
+
+
+def test_warnings_are_those_of_the_torques_asked_for_not_of_the_file():
+    said = assess(SPUR, "--speed", "643:644:2", "--starts", 0, "--torque", "100,1e9").stderr
+    assert "unusually high: is the torque in N*m?" in " ".join(said.split())
+    assert all(len(line) <= WIDTH for line in said.splitlines())
+    assert "unusually high" not in assess(SPUR, "--speed", "643:644:2", "--starts", 0, "--torque", "100").stderr
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    (("--torque", "1e11"), "torque must deflect the teeth at rest by at most 1e+06 half backlashes; got '1e+11 N m'"),
+    (("--speed", "0.001:0.1:10"), "error: speed must be at least about 0.066 rpm; got '0.001:0.1'"),
+])
+def test_what_no_motion_can_be_computed_for_is_refused_in_the_units_of_the_user(options, message):
+    options = {"--speed": "643:644:2", "--starts": 0} | dict([options])
+    assert message in assess(SPUR, *(part for pair in options.items() for part in pair), code=2).stderr
 
 
 def made_up(found, *usable):
@@ -335,8 +389,10 @@ def test_teeth_that_differ_are_said_to_be_left_out():
 
 
 def test_a_motion_without_bound_in_one_range_is_said_first(found):
-    window = replace(found.at[0].windows[0], reached=(Reached("from rest", 0.1, math.nan),))
+    window = replace(found.at[0].windows[0], reached=(Reached("from rest", 0.1, math.nan),), contact=UNBOUNDED)
     at = replace(found.at[0], windows=(window, *found.at[0].windows[1:]))
+    row = rows(at)[0]
+    assert (row.happens, row.factor, row.at) == ("no bounded motion", "unbounded", "–")  # beside factors of others
     assert worst(replace(found, at=(at, found.at[1]))) == "motions grow without bound at 100 N m"
     many = tuple(replace(at, torque=float(torque)) for torque in (1, 2, 3, 4))
     assert worst(replace(found, at=many)).endswith("at 1, 2 and 3 N m and more")
@@ -448,7 +504,15 @@ def test_the_price_is_said_before_the_work(monkeypatch):
     found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
                         Criteria())
     assert counted == [found.motions]  # of all speeds, not of the first ones alone
-    assert found.seconds(1) > 2 * replace(found, periods=found.usual_periods).seconds(1) > 60
+    assert found.seconds(1) > replace(found, periods=found.usual_periods).seconds(1) > 60
+
+
+def test_the_price_of_a_train_has_the_motions_that_are_followed_along_the_speed():
+    train, axis = as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 500, 6000, 40)
+    prices = [search_cost(train, axis, 1, Criteria(starts=starts)) for starts in (0, 16, 512)]
+    usual = [each.motions * each.usual_periods for each in prices]
+    assert usual[1] / 3 < usual[0] < usual[1] < usual[2]  # most are there without random states
+    assert all(each.periods >= each.usual_periods for each in prices) and prices[1].warning(2) is not None
 
 
 def test_what_was_tried_stands_on_the_first_page_for_all_torques(found):

@@ -151,8 +151,9 @@ def _described(
     if not is_design(loaded.design or loaded.gears):
         return read_study(path, sets, [axis, *at_start]).model, settings
     design = load_design(path, parse_set(sets or []))
-    for text in design.with_like_teeth().warnings:
-        say(f"warning: {text}")
+    ends = [design] if torques is None else [design.at(torque=each) for each in {min(torques): 0, max(torques): 0}]
+    for text in dict.fromkeys(text for each in ends for text in each.with_like_teeth().warnings):
+        say(textwrap.fill(f"warning: {text}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     return design, settings
 
 

@@ -90,8 +90,11 @@ class Answer:
     @property
     def scanned(self) -> str:
         """The computed speeds; empty if there are none."""
-        speeds = self.speeds
-        return "" if speeds is None else f"{speeds.largest.start:.0f} to {speeds.largest.stop:.0f} rpm"
+        if self.speeds is None:
+            return ""
+        from gearchaos.studies.speed_windows import range_in_words  # here, since a datasheet alone needs no speeds
+
+        return f"{range_in_words(self.speeds.largest.start, self.speeds.largest.stop)} rpm"
 
     @property
     def conclusion(self) -> str:
@@ -111,11 +114,12 @@ class Answer:
         """Sentences that say how to read the speeds to avoid."""
         if self.speeds is None:
             return
+        from gearchaos.studies.speed_windows import range_in_words
+
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.windows:
             yield "Beside a factor: the share of the range to avoid in that motion, if not all."
-        if history := [" to ".join(dict.fromkeys((f"{start:.0f}", f"{stop:.0f}")))
-                       for start, stop in self.speeds.in_contact_from_rest]:
+        if history := [range_in_words(*each) for each in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)
             yield f"In contact from rest, others not: {', '.join(history[:3])}{more} rpm."
         if self.speeds.elsewhere is not None:

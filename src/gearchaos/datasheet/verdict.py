@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gearchaos.datasheet.answer import edges, listed, pair_title
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
-from gearchaos.studies.speed_windows import CONTACT_WORDS, rounded
+from gearchaos.studies.speed_windows import CONTACT_WORDS, INWARDS, UNBOUNDED, ends_in_words, range_in_words
 
 if TYPE_CHECKING:
     from gearchaos.studies.assess import Assessment
     from gearchaos.studies.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
 
 _MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
+_NARROWEST = 5e-4  # usable range that is named, as a share of the speeds that were looked through
 _MOST_KEPT_OUT = 8  # ranges to keep out of that a list names
 
 
@@ -52,17 +53,19 @@ def _torques(values: Sequence[float]) -> str:
 
 def scanned(found: Assessment) -> str:
     """The range of speeds that was looked through."""
-    return f"{found.speeds[0]:.6g} to {found.speeds[1]:.6g} rpm"
+    return f"{range_in_words(*found.speeds)} rpm"
 
 
 def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -> list[str]:
-    """Usable ranges with their margins, rounded inwards, without those of which nothing is left.
+    """Usable ranges with their margins, rounded inwards, without those that are next to nothing of the ``speeds`` that
+    were looked through.
 
-    An end of the ``speeds`` that were looked through is marked: the range may go on beyond.
+    An end of these is marked: the range may go on beyond.
     """
-    inwards = ((part, rounded(part.start, math.ceil), rounded(part.stop, math.floor)) for part in parts)
+    least = _NARROWEST * (speeds[1] - speeds[0])
+    named = [(part, *ends_in_words(part.start, part.stop, INWARDS)) for part in parts if part.stop - part.start > least]
     return [f"{'≤ ' * (part.start == speeds[0])}{low} to {'≥ ' * (part.stop == speeds[1])}{high} rpm "
-            f"(±{100 * part.margin:.1f} %)" for part, low, high in inwards if float(low) < float(high)]
+            f"({part.margin_words})" for part, low, high in named]
 
 
 def verdict(found: Assessment) -> str:
@@ -174,12 +177,12 @@ def at_no_speed(at: SpeedsToAvoid) -> str:
 
 def _row(window: Window) -> Row:
     shares = window.random_states
-    factor, speed = (measured(value, 3) if math.isfinite(value) else "unbounded"
-                     for value in (window.dynamic_factor, window.speed_of_largest))
+    bounded = window.contact != UNBOUNDED
     begins = _event(window.begins_with, window.start_resolution, window.from_scan_start)
     return Row(*edges(window), window.cause, begins,
-               _event(window.ends_with, window.stop_resolution, window.to_scan_end), factor,
-               speed if math.isfinite(window.speed_of_largest) else "–",
+               _event(window.ends_with, window.stop_resolution, window.to_scan_end),
+               measured(window.dynamic_factor, 3) if bounded else "unbounded",
+               measured(window.speed_of_largest, 3) if bounded else "–",
                "others" if window.by_others else _history(window), "–" if shares is None
                else f"{_percent(shares.fraction)} ({_interval(shares)})")
 
@@ -188,8 +191,8 @@ def _history(window: Window) -> str:
     """Whether the history decides in a range, or in which part of it."""
     if window.history is None:
         return "no"
-    low, high = (rounded(own, way) if own != end else "" for own, end, way in zip(
-        window.history, (window.start, window.stop), (math.floor, math.ceil), strict=True))
+    low, high = (words if own != end else "" for words, own, end in zip(
+        ends_in_words(*window.history), window.history, (window.start, window.stop), strict=True))
     return f"{low}–{high}" if low and high else f"from {low}" if low else f"to {high}" if high else "yes"
 
 

@@ -22,7 +22,7 @@ from gearchaos.studies.speed_windows import CONTACT_WORDS, FORCE_CRITERION, MOTI
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-_COLOURS = dict(zip(CONTACT_WORDS, [*(each.colour for each in CONTACT_CLASSES[:3]), MOTION_CLASSES[-1].colour],
+_COLOURS = dict(zip(CONTACT_WORDS, [*(each.colour for each in CONTACT_CLASSES), MOTION_CLASSES[-1].colour],
                     strict=True)) | {FORCE_CRITERION: CONTACT_CLASSES[0].colour}
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
@@ -189,5 +189,5 @@ def _margins(ax: Axes, usable: list[Any], height: float) -> None:
     least = _MARGIN_WIDTH * (speeds[1] - speeds[0]) / (0.85 * figure.get_figwidth())
     for part in usable:
         if part.stop - part.start >= least:
-            ax.text((part.start + part.stop) / 2, height, f"±{100 * part.margin:.1f} %", ha="center", va="center",
+            ax.text((part.start + part.stop) / 2, height, part.margin_words, ha="center", va="center",
                     fontsize="small", color=adapt(INK), zorder=4)

@@ -96,6 +96,10 @@ class Cost:
             print(textwrap.fill(warning, 80), file=sys.stderr, flush=True)
 
 
+class TooManyStepsError(InputError):
+    """A mesh period needs more than `MAX_STEPS` steps; its value is how many."""
+
+
 def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
     """The cost at the parameter points of a system where it is largest, such as the corners of a map.
 
@@ -106,7 +110,7 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
     levels = (system.levels if system.contacts is None else system.contacts.edges).shape[1]
     worst = int(np.argmax(needed))
     if not needed[worst] <= MAX_STEPS:
-        raise InputError(
+        raise TooManyStepsError(
             "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
             f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, the mesh frequency omega "
             f"{system.omega[worst]:.3g}: raise omega or J, or lower zeta, zeta_support or kappa/mu.")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +25,14 @@ FORCE_CRITERION = "the dynamic factor is too high"
 MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
 """The motions of a result, and how a reader wants them named."""
 
-CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no bounded motion")
-"""The contact states of `CONTACTS`, as a reader wants them named."""
+UNBOUNDED = "no bounded motion"
+
+CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no contact", UNBOUNDED)
+"""The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that diverges."""
+
+OUTWARDS, INWARDS, NEAREST = (
+    (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_EVEN, ROUND_HALF_EVEN))
+"""How both ends of a range are rounded."""
 
 MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
 
@@ -167,8 +173,7 @@ class Window(SpeedRange):
     @property
     def ends(self) -> tuple[str, str]:
         """Both ends of `reach` as a reader wants them, rounded outwards."""
-        low, high = self.reach
-        return rounded(low, math.floor), rounded(high, math.ceil)
+        return ends_in_words(*self.reach)
 
     @property
     def words(self) -> str:
@@ -187,6 +192,12 @@ class UsableRange:
     def margin(self) -> float:
         """By which share the speed may differ either way from the middle of the range."""
         return (self.stop - self.start) / (self.stop + self.start)
+
+    @property
+    def margin_words(self) -> str:
+        """The margin in percent, to a tenth, or to the first digit of a smaller one."""
+        share = 100 * self.margin
+        return f"±{share:.1f} %" if share >= 0.1 else f"±{share:.1g} %"
 
 
 @dataclass(frozen=True)
@@ -296,10 +307,24 @@ class SpeedsToAvoid:
         }
 
 
-def rounded(speed: float, direction: Callable[[float], int]) -> str:
-    """A speed as text, rounded up or down to whole rpm, below 100 rpm to three digits."""
-    unit = 10.0 ** min(math.floor(math.log10(max(speed, 1e-3))) - 2, 0)
-    return f"{direction(speed / unit) * unit:g}"
+def speed_in_words(speed: float, width: float, rounding: str) -> str:
+    """A speed of a range of this width, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell
+    both ends of the range apart."""
+    digits = max(0, 2 - math.floor(math.log10(max(speed, 1e-3))))
+    if width > 0:
+        digits = max(digits, -math.floor(math.log10(width / 2)))
+    return f"{Decimal(repr(float(speed))).quantize(Decimal(1).scaleb(-digits), rounding).normalize():f}"
+
+
+def ends_in_words(start: float, stop: float, rounding: tuple[str, str] = OUTWARDS) -> tuple[str, str]:
+    """Both ends of a range of speed, rpm, as all that prints one has them; equal only if the ends are."""
+    low, high = (speed_in_words(end, stop - start, way) for end, way in zip((start, stop), rounding, strict=True))
+    return low, high
+
+
+def range_in_words(start: float, stop: float) -> str:
+    """A range of computed speeds, or a single one, as a reader wants it without its unit: "500 to 8000"."""
+    return " to ".join(dict.fromkeys(ends_in_words(start, stop, NEAREST)))
 
 
 def weights_of(part: xr.Dataset) -> np.ndarray:

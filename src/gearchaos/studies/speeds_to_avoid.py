@@ -5,22 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable, variables
-from gearchaos.dynamics import Classification
+from gearchaos.dynamics import Classification, Label
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
+from gearchaos.flow import DIVERGED_AT
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model, gears_of, is_design
-from gearchaos.model import MeshModel
+from gearchaos.model import MeshModel, vary
+from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.cost import Cost
+from gearchaos.studies.cost import MAX_STEPS, Cost, TooManyStepsError
 from gearchaos.studies.followed_motions import (
     MOST_SPEEDS,
     RESOLUTION,
@@ -44,6 +46,7 @@ from gearchaos.studies.speed_windows import (
     FORCE_CRITERION,
     MOST_PEAKS,
     MOTIONS,
+    UNBOUNDED,
     Jump,
     Peak,
     RandomStates,
@@ -63,7 +66,12 @@ if TYPE_CHECKING:
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
 STARTS = 512  # random initial states at each speed
 SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
+_OF_TRAINS, _BESIDE = 160, 5000
+"""Mesh periods for which a motion of a train from a random state is followed, longer than one of a pair, and for which
+those that are followed along the speed are at each speed; measured on trains of two meshes."""
+
 _SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
+_MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 
@@ -173,9 +181,15 @@ def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) 
                          f"At a spacing of {criteria.spacing:g} it takes {speeds}. Give a narrower range.")
     starts = max(1, criteria.starts)
     check_memory("speeds times starts", speeds * starts * torques)
-    cost = Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost
-    found = replace(cost, motions=torques * speeds * starts, usual_periods=LONGEST,
-                    periods=max(LONGEST, cost.periods * fewer(starts, 2) // starts))
+    try:
+        cost = Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost
+    except TooManyStepsError as error:
+        least = axis.start * cast("float", error.value) / MAX_STEPS
+        raise InputError("speed", f"must be at least about {least:.2g} rpm", f"{axis.start:g}:{axis.stop:g}",
+                         f"Below it a mesh period takes more than {MAX_STEPS:,} steps.") from None
+    usual = _OF_TRAINS + _BESIDE // starts if model.kind == "train" else LONGEST
+    found = replace(cost, motions=torques * speeds * starts, usual_periods=usual,
+                    periods=max(usual, cost.periods * fewer(starts, 2) // starts))
     found.check_time()
     return found
 
@@ -191,6 +205,8 @@ def search_torques(
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
     at = [_AtTorque(criteria, FollowedMotions(each, t), np.nan if each.kind == "train" else quasi_static_ratio(each))
           for each, t in zip(models, torques, strict=True)]
+    for loaded_model in models:
+        _check_deflection(loaded_model)
     words = "motions from random states" if progress else None
     side_by_side(
         [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
@@ -214,6 +230,15 @@ def search_torques(
         each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
                            for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
     return at
+
+
+def _check_deflection(model: MeshModel) -> None:
+    """Raise `InputError` for a torque at which the deflection alone comes near the bound of all motions."""
+    system = switched_system(vary(model, {}))
+    deflection = float(np.abs(system.static_force).max() / system.levels.max())
+    if deflection > _MOST_DEFLECTION:
+        raise InputError("torque", f"must deflect the teeth at rest by at most {_MOST_DEFLECTION:g} half backlashes",
+                         f"{model.value('torque'):.6g} N m", f"It is about {deflection:.2g}: check the units.")
 
 
 def speeds_to_avoid(
@@ -351,14 +376,14 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
                    strict=True)
         reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for words, avoided, factors in rows if avoided.any()]
-        own_range = speed_range(within)
+        own_range, diverged = speed_range(within), (within["label"] == Label.DIVERGED).any()
         windows.append(Window(
             start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
             start.resolution * (own > before), stop.resolution * (own > after),
             reached=tuple(reached), criterion=_CRITERIA[own],
-            contact=CONTACT_WORDS[int(within["contact"].max())], from_scan_start=first == 0,
-            to_scan_end=last == len(speeds) - 1, begins_with=start.kind, ends_with=stop.kind,
-            meshes=found.meshes(first, last, own), history=history,
+            contact=UNBOUNDED if diverged else CONTACT_WORDS[int(within["contact"].max())],
+            from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1, begins_with=start.kind,
+            ends_with=stop.kind, meshes=found.meshes(first, last, own), history=history,
             random_states=RandomStates.of(within.isel(speed=slice(free[0], free[-1] + 1)) if free else within),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)
