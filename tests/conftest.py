@@ -1,5 +1,6 @@
 """Fixtures that several folders share, and which process runs which tests."""
 
+import gc
 import re
 import signal
 import sys
@@ -16,6 +17,14 @@ first: what comes last should be short, so that the processes end together."""
 
 APART = r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|contracts/test_cache)"
 """Files whose tests share nothing, so that any process may run each of them."""
+
+
+gc.disable()  # while tests are collected: of what is made then, nothing is garbage
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

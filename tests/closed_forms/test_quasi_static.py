@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.studies.speed_and_torque import quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio
 
 
 def overshoot(before: float, after: float, zeta: float, inverse_mass: float = 1.0) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from typing import Annotated
 
@@ -22,6 +23,7 @@ __all__ = ["app", "main"]
 def main() -> None:
     """Entry point of the ``gearchaos`` command, in a process of its own."""
     errors.own_process = True
+    gc.set_threshold(500_000, *errors.COLLECTION[1:])  # until `errors.load_kernels` has imported Numba
     if sys.stdout is not None:  # it may be closed
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     completion.join_words()

@@ -6,6 +6,7 @@ Bad input never gives a traceback.
 from __future__ import annotations
 
 import errno
+import gc
 import itertools
 import shutil
 import sys
@@ -75,6 +76,9 @@ def say(message: str) -> None:
 own_process = False
 """Whether this process runs a command and nothing else; `gearchaos.cli.main` says so."""
 
+COLLECTION = gc.get_threshold()
+"""How often garbage is collected where something is computed: of what is imported before, nothing is garbage."""
+
 _UNUSED = "scipy.linalg.cython_blas", "cffi"
 """What Numba imports if it is installed, for functions that use `numpy.dot`, `numpy.linalg` or C libraries."""
 
@@ -89,7 +93,9 @@ def load_kernels() -> None:
         unused = [name for name in _UNUSED if name not in sys.modules]
         sys.modules.update(dict.fromkeys(unused))  # type: ignore[arg-type]  # they cannot be imported then
         try:
-            import numba.np.arraymath  # noqa: F401
+            from numba.core.registry import cpu_target
+
+            cpu_target.target_context.refresh()  # it imports them, too
         finally:
             for name in unused:
                 del sys.modules[name]
@@ -111,3 +117,6 @@ def load_kernels() -> None:
         say(f"compiling kernel {number} of at most 5{note.get(number, '')}")
 
     on_compile(announce)
+    if own_process:
+        gc.freeze()  # what is imported is in use to the end
+        gc.set_threshold(*COLLECTION)

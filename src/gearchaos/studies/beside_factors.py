@@ -10,7 +10,7 @@ from gearchaos.datasets import model_from_json
 from gearchaos.dynamics.response import MESH, Response
 from gearchaos.gears.units import measured
 from gearchaos.model import DAMPING_LAWS, MeshModel
-from gearchaos.studies.speed_and_torque import quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio
 
 if TYPE_CHECKING:
     import xarray as xr

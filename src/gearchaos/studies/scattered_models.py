@@ -24,7 +24,7 @@ from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
 from gearchaos.studies.distributions import WITHIN, Scattered
 from gearchaos.studies.initial_value_problems import Motions
-from gearchaos.studies.speed_and_torque import quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio
 
 _PROBED = (0.125, 0.875)  # probabilities of an input at which it is seen what depends on it
 STARTS = {"rest": "from rest", "static deflection": "from the static deflection",

@@ -36,7 +36,8 @@ from gearchaos.studies.followed_motions import (
     side_by_side,
 )
 from gearchaos.studies.known_orbits import LONGEST
-from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis, quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis
 from gearchaos.studies.speed_windows import (
     CONTACT_WORDS,
     CRITERION,

@@ -18,10 +18,10 @@ from gearchaos.gears.transmission_error.harmonics import BOUND
 from gearchaos.gears.units import LENGTH
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.distributions import WITHIN
+from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.regime import regime
 from gearchaos.studies.scatter import Scatter
 from gearchaos.studies.scattered_models import DEVIATIONS, present_value
-from gearchaos.studies.speed_and_torque import quasi_static_ratio
 
 SPREAD = 0.3  # half the range of an input whose scatter is assumed, over its value
 _DESIGNS = 512
