@@ -73,16 +73,18 @@ def linear_minimum(omega: float, eps1: float) -> float:
     return found
 
 
+def flip_determinant(omega: float) -> float:
+    """det (M + 1) of the linear motion in permanent contact."""
+    monodromy = np.eye(5)
+    for level, share in levels():
+        monodromy = expm(system(level, omega, 0.0) * share * 2 * math.pi / omega) @ monodromy
+    return float(np.linalg.det(monodromy[:2, :2] + np.eye(2)))
+
+
 def test_the_flip_curve_in_permanent_contact_is_a_line_of_constant_frequency():
     ds = gc.curve(SINGLE.with_values({"omega": 1.8}), "flip", "omega=1.7:2.0", "eps1=0:0.06", period=1)
 
-    def determinant(omega: float) -> float:
-        monodromy = np.eye(5)
-        for level, share in levels():
-            monodromy = expm(system(level, omega, 0.0) * share * 2 * math.pi / omega) @ monodromy
-        return float(np.linalg.det(monodromy[:2, :2] + np.eye(2)))
-
-    exact = brentq(determinant, 1.7, 2.0, xtol=1e-14)
+    exact = brentq(flip_determinant, 1.7, 2.0, xtol=1e-14)
     assert exact == pytest.approx(1.8458643004984736, abs=1e-12)
     np.testing.assert_allclose(ds["omega"], exact, atol=1e-12)
     assert sorted(end["eps1"] for end in ends(ds)) == [0.0, 0.06], "it ends exactly on the bounds"
@@ -322,6 +324,44 @@ def test_a_graze_of_linear_motions_has_no_points_of_codimension_2():
     assert np.ptp(ds["omega"].values) < 1e-8, "the frequency of the flip"
     assert ds.sizes["point"] > 10
     assert "grazing-fold" not in ds["special_kind"].values.tolist()
+
+
+def test_a_graze_curve_of_the_doubled_period_ends_at_the_flip_of_the_linear_response():
+    """Where the multiplier of the linear response is −1 and its least z is 1."""
+    start = {"z": 0.9776004797919187, "z_dot": 0.0013682960100234443}
+    model = SINGLE.with_values({"omega": 2.073068739979441, "eps1": 0.08285644957624927})
+    ds = gc.curve(model, "graze", "omega=1.7:2.2", "eps1=0.05:0.09", period=2, start=start)
+    found = [end for end in ends(ds) if end["why"] == "joins the flip curve of half the period"]
+    assert len(found) == 1
+    omega = brentq(flip_determinant, 2.1, 2.2, xtol=1e-14)
+    eps1 = brentq(lambda e: linear_minimum(omega, e), 0.05, 0.1, xtol=1e-13)
+    assert (found[0]["omega"], found[0]["eps1"]) == pytest.approx((omega, eps1), abs=1e-10)
+    assert "grazing-flip" in ds["special_kind"].values.tolist()
+
+
+def test_a_fold_curve_ends_where_the_coefficient_of_the_flip_of_half_the_period_vanishes():
+    """Both parameters are even functions of the distance of the two halves of the orbit, which vanishes there."""
+    start = {"x1": 1.0347392068060262, "x1_dot": 0.007524720780782741}
+    model = SMALL.with_values({"omega": 2.0822382446043908, "eps1": 0.0805184998510676})
+    fold = gc.curve(model, "fold", "omega=2.081:2.1", "eps1=0.06:0.09", period=2, start=start, longest_step=1e-3)
+    end = next(end for end in ends(fold) if end["why"] == "joins the flip curve of half the period")
+    halves = fold["section_x1"].values[:, 0] - fold["section_x1"].values[:, 1]
+    near = (np.abs(halves) > 5e-4) & (np.abs(halves) < 4e-3)
+    assert near.sum() > 5
+    for name in ("omega", "eps1"):
+        limit = np.polynomial.Polynomial.fit(halves[near] ** 2, fold[name].values[near], 3)(0.0)
+        assert end[name] == pytest.approx(limit, abs=2e-9)
+    flip = gc.curve(SMALL.with_values({"omega": 2.0, "eps1": 0.08}), "flip", "omega=2:2.2", "eps1=0.07:0.09", period=1)
+    names = flip["special_kind"].values.tolist()
+    assert float(flip["special_omega"][names.index("generalised flip")]) == pytest.approx(end["omega"], abs=1e-9)
+
+
+def test_a_kink_is_no_zero_of_the_coefficient_of_a_flip():
+    """Where a contact switch falls on a jump of the stiffness the coefficient jumps."""
+    start = {"x1": 0.9867867895315381, "x1_dot": -0.05935109643671831}
+    model = SMALL.with_values({"omega": 1.9052372869850638, "eps1": 0.08709116449983616})
+    ds = gc.curve(model, "flip", "omega=1.89:1.91", "eps1=0.08:0.1", period=2, start=start)
+    assert ds.sizes["special"] == 0
 
 
 def test_the_coefficient_of_a_flip_is_that_of_the_doubled_orbits():

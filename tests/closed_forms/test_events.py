@@ -263,10 +263,21 @@ FOLDS = gc.MeshModel.of(kind="single", zeta=0.05, omega=0.53, damping_law="conta
 
 
 def test_a_fold_curve_does_not_turn_back_at_a_graze():
-    """Some steps before the corner, another extremum is nearer to the boundary than the one that touches it there."""
+    """Some steps before a corner, another extremum is nearer to the boundary than the one that touches it there."""
     ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
-    assert sorted(ds["special_kind"].values) == ["cusp", "grazing-fold"]
+    assert sorted(ds["special_kind"].values) == ["cusp", *4 * ["grazing-fold"]]
     assert sorted(end["omega"] for end in json.loads(ds.attrs["ends"])) == pytest.approx([0.25, 0.338991], abs=1e-6)
+
+
+def test_corners_that_a_step_passes_are_found():
+    """They lie where they lie, whatever the steps are."""
+    found = []
+    for longest_step in (0.02, 0.012):
+        ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1, longest_step=longest_step)
+        corners = ds["special_kind"].values == "grazing-fold"
+        found.append(np.column_stack([ds["special_omega"].values[corners], ds["special_q0"].values[corners]]))
+    assert len(found[0]) == 4
+    np.testing.assert_allclose(*found, atol=1e-9)
 
 
 def test_a_curve_that_passes_the_ends_of_both_axes_in_one_step_ends_at_the_first():

@@ -6,17 +6,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, crossing, follow
+from gearchaos.continuation.arclength import Point, Settings, Stopped, along, at_value, correct, crossing, follow
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
-from gearchaos.continuation.events import FOLD, GRAZE, NEIMARK_SACKER, Event, locate
+from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, has_half_period, joins_half_period, returned_start
-from gearchaos.continuation.special_points import SpecialPoint, beyond_graze, beyond_kink, find_special_points
+from gearchaos.continuation.special_points import SpecialPoint, beyond_graze, beyond_kink, find_special_points, joint
 from gearchaos.errors import InputError
 
 SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)  # steps along a curve, unless others are given
 _TOUCHING = 1e-3  # distance of an extremum of z from a boundary up to which a curve that stops has met a graze
+
+_NEAR_JOINT = 1e-3  # distance up to which a curve that stops next to a flip curve of half the period has joined it
 
 _AT_EVENT, _AT_GRAZE = 1e-4, 1e-7
 """Distance of a multiplier from its critical value, or of an extremum of z from a boundary, up to which an orbit is at
@@ -33,9 +35,6 @@ MERGED = "the extremum of z vanishes together with a neighbouring one"
 _MERGING = 1e-2  # distance in mesh periods up to which two extrema of nearly the same z are about to merge
 
 AT_FLIP = "joins the flip curve of half the period"
-
-_JOINED = {FOLD: "generalised flip", GRAZE: "grazing-flip"}
-"""The point of codimension 2 at which a curve joins the flip curve of half the period, by kind."""
 
 _FINAL = (AXIS_END, CLOSED, POINT_LIMIT, UNBOUNDED, AT_FLIP, "1:1 resonance", "1:2 resonance")
 """Why a curve ends for good."""
@@ -148,6 +147,11 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
     spans = np.array([high - low for low, high in bounds])
     why = _follow_piece(curve, equations, bounds, settings)
     for _ in range(_MAX_CORNERS):
+        met = None if why in _FINAL else joint(equations, curve.points[-1], _NEAR_JOINT)
+        if met is not None:
+            curve.points.append(met.point)
+            curve.special.append(met)
+            why = AT_FLIP
         if why in _FINAL or equations.kind == GRAZE:
             break
         if _touches(equations, curve.points[-1]):
@@ -181,13 +185,20 @@ def _follow_piece(curve: _Piece, equations: EventEquations, bounds: Bounds, sett
     """Follow a curve from its last point until it ends or turns too sharply, and return why."""
     try:
         for point in follow(equations, curve.points[-1], settings):
-            last, why = _end_between(curve, equations, point, bounds) or (point, "")
-            if last is not curve.points[-1]:  # a curve that starts at an end of an axis has no other point there
-                curve.special += find_special_points(equations, curve.points[-1], last, equations.kind)
-                curve.points.append(last)
-            equations.accept(last.data)
-            if why == AT_FLIP and equations.kind in _JOINED:
-                curve.special.append(SpecialPoint(_JOINED[equations.kind], last))
+            last = curve.points[-1]
+            end, why = _end_between(curve, equations, point, bounds) or (point, "")
+            met = joint(equations, end, max(2 * point.step, _NEAR_JOINT)) if why == AT_FLIP else None
+            end = end if met is None else met.point
+            ahead = along(equations.weights, last, end.u) > 0  # not at the start, at an end of an axis
+            special = find_special_points(equations, last, end, equations.kind) if ahead else []
+            if point.step > settings.finest and (special is None or (why == AT_FLIP and end is last)):
+                return _follow_piece(curve, equations, bounds, replace(settings, first=0.5 * point.step))
+            if why == AT_FLIP:  # where further conditions hold, since both halves of the orbit are the same
+                special = [s for s in special or [] if np.abs(s.point.u - end.u).max() > _SAME_PLACE]
+            curve.special += (special or []) + ([] if met is None else [met])
+            if end is not last:
+                curve.points.append(end)
+            equations.accept(end.data)
             if why:
                 return why
     except Stopped as stop:

@@ -35,7 +35,7 @@ SAME_ATTRACTOR = 1e-4
 _RETURNED = 1e-3
 """A branch has returned to its start if it passes it at a distance of less than this fraction of a step."""
 
-_LEAST_DIFFERENCE = 1e-8
+_LEAST_DIFFERENCE = 1e-6
 """Distance of the first point of an orbit from that half a period later, below which the orbit has half the period."""
 
 

@@ -16,6 +16,7 @@ curve beyond is then searched on a whole circle about the last point, in the sur
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import combinations, pairwise
 from typing import NamedTuple
@@ -46,18 +47,15 @@ from gearchaos.continuation.shooting import Cycle, evaluate
 _RESONANCES = {"1:1": 0.0, "1:4": np.pi / 2, "1:3": 2 * np.pi / 3, "1:2": np.pi}
 """Arguments of the multipliers at the strong resonances of a Neimark–Sacker curve."""
 
-_NOISE = {"generalised flip": 1e-3}
-"""Least magnitude of a test function that counts; the coefficient of a flip is 0 in permanent contact or free flight,
-where the equations are linear."""
+_NOISE = {"generalised flip": 1e-3, "grazing-fold": 1e-10}
+"""Least magnitude of a test function that counts. In permanent contact or free flight the equations are linear: the
+coefficient of a flip is 0, and on the graze curve of motions periodic with any amplitude the multiplier is 1."""
 
-_ROUNDING = {"grazing-fold": 1e-10}
-"""Test functions that are less than this at both points are rounding errors: on the graze curve of linear motions,
-which are periodic with any amplitude, the multiplier is 1 everywhere."""
+_STEP = 4e-4  # longer step of the differences for the normal form of a flip, in half backlashes
+_KINK = 1e-2  # relative change of a derivative with the step from which one of the steps reaches across a kink
 
-_STEP = 1e-3  # step of the differences for the normal form of a flip, in half backlashes
-
-_REACH = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2])
-"""Distances from the last point, along the graze curve, between which the corner is searched."""
+_REACH = (0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+"""Distances from an orbit, along a curve through it, between which a point of codimension 2 is searched."""
 
 _RADII = (1e-3, 3e-3, 3e-4, 1e-2)  # radii of the half circle
 
@@ -78,19 +76,19 @@ class SpecialPoint(NamedTuple):
     point: Point  # of the curve; its data is an `EventState`
 
 
-def find_special_points(equations: EventEquations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
-    """All points of codimension 2 between two neighbouring points of the curve of an event, in order along it."""
+def find_special_points(equations: EventEquations, first: Point, last: Point, kind: str) -> list[SpecialPoint] | None:
+    """All points of codimension 2 between two neighbouring points of the curve of an event, in order along it; None if
+    a graze between them is not found, as where the curve has a corner there."""
     found = []
     for name, test in _tests(kind, first.data, equations):
         before, after = test(first.data), test(last.data)
-        least, largest = sorted([abs(before), abs(after)])
-        if before * after < 0 and least > _NOISE.get(name, 0.0) and largest > _ROUNDING.get(name, 0.0):
+        if before * after < 0 and min(abs(before), abs(after)) > _NOISE.get(name, 0.0):
             point = locate(equations, first, last, of_data(test))
             if point is None or (name.endswith("neimark-sacker") and not critical_pair(point.data.cycle)[1]):
                 continue
             found.append(SpecialPoint(name, point))
-    found += _second_grazes(equations, first, last, kind)
-    return sorted(found, key=lambda s: along(equations.weights, first, s.point.u))
+    grazes = _second_grazes(equations, first, last, kind)
+    return None if grazes is None else sorted(found + grazes, key=lambda s: along(equations.weights, first, s.point.u))
 
 
 def _tests(kind: str, reference: EventState,
@@ -140,7 +138,7 @@ def flip_coefficient(state: EventState, equations: EventEquations) -> float:
 
     From differences in the critical direction v of the monodromy matrix A, which is exact (Kuznetsov 2004, (5.49)):
     w* C(v, v, v)/6 + w* B(v, (1 − A)⁻¹ B(v, v))/2 with w* v = 1, B and C the second and third derivatives. NaN where
-    another multiplier is 1, or a graze is so near that the differences reach across it.
+    another multiplier is 1, or the differences reach across a graze or a kink of P.
     """
     cycle, family = state.cycle, equations.family
     flow, a = family.flow(cycle.values[None]), cycle.monodromy
@@ -149,14 +147,19 @@ def flip_coefficient(state: EventState, equations: EventEquations) -> float:
     v = vectors[:, np.argmin(np.abs(values + 1.0))].real
     w = adjoint[:, np.argmin(np.abs(adjoint_values + 1.0))].real
     w = w / (w @ v)
-    x, switches, around = cycle.points[0] + _STEP * np.stack([v, -v]), np.zeros(2, np.int64), np.eye(len(v))
+    steps = np.array([_STEP, 0.5 * _STEP])
+    x, switches, around = cycle.points[0] + np.outer([*steps, *-steps], v), np.zeros(4, np.int64), np.eye(len(v))
     for _ in range(cycle.period):
-        result = flow.advance(x, np.zeros(2, np.int64))
+        result = flow.advance(x, np.zeros(4, np.int64))
         x, around, switches = result.w, result.monodromy @ around, switches + result.switch_count
     if np.any(switches != len(cycle.switches)):
         return float("nan")
-    second = (around[0] - around[1]) / (2 * _STEP)  # B(v, ·)
-    third = (around[0] - 2 * a + around[1]) @ v / _STEP**2
+    ahead, back = around[:2], around[2:]
+    seconds = (ahead - back) / (2 * steps[:, None, None])  # B(v, ·)
+    thirds = (ahead - 2 * a + back) @ v / steps[:, None] ** 2
+    if any(np.abs(d[1] - d[0]).max() > _KINK * np.abs(d[1]).max() for d in (seconds, thirds)):
+        return float("nan")
+    second, third = ((4 * d[1] - d[0]) / 3 for d in (seconds, thirds))  # with an error O(step⁴)
     try:
         y = np.linalg.solve(np.eye(len(v)) - a, second @ v)
     except np.linalg.LinAlgError:
@@ -168,8 +171,8 @@ _known_coefficient = lru_cache(maxsize=8)(flip_coefficient)
 """Every point is the last one of a step and the first of the next."""
 
 
-def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -> list[SpecialPoint]:
-    """Where another extremum of z touches a boundary."""
+def _second_grazes(equations: EventEquations, first: Point, last: Point, kind: str) -> list[SpecialPoint] | None:
+    """Where another extremum of z touches a boundary; None if one of these points is not found."""
     before, after, found = first.data.cycle.extrema, last.data.cycle.extrema, []
     others = [np.delete(e, [] if s.extremum is None else s.extremum, axis=0) for e, s in (
         (before, first.data), (after, last.data))]
@@ -184,9 +187,26 @@ def _second_grazes(equations: Equations, first: Point, last: Point, kind: str) -
             if (before[number, 1] - boundary) * (after[other, 1] - boundary) < 0:
                 gap = gap_above(boundary, first.data.cycle, number)
                 point = locate(equations, first, last, of_data(partial(lambda gap, s: gap(s.cycle), gap)))
-                if point is not None:
-                    found.append(SpecialPoint(name, point))
+                if point is None and kind != GRAZE:
+                    point = _corner_between(equations, first, last, boundary, number, int(other))
+                if point is None:
+                    return None
+                found.append(SpecialPoint(name, point))
     return found
+
+
+def _corner_between(equations: EventEquations, first: Point, last: Point, boundary: int, number: int,
+                    other: int) -> Point | None:
+    """The corner at the graze of an extremum, by its indices at two neighbouring points, that the step between them
+    passes; None if it is not found there."""
+    near, index = min(((first, number), (last, other)), key=lambda c: abs(c[0].data.cycle.extrema[c[1], 1] - boundary))
+    size = equations.size + 2
+    weights, reach = equations.weights[:size], length(equations.weights, last.u - first.u)
+    try:
+        corner = _Grazes(equations, near, index).corner(reach)
+    except (Stopped, ValueError):
+        return None
+    return None if corner is None or length(weights, corner.u - near.u[:size]) > reach else corner
 
 
 def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[SpecialPoint, Point | None] | None:
@@ -209,11 +229,13 @@ def beyond_graze(equations: EventEquations, points: Sequence[Point]) -> tuple[Sp
 
 
 class _Grazes:
-    """Orbits near a graze: their extremum of z lies at a given distance beyond the boundary."""
+    """Orbits near a graze: an extremum of z, the nearest to a boundary unless its number is given, lies at a given
+    distance beyond this."""
 
-    def __init__(self, equations: EventEquations, point: Point) -> None:
+    def __init__(self, equations: EventEquations, point: Point, number: int | None = None) -> None:
         self.equations, extrema = equations, point.data.cycle.extrema
-        number = int(np.argmin(np.abs(np.abs(extrema[:, 1]) - 1.0)))
+        if number is None:
+            number = int(np.argmin(np.abs(np.abs(extrema[:, 1]) - 1.0)))
         self.boundary, self.instant = int(np.sign(extrema[number, 1])), float(extrema[number, 0])
         normal = point.tangent[: equations.size + 2]
         self.origin = correct(self.at(0.0), point.u[: equations.size + 2], normal, normal)
@@ -232,18 +254,13 @@ class _Grazes:
         """The orbit at a distance from a graze along its curve, with a gap."""
         return correct(self.at(gap), origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
 
-    def corner(self) -> Point | None:
+    def corner(self, reach: float = _REACH[-1]) -> Point | None:
         """The graze at which the event occurs too, nearest to the origin."""
 
-        def value(distance: float) -> float:
-            return TESTS[self.equations.kind](self.point(self.origin, distance, 0.0).data.cycle)
+        def at(distance: float) -> Point:
+            return self.point(self.origin, distance, 0.0)
 
-        for inner, outer in pairwise(_REACH):
-            for sign in (1.0, -1.0):
-                a, b = sign * float(inner), sign * float(outer)
-                if value(a) * value(b) <= 0:
-                    return self.point(self.origin, float(brentq(value, a, b, xtol=1e-14)), 0.0)
-        return None
+        return _nearest_root(of_data(lambda state: TESTS[self.equations.kind](state.cycle)), at, reach)
 
     def beyond(self, corner: Point, side: float, points: Sequence[Point], other: bool) -> Point | None:
         """The first point of the curve on one side of the graze: gap positive or negative; ``other`` than that from
@@ -253,6 +270,54 @@ class _Grazes:
             return self.point(corner, radius * float(np.cos(angle)), side * radius * float(np.sin(angle)))
 
         return _first_on_circles(self.equations, corner.u, on_circle, _RADII, _ANGLES, points, other)
+
+
+def joint(equations: EventEquations, near: Point, reach: float) -> SpecialPoint | None:
+    """Where a curve of folds or grazes joins the flip curve of half the period, at a distance of at most ``reach`` from
+    one of its points; None if it is not found.
+
+    The curve's own equations are singular there. So it is located by those of half the period: on the curve of grazes
+    where the multiplier is −1, or for folds, if that is nearer, on the flip curve where the coefficient vanishes.
+    """
+    if equations.kind not in (FOLD, GRAZE) or equations.period % 2:
+        return None
+    n, size, spans = equations.period // 2, equations.size, 1.0 / np.sqrt(equations.weights[-2:])
+    guess, normal = (np.append(u[:size].reshape(2, -1).mean(axis=0), u[size:]) for u in (near.u, near.tangent))
+    if length(equations.weights, _twice(guess) - near.u) > reach:
+        return None
+    flips = EventEquations(equations.family, FLIP, n, (float(spans[0]), float(spans[1])))
+    start = replace(near, u=guess, tangent=normal, data=EventState(
+        evaluate(equations.family, guess[:-2].reshape(n, -1), guess[-2:])))
+    searches: dict[str, Callable[[], Point | None]] = {"grazing-flip": lambda: _Grazes(flips, start).corner(reach)}
+    if equations.kind == FOLD:
+        searches["generalised flip"] = lambda: _degenerate_flip(flips, start, reach)
+    found = None
+    for name, search in searches.items():
+        try:
+            point = search()
+        except (Stopped, ValueError):  # ValueError: no extremum, or no coefficient at a point of the curve
+            continue
+        distance = reach if point is None else length(equations.weights, _twice(point.u) - near.u)
+        if point is not None and distance < reach:
+            reach, u = distance, _twice(point.u)
+            defect, _, data = equations.evaluate(u)
+            found = SpecialPoint(name, replace(near, u=u, residual=float(np.abs(defect).max()), data=data))
+    return found
+
+
+def _twice(u: np.ndarray) -> np.ndarray:
+    """The unknowns of an orbit over twice its period."""
+    return np.append(np.tile(u[:-2], 2), u[-2:])
+
+
+def _degenerate_flip(flips: EventEquations, near: Point, reach: float) -> Point | None:
+    """The flip nearest to a point, and in reach, at which the coefficient of the normal form vanishes."""
+    origin = correct(flips, near.u, near.tangent, near.tangent)
+
+    def at(distance: float) -> Point:
+        return correct(flips, origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
+
+    return _nearest_root(of_data(lambda state: flip_coefficient(state, flips)), at, reach)
 
 
 class _Slice(Equations):
@@ -298,6 +363,17 @@ def _first_on_circles(equations: EventEquations, corner: np.ndarray, on_circle: 
             found = None if known else _first_point(equations, corner, root.u, points[-1], radius)
             if found is not None:
                 return found
+    return None
+
+
+def _nearest_root(test: Callable[[Point], float], at: Callable[[float], Point], reach: float) -> Point | None:
+    """The point of a curve, given by its distance from an origin, nearest to this at which a test function changes its
+    sign; None if there is none in reach."""
+    test_at = lru_cache(maxsize=None)(lambda distance: test(at(distance)))
+    for inner, outer in ((a, b) for a, b in pairwise(_REACH) if a < reach):
+        for a, b in ((inner, outer), (-inner, -outer)):
+            if test_at(a) * test_at(b) <= 0:
+                return at(float(brentq(test_at, a, b, xtol=1e-14)))
     return None
 
 
