@@ -16,13 +16,14 @@ from scipy.optimize import brentq, minimize_scalar
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings, between
 from gearchaos.continuation.branch import doubled_start, follow_branch
+from gearchaos.continuation.corners import roots_on_circle
 from gearchaos.continuation.defining import EventState
 from gearchaos.continuation.events import locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.orbit import find_cycle
 from gearchaos.continuation.shooting import CycleEquations, converge, evaluate
 from gearchaos.continuation.skeleton import Line, line_seeds
-from gearchaos.continuation.special_points import flip_coefficient, roots_on_circle
+from gearchaos.continuation.special_points import flip_coefficient
 from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow
 from gearchaos.model.switched import reversed_in_time, velocity_signs

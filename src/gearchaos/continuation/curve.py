@@ -8,11 +8,12 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Point, Settings, Stopped, along, at_value, correct, crossing, follow
 from gearchaos.continuation.branch import AXIS_END, CLOSED, LARGEST, POINT_LIMIT, UNBOUNDED, follow_branch
+from gearchaos.continuation.corners import beyond_graze, beyond_kink
 from gearchaos.continuation.defining import CRITICAL, EventEquations, EventSeed, event_equations
 from gearchaos.continuation.events import GRAZE, NEIMARK_SACKER, Event, locate
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, has_half_period, joins_half_period, returned_start
-from gearchaos.continuation.special_points import SpecialPoint, beyond_graze, beyond_kink, find_special_points, joint
+from gearchaos.continuation.special_points import SpecialPoint, find_special_points, joint
 from gearchaos.errors import InputError
 
 SETTINGS = Settings(first=5e-3, longest=2e-2, shortest=1e-6)  # steps along a curve, unless others are given
@@ -157,8 +158,8 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
         if _touches(equations, curve.points[-1]):
             corner, beyond = beyond_graze(equations, curve.points) or (None, None)
             if corner is not None:
-                curve.special.append(corner)
-                values = corner.point.data.cycle.values
+                curve.special.append(SpecialPoint(f"grazing-{equations.kind}", corner))
+                values = corner.data.cycle.values
                 if any(np.all(np.abs(values - known) < _SAME_CORNER * spans) for known in corners):
                     break  # it would go back along itself
                 corners.append(values)
