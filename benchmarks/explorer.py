@@ -33,7 +33,7 @@ KINDS = {"torsional": "kind=torsional", "full": "kind=full"}
 _CANCELLED_AFTER = 5
 """Seconds after which the computations of a page that was closed have ended."""
 
-MAP = "x=omega:0.2:3.0&y=eps1:0.0:0.3"
+MAP = "x=omega=0.2:3.0&y=eps1=0.0:0.3"
 
 _STOPWATCH = """
 window.measured = new Promise((done) => {
@@ -97,6 +97,8 @@ def opened(chromium, url: str, errors: list[str] | None = None) -> Page:
         page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
     page.goto(url)
     page.wait_for_selector(".verdict[data-final='1']")
+    if message := page.locator("#message").inner_text():  # of an address that is refused; another page is shown
+        raise RuntimeError(message)
     return page
 
 
