@@ -129,3 +129,16 @@ def test_what_lies_under_the_pointer_is_said_in_words_and_units(visit):
     one.after(lambda: one.choose("colour", COLOURS["motion"]))
     first_map(one)
     assert said(one, 0.71, 0.3)["motion"] == gc.regime(model).label
+
+
+def test_a_ring_and_dotted_lines_to_all_edges_mark_the_point(visit):
+    one = visit(PLANE)
+    first_map(one)
+    pixels, (left, top, width, height), _ = picture(one)
+    x, y = round(left + 0.75 * width), round(top + 0.4 * height)
+    ring = pixels[y - 8 : y + 9, x - 8 : x + 9].sum(axis=2)
+    assert (ring < 150).sum() > 40 and (ring > 740).sum() > 20  # black in white
+    for along, line in ((width, pixels[y - 2 : y + 3]), (height, pixels[:, x - 2 : x + 3].swapaxes(0, 1))):
+        first = round(left if along == width else top)
+        dark = (line.max(axis=0) - line.min(axis=0)).max(axis=1)[first : first + round(along)] > 60
+        assert all(0.25 < part.mean() < 0.95 for part in np.array_split(dark, 8))

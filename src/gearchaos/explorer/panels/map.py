@@ -14,12 +14,10 @@ from bokeh.models import (
     ColumnDataSource,
     CustomJSHover,
     HoverTool,
-    HSpan,
     LinearColorMapper,
     MultiLine,
     Range1d,
     Scatter,
-    VSpan,
 )
 from bokeh.palettes import Viridis256
 
@@ -130,6 +128,14 @@ return isNaN(value) ? "none" : `${Number(value.toPrecision(4))} ${unit}`
 """
 
 
+def _crosshair(x: float, y: float) -> dict[str, list[Any]]:
+    """The data of a crosshair with a ring, above the map: one glyph, since each takes the browser a millisecond."""
+    longest = 10_000  # pixels, so that the lines cross every figure
+    return {"x": [x, x, x], "y": [y, y, y], "marker": ["cross", "circle", "circle"], "size": [longest, 13, 13],
+            "line_color": ["black", "white", "black"], "line_width": [1, 4, 2], "line_alpha": [0.55, 1.0, 1.0],
+            "line_dash": ["dotted", "solid", "solid"]}
+
+
 class MapFigure(Panel):
     """The map: an image of kinds of motion or of response measures, bifurcation curves, an assessment along the speed,
     a crosshair at the point.
@@ -154,14 +160,9 @@ class MapFigure(Panel):
         self.figure.add_tools(self.hover)
         self.skeleton = SkeletonCurves(self.figure, set_attributes)
         self.assessed = AssessedLine(self.figure, set_attributes)
-        self.point = ColumnDataSource({"x": [0.0], "y": [0.0]})
-        cross = {"line_color": "black", "line_alpha": 0.55, "line_dash": "dotted"}
-        ring = {"x": "x", "y": "y", "size": 13, "marker": "circle", "fill_color": None}
-        for glyph in (
-            VSpan(x="x", **cross), HSpan(y="y", **cross), Scatter(**ring, line_color="white", line_width=4),
-            Scatter(**ring, line_color="black", line_width=2),
-        ):
-            self.figure.add_glyph(self.point, glyph, level="overlay")  # can be redrawn without redrawing the map
+        self.point = ColumnDataSource(_crosshair(0.0, 0.0))
+        look = {name: name for name in ("marker", "size", "line_color", "line_width", "line_alpha", "line_dash")}
+        self.figure.add_glyph(self.point, Scatter(x="x", y="y", fill_color=None, **look), level="overlay")
         self.runner = ColumnDataSource({"x": [], "y": []})  # where a run-up is, set by the page's script
         self.figure.add_glyph(self.runner, Scatter(x="x", y="y", size=14, fill_color="#c03a1e", line_color="white",
                                                    line_width=2), level="overlay")
@@ -175,7 +176,7 @@ class MapFigure(Panel):
 
     def mark(self, at: tuple[float, float]) -> None:
         """Move the crosshair to the point."""
-        self._set(self.point, data={"x": [at[0]], "y": [at[1]]})
+        self._set(self.point, data=_crosshair(*at))
 
     def show(self, found: Map, colour: str, units: Units) -> None:
         """Draw a map coloured by a variable in these units."""
@@ -186,7 +187,7 @@ class MapFigure(Panel):
             else:
                 kinds, classes = named_classes(found.dataset, colour) or (np.zeros(0), ())
                 index = np.where(found.measure_source >= 0, kinds.ravel()[found.measure_source], NO_CLASS)
-            present = [classes[i] for i in np.unique(index) if i != NO_CLASS]
+            present = [shown for i, shown in enumerate(classes) if (index == i).any()]
             self.legend = Legend(entries=tuple((c.colour, c.name) for c in present))
             self._set(self.mapper, **_scale_of(classes))
             self._set(self.bar, visible=False)

@@ -4,10 +4,17 @@
 
 // Changes to Bokeh that save two thirds of the time of drawing. Bokeh asks the browser for the computed style of every
 // line and label, in case a style sheet sets it, and for the font size; and it lays out and draws a figure again whenever
-// its tick labels become shorter. Glyphs above the figure are clipped like the figure itself.
+// its tick labels become shorter. It measures these labels even if only what lies above the figure moves, as the
+// crosshair does, and lays out what stands beside the pointer again. Glyphs above the figure are clipped like
+// the figure itself.
 const patches = {
   "core/visuals/visual": ({VisualProperties}) => { VisualProperties.prototype._get_css_value = () => "" },
   "models/plots/plot_canvas": ({PlotView}) => {
+    const {_invalidate_layout_if_needed} = PlotView.prototype
+    PlotView.prototype._invalidate_layout_if_needed = function () {
+      const overlays = [...this._invalidated_painters].every((painter) => painter.model.level === "overlay")
+      if (this._needs_layout || this._invalidate_all || !overlays) _invalidate_layout_if_needed.call(this)
+    }
     const {get} = Object.getOwnPropertyDescriptor(PlotView.prototype, "base_font_size")
     Object.defineProperty(PlotView.prototype, "base_font_size", {get() { return this._font_size ??= get.call(this) }})
   },
@@ -15,6 +22,14 @@ const patches = {
     SideLayout.prototype.has_size_changed = function () {
       const {width, height} = this._content_size()
       return this.panel.is_horizontal ? this.bbox.height < height : this.bbox.width < width
+    }
+  },
+  "models/ui/tooltip": ({Tooltip}) => {
+    const {show} = Tooltip.prototype
+    Tooltip.prototype.show = function ({x, y}) {
+      const shown = JSON.stringify([x, y, this.content.textContent])
+      if (this.position === null || shown !== this._shown) show.call(this, {x, y})
+      this._shown = shown
     }
   },
   "models/renderers/glyph_renderer": ({GlyphRendererView}) => {
