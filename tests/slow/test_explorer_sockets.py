@@ -122,6 +122,15 @@ def test_a_page_connects_and_gets_its_document(place, known):
         assert json.loads(raw.read()[1])["msgtype"] == "PULL-DOC-REPLY"
 
 
+@pytest.mark.skipif(not hasattr(socket, "TCP_CORK"), reason="only Linux holds frames back")
+def test_the_frames_of_a_message_arrive_together(place, known):
+    with page(place, known) as raw:
+        for _ in range(50):
+            for text in message(content={"events": []}):
+                raw.send(text)
+            assert raw.socket.recv(65536).endswith(2 * b"\x81\x02{}")
+
+
 def test_nothing_of_this_machine_s_folders_is_in_the_page(place):
     page = urlopen(f"http://{home(place)}/").read().decode()
     assert sys.prefix not in page and json.dumps(sys.prefix) not in page
