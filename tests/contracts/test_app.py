@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bokeh.models import DataRange1d
 from tornado.ioloop import IOLoop
 
 import gearchaos as gc
@@ -397,3 +398,10 @@ def test_everything_on_the_page_is_explained_in_words():
     assert motion_hint("1T") == "Repeats with every mesh period T" and "7 mesh periods" in motion_hint("7T")
     assert all(motion_hint(c.name) for c in (*MOTION_CLASSES, *CONTACT_CLASSES))
     assert "root mean square of the velocity" in HINTS[gc.quantities.quantity("v_rms").title] and len(HINTS) >= 8
+
+
+def test_ends_of_axes_that_the_browser_finds_are_not_sent_to_the_server():
+    figures = Page(START, START).roots()
+    found = [ends for figure in figures.values() for ends in (figure.x_range, figure.y_range)]
+    assert {isinstance(ends, DataRange1d) for ends in found if not ends.syncable} == {True}
+    assert {isinstance(ends, DataRange1d) for ends in found if ends.syncable} == {False}

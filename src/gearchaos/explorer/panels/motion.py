@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from gearchaos.explorer.view.state import View
 from gearchaos.gears.operating import OperatingModel, pair_of
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.units import RPM
+from gearchaos.model import MeshModel
 from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
@@ -256,6 +258,12 @@ class VerdictText(NamedTuple):
     obstacle: str  # why the branch of the motion cannot be followed; empty if it can
 
 
+@lru_cache(maxsize=64)
+def _beside(model: MeshModel) -> dict[str, str]:
+    """What stands beside the dynamic factor of a motion, which is shown two or three times while it is computed."""
+    return beside_factors(model)
+
+
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     """What the page says of the motion at a point beside its label and reason, in these units."""
     v, model, number = found.verdict, found.verdict.model, units.number
@@ -283,7 +291,7 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     rows += [(titles[n] + beside.get(n, ""), number(f"{float(value):.5g}", style.unit(value)))
              for n, value in measures.items()]
     if "dynamic_factor" in known or v.meshes:
-        rows += beside_factors(model).items()
+        rows += _beside(model).items()
     if v.multipliers:
         rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
         rows.append((quantity("residual").title, number(f"{v.residual:.2g}", "")))

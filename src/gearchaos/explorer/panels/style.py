@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from bokeh.models import ColumnDataSource, Image, LinearColorMapper
+from bokeh.models import ColumnDataSource, DataRange1d, Image, LinearColorMapper
 from bokeh.plotting import figure
 
 from gearchaos.explorer.view import bounds
@@ -273,6 +273,8 @@ def empty_figure(title: str = "", ticks: int = 4, **options: Any) -> Any:
     plot = figure(title=title or None, sizing_mode="stretch_both", min_height=120, output_backend="canvas",
                   **{"tools": "", "toolbar_location": None, **options})
     plot.toolbar.logo = None
+    for ends in (plot.x_range, plot.y_range):
+        ends.syncable = not isinstance(ends, DataRange1d)  # those that the browser finds need not be sent here
     plot.min_border, plot.outline_line_color = 4, "#c8c8c8"
     plot.grid.grid_line_color = "#eeeeee"
     if plot.title is not None:
