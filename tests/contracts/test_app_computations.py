@@ -85,6 +85,16 @@ def test_a_new_page_asks_for_its_motion_and_its_map_only(page):
     assert page.slow.asked == ["map"]
 
 
+def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page, monkeypatch):
+    now, waited = 1e9, []
+    monkeypatch.setattr("gearchaos.explorer.jobs.computations.time", SimpleNamespace(monotonic=lambda: now))
+    for pause, zeta in ((1.0, 0.03), (0.02, 0.04), (0.02, 0.05), (1.0, 0.06)):
+        now += pause
+        page.move(VIEW.with_value("zeta", zeta))
+        waited.append(page.slow.jobs["map"].delay > 0)
+    assert waited == [False, True, True, False]
+
+
 def test_the_coarse_diagram_and_the_other_motions_follow_a_coarse_map(open_page):
     assert open_page.slow.asked == ["map", "diagram", "other motions"]
     assert open_page.slow.jobs["diagram"].function.args == (VIEW, 4)

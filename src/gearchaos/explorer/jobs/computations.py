@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Protocol
@@ -24,6 +25,7 @@ from gearchaos.studies.assess import Assessment
 
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _MAP_DELAY = 0.02  # the same for a map: longer than between two frames of the browser, which may send a change each
+_MOVING = 0.2  # seconds between two changes up to which a slider is being moved; the first has no delay
 _SKELETON = "bifurcation curves"  # the task of the curves over the map
 _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
@@ -78,6 +80,7 @@ class Computations:
         self._quick, self._slow, self._branches, self._curves = workers
         self._pending: dict[str, object] = {}  # the tasks, each with what tells its request from later ones
         self.map: Map | None = None  # the newest one
+        self._map_asked = 0.0  # when one was asked for last
         self.point_motion: PointMotion | None = None  # the newest one
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
         self._awaits_update = False  # the point has moved, and `update_rest` comes later
@@ -175,8 +178,9 @@ class Computations:
         self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
 
     def _ask_map(self) -> None:
-        self.map = None
-        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, _MAP_DELAY, True)
+        self.map, before, self._map_asked = None, self._map_asked, time.monotonic()
+        delay = _MAP_DELAY if self._map_asked - before < _MOVING else 0.0
+        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, delay, True)
 
     def _ask_diagram(self, *strides: int) -> None:
         """Compute the bifurcation diagram; the fine one waits until the map is complete."""
