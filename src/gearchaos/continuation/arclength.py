@@ -7,7 +7,7 @@ K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -259,18 +259,23 @@ def at_value(equations: Equations, point: Point, index: int, value: float) -> Po
     return found if length(equations.weights, found.u - guess) < _LANDING else None
 
 
+def root_between(function: Callable[[float], float], first: float, last: float, xtol: float) -> float:
+    """Where a function changes its sign between two places, to ``xtol``, by Brent's method."""
+    from scipy.optimize import brentq  # here, since it takes a third of a second to load
+
+    return float(brentq(function, first, last, xtol=xtol, rtol=1e-15))
+
+
 def crossing(equations: Equations, first: Point, last: Point, index: int, value: float) -> Point | None:
     """The solution with this value of the unknown ``index`` between two neighbouring points; None if it is not near the
     cubic through them."""
-    from scipy.optimize import brentq  # here: a verdict needs no such part of scipy
-
     def guess(distance: float) -> np.ndarray:
         return _hermite(equations.weights, first, (first, last), distance)
 
     full = along(equations.weights, first, last.u)
     if (guess(0.0)[index] - value) * (guess(full)[index] - value) > 0:
         return None
-    distance = brentq(lambda s: guess(s)[index] - value, 0.0, full, xtol=max(1e-4 * abs(full), 1e-300))
+    distance = root_between(lambda s: guess(s)[index] - value, 0.0, full, max(1e-4 * abs(full), 1e-300))
     at, normal = guess(distance), np.zeros(len(first.u))
     at[index], normal[index] = value, 1.0
     try:

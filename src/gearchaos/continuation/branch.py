@@ -9,9 +9,18 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Point, Settings, Stopped, at_value, correct, crossing, follow, length
+from gearchaos.continuation.arclength import (
+    Point,
+    Settings,
+    Stopped,
+    at_value,
+    correct,
+    crossing,
+    follow,
+    length,
+    root_between,
+)
 from gearchaos.continuation.events import (
     BORDER_COLLISION,
     FLIP,
@@ -262,7 +271,7 @@ def _half_period_end(equations: CycleEquations, last: Point, point: Point) -> Po
 
     for low, high in ((float(end.u[-1]) - reach, float(end.u[-1]) + reach) for reach in _REACHES):
         if test(low) * test(high) < 0:
-            value = float(brentq(test, low, high, xtol=1e-15, rtol=1e-15))
+            value = root_between(test, low, high, 1e-15)
             found = half(value)
             if not found.converged:
                 break

@@ -16,9 +16,8 @@ from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Equations, Point, Stopped, correct, from_polyline, length
+from gearchaos.continuation.arclength import Equations, Point, Stopped, correct, from_polyline, length, root_between
 from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
 from gearchaos.continuation.events import TESTS, of_data
 from gearchaos.continuation.shooting import Cycle, evaluate
@@ -154,7 +153,7 @@ def nearest_root(test: Callable[[Point], float], at: Callable[[float], Point], r
     for inner, outer in ((a, b) for a, b in pairwise(_REACH) if a < reach):
         for a, b in ((inner, outer), (-inner, -outer)):
             if test_at(a) * test_at(b) <= 0:
-                return at(float(brentq(test_at, a, b, xtol=1e-14)))
+                return at(root_between(test_at, a, b, 1e-14))
     return None
 
 
@@ -171,7 +170,7 @@ def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float],
     for (first, before), (last, after) in pairwise((angle, value(angle)) for angle in angles.tolist()):
         if before * after < 0:
             try:
-                yield on_circle(float(brentq(value, first, last, xtol=1e-13)))
+                yield on_circle(root_between(value, first, last, 1e-13))
             except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
                 continue
 

@@ -19,9 +19,8 @@ from math import prod
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
-from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between
+from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between, root_between
 from gearchaos.continuation.shooting import Cycle, count_unstable
 
 FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE, BORDER_COLLISION = KINDS = (
@@ -121,7 +120,7 @@ def locate(equations: Equations, first: Point, last: Point, test: Callable[[Poin
     if before * after > 0:
         return None
     try:
-        root = brentq(value, 0.0, full, xtol=_RELATIVE * full, rtol=1e-15)
+        root = root_between(value, 0.0, full, _RELATIVE * full)
         return points[root] if root in points else between(equations, first, last, root)
     except Stopped:
         # at a branch point the equations are singular, so that no orbit can be corrected in the immediate neighbourhood
