@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,7 @@ CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no cont
 """The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that diverges."""
 
 OUTWARDS, INWARDS, NEAREST = (
-    (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_EVEN, ROUND_HALF_EVEN))
+    (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_UP, ROUND_HALF_UP))
 """How both ends of a range are rounded."""
 
 MOST_PEAKS = 5  # most local peaks of the dynamic factor that are listed for a range
@@ -308,17 +308,18 @@ class SpeedsToAvoid:
 
 
 def speed_in_words(speed: float, width: float, rounding: str) -> str:
-    """A speed of a range of this width, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell
-    both ends of the range apart."""
+    """A speed, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell it from one at a distance
+    of ``width``."""
     digits = max(0, 2 - math.floor(math.log10(max(speed, 1e-3))))
     if width > 0:
-        digits = max(digits, -math.floor(math.log10(width / 2)))
+        digits = max(digits, -math.floor(math.log10(width)))
     return f"{Decimal(repr(float(speed))).quantize(Decimal(1).scaleb(-digits), rounding).normalize():f}"
 
 
 def ends_in_words(start: float, stop: float, rounding: tuple[str, str] = OUTWARDS) -> tuple[str, str]:
     """Both ends of a range of speed, rpm, as all that prints one has them; equal only if the ends are."""
-    low, high = (speed_in_words(end, stop - start, way) for end, way in zip((start, stop), rounding, strict=True))
+    width = (stop - start) / (2 if rounding == INWARDS else 1)
+    low, high = (speed_in_words(end, width, way) for end, way in zip((start, stop), rounding, strict=True))
     return low, high
 
 
