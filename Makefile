@@ -69,9 +69,9 @@ kernels: $(VENV)/.installed-test
 	$(BIN)/gearchaos warmup
 
 # --dist loadfile keeps the tests of a file in one process, or those of several files that share servers, stores and the
-# browser: tests/conftest.py. A third process would leave the maps of the explorer's servers, at low priority, no core.
+# browser: tests/conftest.py. Three processes on two cores: that of the browser mostly waits.
 test: lint chromium kernels
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 .PHONY: quick slow
 quick: $(VENV)/.installed-test
