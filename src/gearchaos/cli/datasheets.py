@@ -78,7 +78,7 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         reached = {r.motion: factor_and_share(r) for r in each.reached}
         factors = (reached.get(words, "-") for words in MOTIONS.values())
         teeth = "apart" if each.criterion == CRITERION else "touch"
-        table.add_row(*edges(each), *factors, measured(each.speed_of_largest, 3),
+        table.add_row(*edges(each), *factors, each.largest_at,
                       measured(speeds.quasi_static_ratio, 3), *([teeth] * forces))
     print_table(table)
     if hidden := [edges(each) for each in sorted(by_factor[most:], key=lambda each: each.start)]:

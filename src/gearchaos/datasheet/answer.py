@@ -126,7 +126,7 @@ class Answer:
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
             yield (f"Elsewhere: {contact}, largest factor {measured(outside.dynamic_factor, 3)} at "
-                   f"{measured(outside.speed_of_largest, 3)} rpm.")
+                   f"{outside.largest_at} rpm.")
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")

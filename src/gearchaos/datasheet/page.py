@@ -50,7 +50,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
     windows = [{
-        "range": in_words(each), "contact": each.contact, "at": measured(each.speed_of_largest, 3),
+        "range": in_words(each), "contact": each.contact, "at": each.largest_at,
         "factor": measured(each.dynamic_factor, 3), "reached": [
             f"{r.motion} {' in '.join(factor_and_share(r).split())}{' of the range' * (r.share < 1)}"
             for r in each.reached]} for each in (answer.speeds.windows if answer.speeds else ())]

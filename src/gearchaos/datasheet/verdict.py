@@ -101,7 +101,7 @@ def worst(found: Assessment) -> str:
     contact = there["contact"].values[there["dynamic_factor"].values == part.dynamic_factor].max()
     meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * int(contact == 2)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
-            f"{measured(part.speed_of_largest, 3)} rpm and {at.torque:.6g} N m{meaning}{decides}")
+            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{decides}")
 
 
 def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
@@ -182,7 +182,7 @@ def _row(window: Window) -> Row:
     return Row(*edges(window), window.cause, begins,
                _event(window.ends_with, window.stop_resolution, window.to_scan_end),
                measured(window.dynamic_factor, 3) if bounded else "unbounded",
-               measured(window.speed_of_largest, 3) if bounded else "–",
+               window.largest_at if bounded else "–",
                "others" if window.by_others else _history(window), "–" if shares is None
                else f"{_percent(shares.fraction)} ({_interval(shares)})")
 

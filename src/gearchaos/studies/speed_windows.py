@@ -100,6 +100,13 @@ class SpeedRange:
     dynamic_factor: float
     speed_of_largest: float
 
+    @property
+    def largest_at(self) -> str:
+        """The speed of the largest factor as a reader wants it, within the range; "none" if there is none."""
+        if math.isnan(self.speed_of_largest):
+            return "none"
+        return speed_in_words(self.speed_of_largest, self.stop - self.start, NEAREST[0])
+
 
 @dataclass(frozen=True)
 class Window(SpeedRange):
@@ -308,8 +315,8 @@ class SpeedsToAvoid:
 
 
 def speed_in_words(speed: float, width: float, rounding: str) -> str:
-    """A speed, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell it from one at a distance
-    of ``width``."""
+    """A speed, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell it from another at a
+    distance of ``width``."""
     digits = max(0, 2 - math.floor(math.log10(max(speed, 1e-3))))
     if width > 0:
         digits = max(digits, -math.floor(math.log10(width)))
