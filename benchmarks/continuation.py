@@ -16,6 +16,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy.optimize  # noqa: F401 - locates events; loaded before the clock runs
 from peers.heyoka_peer import Heyoka
 
 import gearchaos as gc
