@@ -62,6 +62,19 @@ def test_a_motion_that_leaves_an_orbit_is_never_classified_as_on_it(monkeypatch)
     assert state.verdicts.label[0] == 0
 
 
+@pytest.mark.parametrize("block", [
+    [[0.3, 0.8], [-0.8, 0.3]], [[-0.2, -1.1], [1.1, -0.2]], [[2.0, 0.0], [0.0, -0.4]], [[-0.8, 0.0], [0.0, -1.0]],
+    [[0.5, 0.0], [0.0, -0.5]], [[0.0, 0.7], [-0.7, 0.0]], [[0.7, 1.0], [0.0, 0.7]], [[3e3, 0.0], [0.0, 2e-4]],
+    [[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, -0.6]]])
+def test_multipliers_of_two_coordinates_are_those_of_a_similar_matrix(block):
+    (a, b), (c, d) = block
+    expected = sorted([a, d] if c == 0 else [complex(a, abs(b)), complex(a, -abs(b))], key=lambda m: -abs(m))
+    base = np.array([[2.0, 1.0], [3.0, 2.0]])  # its determinant is 1
+    found = orbits.floquet_multipliers(base @ np.array(block) @ np.linalg.inv(base))
+    assert found.dtype == complex
+    np.testing.assert_allclose(found, expected, atol=1e-7 if b == 1 else 1e-12 * max(1, abs(a)))  # 1e-7: a double one
+
+
 def test_an_orbit_of_just_the_longest_period_is_recognised():
     flow, w = flow_of(omega=1.9, q0=0.1, eps1=0.03)
     state, motion = state_at(flow, classify(flow, w).w)[0], np.zeros(1, dtype=int)
