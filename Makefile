@@ -75,7 +75,7 @@ test: lint chromium kernels
 
 .PHONY: quick slow
 quick: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --within 100
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --within 90
 
 slow: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m exhaustive -n 2

@@ -103,18 +103,18 @@ class Cycle:
         return floquet_multipliers(self.monodromy)
 
     @cached_property
-    def positions(self) -> np.ndarray:
+    def positions(self) -> tuple[float, float, float]:
         """Where the multipliers lie relative to 1, −1 and the unit circle: three numbers from −1 to 1.
 
         They are Π (μ − 1), Π (μ + 1) and Π (μ_i μ_j − 1), each factor divided by its largest value for this modulus.
         """
         multipliers = self.multipliers.tolist()
         products = [a * b for a, b in combinations(multipliers, 2)]
-        return np.array([
+        return (
             prod([(m - 1.0) / (1.0 + abs(m)) for m in multipliers]).real,
             prod([(m + 1.0) / (1.0 + abs(m)) for m in multipliers]).real,
             prod([(p - 1.0) / (1.0 + abs(p)) for p in products]).real,
-        ])
+        )
 
     @cached_property
     def extrema(self) -> np.ndarray:
@@ -167,7 +167,7 @@ class Cycle:
 
 def count_unstable(multipliers: np.ndarray) -> int:
     """Number of multipliers outside the unit circle."""
-    return int(np.count_nonzero(np.abs(multipliers) > 1.0 + _UNIT_CIRCLE))
+    return sum(abs(m) > 1.0 + _UNIT_CIRCLE for m in multipliers.tolist())
 
 
 def cycle_of(found: CorrectedOrbit) -> Cycle:
@@ -237,7 +237,7 @@ class CycleEquations(Equations):
 
     def resolved(self, first: Cycle, last: Cycle) -> bool:
         """Whether the multipliers of two cycles differ so little that no event between them can be overlooked."""
-        return bool(np.abs(first.positions - last.positions).max() < _MAX_CHANGE)
+        return max(abs(a - b) for a, b in zip(first.positions, last.positions, strict=True)) < _MAX_CHANGE
 
 
 def passes(points: np.ndarray, state: np.ndarray) -> bool:
