@@ -47,6 +47,8 @@ def test_one_mesh_is_a_gear_pair(law):
     one, other = gc.simulate(single, 8), gc.simulate(whole, 8)
     assert model.units.length == pair.half_backlash
     assert model.units.rate == pytest.approx(pair.omega0, rel=1e-13)
+    ours, theirs = model.train.scales, pair.scales
+    assert (ours.torque1, ours.torque2) == pytest.approx((theirs.torque1, theirs.torque2), rel=1e-13)
     assert np.abs(one.section_z.values - other.section_z.values).max() < 1e-12
     found, expected = gc.regime(whole), gc.regime(single)
     assert (found.label, found.contact) == (expected.label, "one-sided")
