@@ -56,9 +56,10 @@ def pytest_collection_modifyitems(config, items):
     items.sort(key=lambda item: next(i for i, files in enumerate(order) if re.match(files, item.nodeid)))
     if (left := config.getoption("within")) is None:
         return
-    seconds, cases, chosen = _seconds_of(config), Counter(), set()
-    turns = [(cases.update([function := item.nodeid.split("[")[0]]) or cases[function],
-              seconds.get(item.nodeid, _UNKNOWN), item.nodeid) for item in items]
+    seconds, cases, turns, chosen = _seconds_of(config), Counter(), [], set()
+    for name in (item.nodeid for item in items):
+        cases[function := name.split("[")[0]] += 1
+        turns.append((cases[function], seconds.get(name, _UNKNOWN), name))
     for _, duration, name in sorted(turns):
         if duration <= left:
             left -= duration

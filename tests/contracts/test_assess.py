@@ -504,7 +504,7 @@ def test_the_price_is_said_before_the_work(monkeypatch):
     found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
                         Criteria())
     assert counted == [found.motions]  # of all speeds, not of the first ones alone
-    assert found.seconds(1) > replace(found, periods=found.usual_periods).seconds(1) > 60
+    assert found.seconds(1) > 1.5 * replace(found, periods=found.usual_periods).seconds(1) > 60
 
 
 def test_the_price_of_a_train_has_the_motions_that_are_followed_along_the_speed():

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gearchaos.cli import completion, errors
+from gearchaos.cli import completion, process
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
 
@@ -21,8 +21,8 @@ __all__ = ["app", "main"]
 
 def main() -> None:
     """Entry point of the ``gearchaos`` command, in a process of its own."""
-    errors.own_process = True
-    errors.collect_garbage(imported=False)  # until `errors.load_kernels` has imported Numba
+    process.own_process = True
+    process.collect_garbage(imported=False)  # until `process.load_kernels` has imported Numba
     if sys.stdout is not None:  # it may be closed
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     completion.join_words()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import load_kernels, say
+from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Plot, Sets, app, operating_point, read_study
 from gearchaos.cli.output import (
@@ -23,6 +23,7 @@ from gearchaos.cli.output import (
     say_written,
     write_figure,
 )
+from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
 

@@ -94,7 +94,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
     Quantities are in groups, each above its formula and source, then the reasons why others have no value.
     """
     from gearchaos.gears.dynamic_factor import standards
-    from gearchaos.studies.speed_windows import NEAREST, speed_in_words
+    from gearchaos.studies.speed_windows import speed_in_words
 
     first = answers[0]
     for answer in answers:
@@ -126,6 +126,5 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
         speeds = ds["speed"].values
         apart = (speeds[-1] - speeds[0]) / _SHOWN_SPEEDS
         for i in sorted({round(i * (ds.sizes["speed"] - 1) / (_SHOWN_SPEEDS - 1)) for i in range(_SHOWN_SPEEDS)}):
-            table.add_row(speed_in_words(speeds[i], apart, NEAREST[0]),
-                          *(measured(float(each[i])) for each in columns.values()))
+            table.add_row(speed_in_words(speeds[i], apart), *(measured(float(each[i])) for each in columns.values()))
         print_table(table)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import collect_garbage, say
+from gearchaos.cli.errors import say
 from gearchaos.cli.options import AxisTexts, Sets, StudyPath, app, load, parse_axes
+from gearchaos.cli.process import collect_garbage
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearchaos.cli.errors import load_kernels, say
+from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
+from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
 from gearchaos.files import DATA_SUFFIXES, write_bytes
 

@@ -14,7 +14,8 @@ import typer
 
 from gearchaos import catalogue
 from gearchaos.cli import completion
-from gearchaos.cli.errors import Commands, load_kernels, say
+from gearchaos.cli.errors import Commands, say
+from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
 from gearchaos.quantities import OPERATION
 

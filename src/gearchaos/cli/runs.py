@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli import completion, errors, output
+from gearchaos.cli import completion, output, process
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, print_json, say_written
@@ -94,7 +94,7 @@ def finish(store: StorePath, json_out: Json = False) -> None:
 
 def _interrupt_by_sigterm() -> None:
     """Let SIGTERM, by which schedulers end a job, act as Ctrl-C: the run lets go of its lock, which other hosts see."""
-    if errors.own_process:
+    if process.own_process:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 

@@ -105,7 +105,7 @@ class SpeedRange:
         """The speed of the largest factor as a reader wants it, within the range; "none" if there is none."""
         if math.isnan(self.speed_of_largest):
             return "none"
-        return speed_in_words(self.speed_of_largest, self.stop - self.start, NEAREST[0])
+        return speed_in_words(self.speed_of_largest, self.stop - self.start)
 
 
 @dataclass(frozen=True)
@@ -314,7 +314,7 @@ class SpeedsToAvoid:
         }
 
 
-def speed_in_words(speed: float, width: float, rounding: str) -> str:
+def speed_in_words(speed: float, width: float, rounding: str = ROUND_HALF_UP) -> str:
     """A speed, rpm, as text: whole, below 100 rpm to three digits, and to as many more as tell it from another at a
     distance of ``width``."""
     digits = max(0, 2 - math.floor(math.log10(max(speed, 1e-3))))
