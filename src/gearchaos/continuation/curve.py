@@ -185,7 +185,7 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
 def _follow_piece(curve: _Piece, equations: EventEquations, bounds: Bounds, settings: Settings) -> str:
     """Follow a curve from its last point until it ends or turns too sharply, and return why."""
     try:
-        for point in follow(equations, curve.points[-1], settings):
+        for count, point in enumerate(follow(equations, curve.points[-1], settings)):
             last = curve.points[-1]
             end, why = _end_between(curve, equations, point, bounds) or (point, "")
             met = joint(equations, end, max(2 * point.step, _NEAR_JOINT)) if why == AT_FLIP else None
@@ -193,7 +193,8 @@ def _follow_piece(curve: _Piece, equations: EventEquations, bounds: Bounds, sett
             ahead = along(equations.weights, last, end.u) > 0  # not at the start, at an end of an axis
             special = find_special_points(equations, last, end, equations.kind) if ahead else []
             if point.step > settings.finest and (special is None or (why == AT_FLIP and end is last)):
-                return _follow_piece(curve, equations, bounds, replace(settings, first=0.5 * point.step))
+                shorter = replace(settings, first=0.5 * point.step, points=settings.points - count)
+                return _follow_piece(curve, equations, bounds, shorter)
             if why == AT_FLIP:  # where further conditions hold, since both halves of the orbit are the same
                 special = [s for s in special or [] if np.abs(s.point.u - end.u).max() > _SAME_PLACE]
             curve.special += (special or []) + ([] if met is None else [met])
