@@ -11,12 +11,12 @@ import pytest
 TOGETHER = {
     "the explorer in a browser": r"tests/slow/test_explorer(?!_trains)",
     "runs of processes": r"tests/slow/test_(runs|power_failure|object_stores|full_disk)",
-    "a chaotic set": r"tests/(oracles/test_segment|contracts/test_chaos_proof)",
+    "a chaotic set": r"tests/(oracles/test_segment|contracts/proof/test_chaos_proof)",
 }
 """Files whose tests one process runs, since they share a server or what takes long to compute, those that take longest
 first: what comes last should be short, so that the processes end together."""
 
-APART = r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|contracts/test_cache)"
+APART = r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|contracts/package/test_cache)"
 """Files whose tests share nothing, so that any process may run each of them."""
 
 

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests import ROOT
+
 BUCKET = "bucket"
 """Name of the bucket that the server has."""
 
@@ -20,7 +22,7 @@ def s3_server(folder: Path) -> Iterator[dict[str, str]]:
     """A server with an empty bucket; gives the environment variables that lead to it. Its log is in ``folder``."""
     with open(folder / "server.log", "wb") as log:
         process = subprocess.Popen([sys.executable, "-m", "tests.object_server"], stdout=subprocess.PIPE, stderr=log,
-                                   cwd=Path(__file__).parents[1])
+                                   cwd=ROOT)
     try:
         assert process.stdout is not None
         variables = environment(int(process.stdout.readline()))

@@ -1,6 +1,5 @@
 """Motions that reach orbits known already, against the verdict of each."""
 
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ from gearchaos.studies.followed_motions import FollowedMotions
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST, reach
 from gearchaos.studyfile import load_design, load_study
+from tests import EXAMPLES
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEEDS = np.array([0.8, 1.4, 2.1])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,8 +21,9 @@ from gearchaos.studies.measured_runup import (
     read_measured_runup,
 )
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 
-PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+PAIR_FILE = EXAMPLES / "spur_50_50.toml"
 RATE, Z = 20_000.0, 50
 
 

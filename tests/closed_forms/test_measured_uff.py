@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +13,10 @@ import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.gears.order_spectrum import read_order_spectrum
 from gearchaos.studies.measured_runup import MeasuredOrders, read_measured_runup
+from tests import EXAMPLES
 
 pyuff = pytest.importorskip("pyuff")
-PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+PAIR_FILE = EXAMPLES / "spur_50_50.toml"
 RATE, Z = 20_000.0, 50
 TIME = np.arange(int(2 * RATE)) / RATE
 TURNED = (520 * TIME + 160 * TIME**2 / 4) / 60

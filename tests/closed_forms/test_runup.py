@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +20,9 @@ from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.sound import RATE, write_wav
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 
-PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+PAIR_FILE = EXAMPLES / "spur_50_50.toml"
 PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.05638, "c0": 4e8, "k": 2000.0,
         "backlash": 1.2e-4, "M10": 85.0, "speed": 4000.0}
 LINEAR = gc.GearPair(**PAIR, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)

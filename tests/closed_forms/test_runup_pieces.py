@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,8 +19,9 @@ from gearchaos.cli import app
 from gearchaos.studies import runup_results
 from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 
-DESIGN = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+DESIGN = EXAMPLES / "spur_50_50.toml"
 MODEL = load_study(DESIGN).model
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,8 +13,8 @@ from gearchaos.gears.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 DESIGN = EXAMPLES / "spur_50_50.toml"
 LINEAR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=2000.0, backlash=1.2e-4,
                      M10=85.0, speed=4000.0, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)

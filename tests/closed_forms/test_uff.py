@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -14,8 +12,9 @@ from gearchaos.dynamics.time_series import evenly
 from gearchaos.sound import check_sound
 from gearchaos.studyfile import load_study
 from gearchaos.uff_files import even_rate
+from tests import EXAMPLES
 
-PAIR_FILE = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+PAIR_FILE = EXAMPLES / "spur_50_50.toml"
 PAIR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.056384, c0=4e8, k=2000.0, backlash=1.2e-4,
                    M10=85.0, speed=4000.0, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)
 

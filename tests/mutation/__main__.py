@@ -15,11 +15,11 @@ from typing import Annotated, Any
 
 import typer
 
+from tests import ROOT
 from tests.mutation.coverage_map import CoverageMap, Measuring
 from tests.mutation.mutants import Mutant, sample
 from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 
-ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "gearchaos"
 FIRST_TESTS = {
     "quantities": ("quantities", "model"), "validation.py": ("limits", "model"),

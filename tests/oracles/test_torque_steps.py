@@ -1,14 +1,14 @@
 """A run-up whose torque changes with each mesh period, beside DOP853 on the wheels in SI."""
 
-from pathlib import Path
 
 import numpy as np
 
 import gearchaos as gc
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 from tests.oracles import scipy_oracle
 
-DESIGN = Path(__file__).parents[2] / "examples/spur_50_50.toml"
+DESIGN = EXAMPLES / "spur_50_50.toml"
 
 
 def test_positions_and_velocities_of_the_wheels_stay_where_the_torque_steps():

@@ -13,9 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 from gearchaos.cli import app
+from tests import ROOT
 from tests.pinned.fewer import few
 
-ROOT = Path(__file__).parents[2]
 PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
 _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _EXAMPLES = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8").split("## Examples")[1]

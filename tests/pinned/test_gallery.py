@@ -9,9 +9,9 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
+from tests import ROOT
 from tests.pinned.fewer import few
 
-ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "docs" / "gallery").glob("plot_*.py"))
 MOST_LINES = 40
 

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
@@ -15,6 +14,7 @@ from gearchaos.explorer.jobs import worker
 from gearchaos.explorer.view import bounds
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.text import from_query
+from tests import EXAMPLES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")
@@ -32,7 +32,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inh
 main()
 """
 COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
-DESIGN = str(Path(__file__).parents[2] / "examples" / "spur_50_50.toml")
+DESIGN = str(EXAMPLES / "spur_50_50.toml")
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega=0.2:3.0&y=eps1=0.0:0.3"
 CALM = "x=omega=0.9:1.1&y=eps1=0.0:0.02"

@@ -32,6 +32,7 @@ import numpy as np
 import gearchaos as gc
 from gearchaos.store import tiles
 from gearchaos.studies.zones import Zones
+from tests import ROOT
 
 STUDY = """
 [model]
@@ -45,7 +46,6 @@ MAP = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.1:30", "eps1=0.05:0.3:20")
 """The same study: 40 tiles in 10 blocks."""
 
 TILE = 16
-ROOT = Path(__file__).parents[2]
 _LARGEST_VALUES = {"label": 5, "period": 8, "reason": 5, "v_rms": 101}
 _DTYPES = {"label": "i1", "period": "i4", "reason": "i1", "v_rms": "f8"}
 

@@ -2,7 +2,6 @@
 
 import subprocess
 import tomllib
-from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -17,11 +16,12 @@ from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS, view_of
 from gearchaos.explorer.view.text import to_query
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, Visit, served, visits
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-PAIR = str(Path(__file__).parents[2] / "examples" / "physical_pair.toml")
+PAIR = str(EXAMPLES / "physical_pair.toml")
 PLACE = "document.querySelector('main').offsetTop"
 DIAGRAM = """() => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === "line")

@@ -1,16 +1,16 @@
 """The explorer of a gear train in a browser: the menu of meshes, the table of meshes, what is left out."""
 
-from pathlib import Path
 
 import pytest
 
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 from tests.slow.browser import NEEDED, Visit, served
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-TRAIN = str(Path(__file__).parents[2] / "examples" / "train_idler.toml")
+TRAIN = str(EXAMPLES / "train_idler.toml")
 
 
 def test_a_train_opens_with_a_menu_of_its_meshes_and_a_table_of_them(chromium, kernels):

@@ -20,7 +20,8 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.store.store import open_store
-from tests.slow.instant import MAP, ROOT, STUDY, wait_until
+from tests import ROOT
+from tests.slow.instant import MAP, STUDY, wait_until
 
 
 def files(path):

@@ -12,9 +12,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from tests import EXAMPLES
 from tests.slow.fuzzing import values
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
 STORES = ("zones", "attractors", "simulate", "half done")
 """Names of the stores that `make_stores` writes; `store` copies them, from ``NAME.zarr`` in the parent folder."""
 

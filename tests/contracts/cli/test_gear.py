@@ -1,0 +1,328 @@
+"""The command `gear`: the answer first, in lines of 80 columns, for one torque or several, and what cannot be given."""
+
+import json
+import re
+from dataclasses import replace
+from itertools import product
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+from gearchaos.cli.datasheets import print_answers
+from gearchaos.datasheet.answer import Answer, default_speeds, edges
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.dynamic_factor import standards
+from gearchaos.gears.units import RPM, measured
+from gearchaos.studies.speeds_to_avoid import Reached, Window, speeds_to_avoid
+from gearchaos.studyfile import load_design
+from tests import EXAMPLES
+
+SPUR = EXAMPLES / "spur_50_50.toml"
+SCAN = ("--speed", "1500:2000:2")
+WIDTH = 80
+SHIFTED = GearDesign(
+    teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.35, 0.2751),
+    bore=("20 mm", "40 mm"), quality={"standard": "ISO 1328-1:1995", "grade": 7}, damping_ratio=0.05,
+    transmission_error="from quality", backlash={"value": "0.15 mm", "of": "line of action, total"},
+    damping_law="always")
+
+
+@pytest.fixture(autouse=True)
+def searched_once(monkeypatch):
+    """A search that an earlier command made is not made again: most commands here print the same few in other ways."""
+    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.speeds_to_avoid", search)
+
+
+FOUND = {}
+
+
+def search(design, speed, **options):
+    asked = repr((design, speed, options))
+    if asked not in FOUND:
+        FOUND[asked] = speeds_to_avoid(design, speed, **options)
+    return FOUND[asked]
+
+
+def gear(*arguments, code=0):
+    result = CliRunner().invoke(app, ["gear", *(str(a) for a in arguments)])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def written(tmp_path, rows, key):
+    """The 50/50 pair with a table for one of its curves."""
+    (tmp_path / "curve.csv").write_text(rows)
+    lines = [line for line in SPUR.read_text().splitlines() if not line.startswith(key)]
+    lines.insert(lines.index("[design]") + 1, f'{key} = {{ table = "curve.csv" }}')
+    path = tmp_path / "design.toml"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def warnings_of(result):
+    return [line for line in result.stderr.splitlines() if re.match("warning: |  \\S|and ", line)]
+
+
+@pytest.mark.slow
+def test_the_answer_comes_first_in_at_most_20_lines_of_80_columns():
+    result = gear(SPUR, *SCAN, "--torque", 60)
+    lines = [*result.stdout.splitlines(), *warnings_of(result)]
+    assert len(lines) <= 20 and max(map(len, lines)) <= WIDTH
+    assert lines[0] == "Spur gear pair 50/50, module 3 mm, b 20 mm, a 150 mm, grade 6"
+    for text in ("60 N m at wheel 1, F_t/b 40 N/mm", "main resonance  4080 rpm",
+                 "1 range in 1500 to 2000 rpm: the teeth separate", "Tried: from rest",
+                 "the factor over 1.75", "warning: The accuracy grade"):
+        assert any(text in line for line in lines), text
+    assert "gear_ratio" not in result.stdout
+
+
+@pytest.mark.slow
+def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motions_that_reach_it():
+    scan = ("--speed", "4000:6000:2", "--torque", 900)
+    found = json.loads(gear(SPUR, *scan, "--json").stdout)["speeds_to_avoid"]
+    *_, window = found["ranges"]
+    row = gear(SPUR, *scan).stdout.splitlines()[7 + len(found["ranges"])].split()
+    assert row[:2] == ["≤", "4000"] and row[-2:] == [measured(window["speed_of_largest"], 3), "1.75"]
+    assert window["stop"] <= float(row[2]) < window["stop"] + window["stop_resolution"] + 10
+    motions = {each["motion"]: each for each in window["reached"]}
+    shown = [[measured(each["dynamic_factor"], 3), *([f"{100 * each['share']:.0f}%"] if each["share"] < 1 else [])]
+             if (each := motions.get(words)) else ["-"]
+             for words in ("from rest", "speed rising", "speed falling", "other initial states")]
+    assert row[3:-2] == [part for parts in shown for part in parts]
+    assert window["dynamic_factor"] == max(each["dynamic_factor"] for each in window["reached"])
+
+
+def window(start, stop, start_resolution, stop_resolution, **ends):
+    return Window(start, stop, 2.0, start, start_resolution, stop_resolution, (), "", "",
+                  **{"from_scan_start": False, "to_scan_end": False, **ends}, begins_with="", ends_with="",
+                  history=None, random_states=None, meshes=(), peaks=())
+
+
+@pytest.mark.parametrize(("found", "shown"), [
+    (window(2322.5114037, 2555.3, 11.6, 12.8), ("2310", "2569")), (window(533.0, 533.0, 103.0, 103.0), ("430", "636")),
+    (window(533.2, 540.1, 0.4, 2.0), ("532", "543")), (window(1014.2, 10120.0, 0.5, 0.5), ("1013", "10121")),
+    (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000")),
+])
+def test_edges_are_rounded_outwards_to_whole_speeds(found, shown):
+    assert edges(found) == shown
+
+
+def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
+    """At 180 N m 23/81 stays in contact from rest where it separates when the speed falls, see the manual."""
+    found = speeds_to_avoid(SHIFTED, "5000:8000:16", 180)
+    ds, (start, stop) = found.dataset, found.in_contact_from_rest[0]
+    inside = ds.sel(speed=slice(start, stop))
+    assert (inside["contact"].sel(motion="rest") == 0).all() and (inside["contact"].max("motion") > 0).all()
+    for motion in ds["motion"].values:  # made up: this motion alone stays in contact
+        alone = replace(found, dataset=ds.assign(contact=(ds["motion"] != motion) * xr.ones_like(ds["contact"])))
+        assert alone.in_contact_from_rest == ([(5000, 8000)] if motion == "rest" else [])
+    outside, separate = found.elsewhere
+    assert outside.stop < found.windows[0].start and not separate
+    largest = float(ds["dynamic_factor"].sel(speed=slice(None, outside.stop)).max())
+    assert outside.dynamic_factor == largest
+    text = " ".join(Answer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
+    assert f"In contact from rest, others not: {start:.0f} to {stop:.0f} rpm" in text
+    assert f"Elsewhere: in contact in all motions found, largest factor {measured(largest, 3)} at" in text
+
+
+def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed():
+    found = speeds_to_avoid(SHIFTED, "7000:7100:2", 180, factor=5, separation=False)
+    text = " ".join(Answer.of(SHIFTED.at(speed=7000, torque=180), found).basis)
+    assert not found.windows and "Elsewhere: the teeth separate at some speeds, largest factor 4." in text
+
+
+@pytest.mark.slow
+def test_every_range_to_avoid_is_named_in_the_answer(capsys):
+    from gearchaos.cli.datasheets import _print_windows
+
+    found = speeds_to_avoid(load_design(SPUR, {}), "400:700:12", 60)
+    assert len(found.windows) > 2
+    _print_windows(found, 2)
+    shown = capsys.readouterr().out
+    for each in found.windows:
+        assert all(end in shown for end in edges(each))
+
+
+def test_a_word_that_is_too_long_for_its_column_is_folded_not_cut(capsys):
+    from gearchaos.cli.output import plain_table, print_table
+
+    table = plain_table(*(f"c{i}" for i in range(8)), left=["c0"])
+    table.add_row(*["neimark-sacker"] * 8)
+    print_table(table)
+    shown = capsys.readouterr().out
+    assert "…" not in shown and shown.count("k") == 8 * 2 and max(map(len, shown.splitlines())) <= 80
+
+
+def test_numbers_have_no_more_digits_than_are_known():
+    assert [measured(v) for v in (2322.5114037, 84.3303, 0.012345678, 14000.0, 123456.7, 0.0)] == [
+        "2323", "84.33", "0.01235", "14000", "123500", "0"]
+    assert measured(float("nan")) == "none" and measured(22432.1, 3) == "22400"
+
+
+@pytest.mark.slow
+def test_every_torque_has_an_answer():
+    for options in (("--torque", "60,180"), ("--torque", "60", "--torque", "180"), ("--torque", "0.06,0.18 kN*m")):
+        result = gear(SPUR, *SCAN, *options)
+        assert re.findall(r"load +(\S+) N m", result.stdout) == ["60", "180"]
+        assert len(warnings_of(result)) == 2, "the warning of both is printed once"
+    documents = json.loads(gear(SPUR, "--torque", "60,180", "--json").stdout)["torques"]
+    loads = [each["quantities"]["line_load"]["value"] for each in documents]
+    assert loads == pytest.approx([40, 120]) and all(each["model"] for each in documents)
+    refused = gear(SPUR, "--torque", "56,5 N*m", code=2)
+    assert "--torque must rise from one to the next; got '56,5 N*m'" in refused.stderr
+    alone = json.loads(gear(SPUR, "--torque", "180", "--json").stdout)
+    assert alone == documents[1]
+
+
+def test_without_speeds_those_around_the_main_resonance_are_looked_through():
+    design = load_design(SPUR)
+    start, stop, count = map(float, default_speeds(design).split(":"))
+    resonance = 4350.12
+    assert start == pytest.approx(0.1 * resonance, rel=0.05) and stop == pytest.approx(1.5 * resonance, rel=0.01)
+    assert count == 60
+    slow, fast = replace(design, speed=100), replace(design, speed=7000)
+    assert default_speeds(slow).startswith("100:") and default_speeds(fast).split(":")[1] == "7700"
+    few = replace(design, teeth=(20, 20), centre_distance=None, module=0.01, face_width=0.2, bore=0.0)
+    velocity = float(default_speeds(few).split(":")[1]) * RPM * 0.1
+    assert velocity == pytest.approx(60, rel=0.01), "a range that ends at 60 m/s"
+    document = json.loads(gear(SPUR, "--json").stdout)
+    assert document["speeds_to_avoid"] is None and document["model"]
+
+
+@pytest.mark.slow
+def test_all_shows_every_quantity_above_its_formula_in_80_columns():
+    result = gear(SPUR, *SCAN, "--torque", "60,180", "--all")
+    first, second = result.stdout.split("What differs at 180 N m")
+    names = re.findall(r"^  (\w+)  ", first.rpartition("Tried: ")[2], re.MULTILINE)
+    assert set(json.loads(gear(SPUR, "--json").stdout)["quantities"]) == set(names)
+    assert "line_load" in second and "gear_ratio" not in second and "Kv_ISO_C" not in second
+    for part, standard in product((first, second), standards()):
+        assert len(re.findall(rf"  {standard.heading}(?=  |$)", part, re.MULTILINE)) == 1
+    assert max(len(line.rstrip()) for line in result.stdout.splitlines()) <= WIDTH
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "rows", "lost", "kept"), [
+    ("stiffness", "fraction,stiffness [N/um]\n0,300\n1,x\n", "resonance_speed", ("lower_limit_ratio", "reduced_mass")),
+    ("transmission_error", "roll angle [deg],error [um]\n0,1\n7.2,x\n", "transmission_error_amplitudes",
+     ("resonance_speed", "Kv_ISO_B")),
+])
+@pytest.mark.parametrize("options", [(), SCAN, ("--all",), ("--json",)])
+def test_a_table_that_cannot_be_read_is_one_message_and_exit_code_2(tmp_path, key, rows, lost, kept, options):
+    path = written(tmp_path, rows, key)
+    result = gear(path, *options, code=2)
+    assert [line for line in result.stderr.splitlines() if "finite numbers" in line] == [
+        f"error: {tmp_path / 'curve.csv'}, line 3, must have finite numbers; got 'x'. Write e.g. 1234.5: no unit, "
+        "nothing between thousands."]
+    if "--json" in options:
+        quantities = json.loads(result.stdout)["quantities"]
+        assert quantities[lost]["value"] is None and all(quantities[name]["value"] for name in kept)
+    else:
+        assert result.stdout.count("finite") == ("--all" in options)
+        assert "speeds to avoid not computed: see the error" in result.stdout
+    page = tmp_path / "page.html"
+    gear(path, "--out", page, code=2)
+    assert page.read_text().count("finite numbers") == 2  # in the answer, and where what has no value is named
+
+
+def test_inputs_that_were_left_out_are_named_and_are_an_error_only_where_speeds_are_asked_for(tmp_path):
+    path = tmp_path / "few.toml"
+    body = SPUR.read_text().partition("[operation]")[0]
+    path.write_text("\n".join(line for line in body.splitlines() if not line.startswith("damping")))
+    result = gear(path)
+    assert "speeds to avoid not computed: damping_ratio and torque must be given" in result.stdout
+    assert "no torque is given" in result.stdout and "error" not in result.stderr.replace("transmission error", "")
+    for options in (SCAN, ("--factor", 2), ("--plot", tmp_path / "x.png")):
+        found = gear(path, *options, code=2).stderr
+        assert found.startswith("error: ") and len(found.splitlines()) == 1
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.slow
+def test_more_ranges_and_warnings_than_fit_are_counted():
+    options = (*SCAN, "--set", "design.damping_ratio=0.9", "--set", "design.mass=900", "--torque", 30000)
+    result = gear(SPUR, *options)
+    lines = [*result.stdout.splitlines(), *warnings_of(result)]
+    assert len(lines) <= 20 and re.match(r"and \d more warnings?: --all shows them", lines[-1])
+    assert result.stderr.count("warning: ") == 3
+    every = gear(SPUR, *options, "--all")
+    assert every.stderr.count("warning: ") == 3 + int(lines[-1].split()[1])
+
+
+def test_of_many_ranges_those_with_the_largest_factors_are_shown(capsys):
+    design = load_design(SPUR)
+    windows = tuple(replace(window(100.0 * n, 100.0 * n, 1.0, 1.0), dynamic_factor=2 + n % 7,
+                            reached=(Reached("from rest", 1.0, 2 + n % 7),)) for n in range(1, 31))
+    answer = Answer.of(design, replace(speeds_to_avoid(design, "1000:1100:2", starts=0), windows=windows))
+    print_answers([answer], every=False, warn=True)
+    printed = capsys.readouterr()
+    lines = [*printed.out.splitlines(), *printed.err.splitlines()]
+    rows = [line.split() for line in lines if re.match(r" *\d+ +\d+ +\d ", line)]
+    hidden = f"and with smaller factors {30 - len(rows)} more between "
+    assert len(lines) == 20 and any(line.startswith(hidden) for line in lines)
+    assert min(float(row[2]) for row in rows) >= 7 and len(rows) >= 3
+    assert [float(row[0]) for row in rows] == sorted(float(row[0]) for row in rows)
+    print_answers([answer], every=True, warn=True)
+    assert "with smaller factors" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_ranges_of_the_command_are_those_of_python(tmp_path):
+    picture = tmp_path / "k.svg"
+    options = ("--speed", "4500:6000:2", "--torque", "900 N*m", "--factor", "0.9")
+    found = json.loads(gear(SPUR, *options, "--plot", picture, "--json").stdout)["speeds_to_avoid"]
+    expected = speeds_to_avoid(load_design(SPUR), options[1], "900 N*m", factor=0.9)
+    document = json.loads(json.dumps(expected.document()))
+    for each in (found, document):
+        del each["along_speed"]  # null for NaN
+    assert found == document and "</svg>" in picture.read_text(encoding="utf-8")
+    assert {each["criterion"] for each in found["ranges"]} == {"the teeth separate", "the dynamic factor is too high"}
+    text = gear(SPUR, *options, "--all").stdout
+    assert "the teeth separate, or the dynamic factor over the quasi-static" in " ".join(text.split())
+    assert [line.split()[-1] for line in text.splitlines() if line.endswith(("  touch", "  apart"))] == [
+        "apart" if each["criterion"] == "the teeth separate" else "touch" for each in found["ranges"]]
+    alone = json.loads(gear(SPUR, *options, "--factor-alone", "--json").stdout)["speeds_to_avoid"]
+    assert {each["criterion"] for each in alone["ranges"]} == {"the dynamic factor is too high"}
+
+
+def test_none_is_said_with_what_was_tried():
+    result = gear(SPUR, "--speed", "5500:6000:2", "--torque", 1200, "--set", "design.transmission_error=none")
+    text = " ".join(result.stdout.split())
+    assert "none found from 5500 to 6000 rpm; looked for speeds at which the teeth separate Tried: from rest" in text
+    assert "no transmission error" in text and "warning" not in result.stderr
+
+
+def test_the_torque_of_the_command_is_that_of_the_datasheet():
+    by_option, by_set = (json.loads(gear(SPUR, *options, "--json").stdout) for options in (
+        ("--set", "torque=3", "--set", "operation.torque=4", "--torque", "250 N*m"), ("--set", "torque=250")))
+    assert by_option == by_set and by_option["speeds_to_avoid"] is None
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
+    (("--speed", "1:2:2", "--factor", "0"), "--factor must be a finite number"),
+    (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
+    (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
+    (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
+    (("--torque", ""), "torque must be a torque"), (("--torque", "400 mm"), "torque must be a torque"),
+    (("--torque", "60,x"), "torque must be a torque; got 'x'"), (("--torque", "x=3"), "torque must be a torque"),
+])
+def test_bad_input_is_refused(arguments, message):
+    result = gear(SPUR, *arguments, code=2)
+    assert result.stderr.startswith(f"error: {message}") and result.stdout == ""
+
+
+@pytest.mark.slow
+def test_without_load_there_is_no_answer(monkeypatch):
+    monkeypatch.setattr("gearchaos.datasheet.answer.default_speeds", lambda design: SCAN[1])  # fewer
+    for options in ((), SCAN):
+        result = gear(SPUR, "--torque", "0,60", *options, code=2)
+        assert result.stderr.splitlines()[-1].startswith("error: torque must be greater than 0")
+        assert "60 N m" in result.stdout and "speeds to avoid not computed: see the error" in result.stdout
+
+
+def test_one_picture_is_of_one_torque(tmp_path):
+    text = gear(SPUR, *SCAN, "--torque", "60,180", "--plot", tmp_path / "x.png", code=2).stderr
+    assert text.startswith("error: --plot needs a single --torque")

@@ -1,0 +1,153 @@
+"""The operating point of a design without one, and what the commands that map over two parameters have in common."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import operating_model
+from gearchaos.model import vary
+from gearchaos.studies.axis import at_axis_starts, parse_axis
+from gearchaos.studyfile import load_design, load_study
+from tests import EXAMPLES
+
+SPUR = EXAMPLES / "spur_50_50.toml"
+SHORT = "[classification]\nlongest_transient = 300\nexponent_run = 200\ndoublings = 0\naveraging_periods = 16\n"
+AXES = ("speed=1000:3000:2", "torque=200:300:2")
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+@pytest.fixture
+def drawing(tmp_path):
+    """The 50/50 pair without [operation]; further text of the study file may be appended."""
+    path = tmp_path / "drawing.toml"
+    path.write_text(SPUR.read_text().partition("[operation]")[0])
+    return path
+
+
+def axes(*texts):
+    return [parse_axis(text) for text in texts]
+
+
+def test_a_design_without_operating_point_gets_the_first_values_of_the_axes(drawing):
+    design = load_design(drawing)
+    found = at_axis_starts(design, axes("eps1=0:1:2", *AXES, "speed=7:8:2"))
+    assert (found.speed, found.torque) == (1000.0, 200.0)
+    assert at_axis_starts(design, axes("speed=1000:2000:2")).torque is None
+    own = replace(design, torque=50.0)
+    assert at_axis_starts(own, axes(*AXES)).torque == 50.0
+    assert at_axis_starts(3, axes(*AXES)) == 3
+
+
+def test_axes_beside_a_file_come_before_those_of_the_file(drawing):
+    with pytest.raises(InputError, match=r"^speed and torque must be given"):
+        load_study(drawing)
+    with drawing.open("a") as file:
+        file.write(f'[study]\nkind = "zones"\nx = "{AXES[0]}"\ny = "{AXES[1]}"\n')
+    assert load_study(drawing).model.value("torque") == 200.0
+    beside = load_study(drawing, axes=axes("torque=250:300:2")).model
+    assert beside.value("torque") == 250.0 and beside.value("speed") == 1000.0
+    assert load_study(drawing, {"torque": 90}, axes=axes("torque=250:300:2")).model.value("torque") == 90.0
+
+
+def test_a_command_and_a_study_fill_in_the_same_operating_point(drawing, tmp_path):
+    out = tmp_path / "b.nc"
+    run("bifurcation", drawing, "--set", "torque=150", "--axis", AXES[0], "--points", 0, "--out", out)
+    study = gc.Bifurcation(replace(load_design(drawing), torque=150.0), AXES[0], points=0)
+    assert json.loads(gc.load(out).attrs["gears"]) == json.loads(study.provenance()["gears"])
+
+
+def test_a_torque_that_varies_replaces_one_that_was_set():
+    """A parameter set by name stays along a torque axis, except for those that the torque itself sets."""
+    model = operating_model(load_design(SPUR)).with_values({"q1": 0.5, "zeta": 0.2})
+    batch = vary(model, {"torque": [200.0, 300.0]})
+    own = [load_design(SPUR).at(torque=torque).to_model().q1 for torque in (200.0, 300.0)]
+    assert batch["q1"].tolist() == own and batch["zeta"] == 0.2
+
+
+@pytest.mark.parametrize("key", ["orders", "table"])
+def test_a_file_of_the_transmission_error_that_was_changed_is_refused(key, tmp_path):
+    def write(peak):
+        curve = "".join(f"{7.2 * i / 40:.4f}, {peak * math.sin(2 * math.pi * i / 40):.6f}\n" for i in range(40))
+        path.write_text({"orders": f"order,peak [um],phase [deg]\n1,{peak},0\n",
+                         "table": f"roll angle [deg], error [um]\n{curve}"}[key])
+
+    path = tmp_path / "te.csv"
+    write(2)
+    design = replace(load_design(SPUR), transmission_error={key: str(path)})
+    write(3)
+    with pytest.raises(InputError, match=rf"^transmission_error.{key} must be the file with which the design was made"):
+        _ = design.error_harmonics
+    write(2)
+    assert design.error_harmonics.amplitudes[0] == pytest.approx(2e-6, rel=1e-4)
+
+
+def test_the_options_of_zones_and_map_are_the_same():
+    group = typer.main.get_command(app)
+    first, second = ({p.name: (p.opts, p.help, p.metavar) for p in group.commands[command].params
+                      if p.param_type_name == "option"} for command in ("zones", "map"))
+    for name in ("starts", "refine", "out", "plot", "json_out"):
+        assert first[name] == second[name], name
+
+
+def test_the_summaries_of_zones_and_map_are_the_same(drawing, tmp_path):
+    with drawing.open("a") as file:
+        file.write(SHORT)
+    out = ("--out", tmp_path / "m.nc", "--json")
+    mapped = json.loads(run("map", drawing, "--speed", AXES[0][6:], "--torque", AXES[1][7:], *out))
+    physical, plain = (
+        json.loads(run("zones", drawing, "--axis", AXES[0], "--axis", AXES[1], *out, *options))
+        for options in (("--physical",), ())
+    )
+    assert {**mapped, "study": "zones"} == physical == plain
+    assert [axis["units"] for axis in plain["axes"]] == ["rpm", "N*m"] and list(plain)[:4] == [
+        "study", "out", "plot", "axes"]
+
+
+@pytest.mark.parametrize(("command", "texts", "example"), [
+    ("zones", ("speed=5:3:4", "eps1=0:1:2"), "speed=500:8000:200"),
+    ("zones", ("torque=1:2",), "torque=20:400:150"), ("zones", ("omega=1:2",), "omega=0.2:3:400"),
+    ("zones", ("q0=1:2:0", "eps1=0:1:2"), "q0=0:0.3:400"), ("basins", ("z_dot=a:2:3",), "z_dot=-3:3:400"),
+    ("zones", ("speed=1:2:3",), "--axis speed=500:8000:200 --axis torque=20:400:150"),
+    ("bifurcation", (), "--axis speed=500:8000:200"),
+    ("basins", (), "--axis z=-3:3:400 --axis z_dot=-3:3:400"), ("zones", ("eps1=0,1:2:3",), "decimal point"),
+])
+def test_the_advice_on_an_axis_is_an_axis_of_that_name(command, texts, example, tmp_path):
+    options = [part for text in texts for part in ("--axis", text)]
+    result = CliRunner().invoke(app, [command, str(SPUR), *options, "--out", str(tmp_path / "o.nc")])
+    assert result.exit_code == 2 and f"{example}" in result.stderr, result.stderr
+
+
+@pytest.mark.parametrize(("option", "text", "message"), [
+    ("--speed", "500:8000", "E.g. 500:8000:200."), ("--torque", "20-400", "E.g. 20:400:150."),
+    ("--torque", "speed=20:400:3", "E.g. 20:400:150."), ("--torque", "400:400:2", "one value alone is 400:400:1"),
+    ("--torque", "20:4e2:x", "torque=20:400:150"), ("--speed", "500,5:600:3", "decimal point"),
+])
+def test_the_advice_on_an_option_of_map_fits_it(option, text, message, tmp_path):
+    options = {"--speed": "500:600:2", "--torque": "20:30:2", option: text}
+    texts = [part for pair in options.items() for part in pair]
+    result = CliRunner().invoke(app, ["map", str(SPUR), *texts, "--out", str(tmp_path / "o.nc")])
+    assert result.exit_code == 2 and result.stderr.startswith("error: ") and message in result.stderr, result.stderr
+
+
+def test_a_map_at_one_torque(drawing, tmp_path):
+    with drawing.open("a") as file:
+        file.write(SHORT)
+    out, picture = tmp_path / "m.nc", tmp_path / "m.png"
+    run("map", drawing, "--speed", "1000:3000:3", "--torque", "400:400:1", "--out", out, "--plot", picture)
+    found = gc.load(out)
+    assert dict(found.sizes) == {"torque": 1, "speed": 3} and found["torque"].values.tolist() == [400.0]
+    assert picture.stat().st_size > 5000
+    run("map", drawing, "--speed", "1000:1000:1", "--torque", "400:400:1", "--refine", 4, "--out", out)
+    assert gc.load(out)["label"].size == 1

@@ -1,0 +1,104 @@
+"""Trains on the command line: what is said before the work, the answer, JSON in SI, axes by part, what is refused."""
+
+import json
+import math
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studyfile import load_study
+from tests import EXAMPLES
+
+LOOSE, IDLER = EXAMPLES / "train_loose_gear.toml", EXAMPLES / "train_idler.toml"
+HOLDS = ("--set", "loose.torque=-0.2")
+
+
+def run(*arguments, code=0):
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+def test_the_first_line_is_the_answer_and_the_train_is_described_before_the_work():
+    result = run("regime", LOOSE, *HOLDS)
+    assert result.stdout.splitlines()[0] == "1T: all meshes keep contact"
+    assert "2 coordinates; everything repeats after\n  37.5 ms, the period of results\n" in result.stderr
+    apart = run("regime", LOOSE, "--set", "loose.torque=-0.1").stdout.splitlines()
+    assert apart[0] == "1T: contact is lost at z1/z2"
+    assert max(map(len, [*apart, *result.stdout.splitlines(), *result.stderr.splitlines()])) <= 80
+
+
+def test_mesh_cycles_in_the_common_period_are_said():
+    stages = run("simulate", EXAMPLES / "train_two_stage.toml", "--periods", 1)
+    assert "2 ms = 2 mesh cycles of first, 1 mesh cycle of second" in " ".join(stages.stderr.split())
+
+
+def test_a_verdict_has_its_meshes_in_si():
+    found = json.loads(run("regime", LOOSE, *HOLDS, "--json").stdout)
+    verdict = gc.regime(gc.Train(
+        speed=800, bodies=[gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300}]),
+                           gc.Body(name="loose", inertia=5e-4, torque=-0.2)],
+        meshes=[gc.Mesh(name="z1/z2", between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045),
+                        stiffness=2e8, damping=60, backlash=0.12e-3)]))
+    assert found["period"] == 1 and found["common_period"] == pytest.approx(60 / 800 / 2)
+    assert found["meshes"] == {"z1/z2": pytest.approx(verdict.meshes["z1/z2"])}
+    one = found["meshes"]["z1/z2"]
+    assert (one["contact"], one["front_share"], one["back_share"]) == ("permanent", pytest.approx(1), 0)
+    # static force and the inertia of the loose wheel: T/r_b + (J/r_b^2) r_a a
+    assert one["force_peak"] == pytest.approx(0.2 / 0.045 + 5e-4 / 0.045**2 * 0.03 * 300, rel=1e-3)
+    assert one["impacts_per_second"] == 0
+
+
+@pytest.mark.slow
+def test_a_printed_section_has_the_deflections_of_six_meshes_in_80_columns():
+    lines = run("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
+    assert lines[0] == "Deflections of the meshes after each common period, last 2 of 2 periods"
+    words = {word for line in lines[1:-2] for word in line.split()}
+    planets = {f"planet{n}{end}" for n in (1, 2, 3) for end in ("", "/")}
+    assert words == {"tau", "(ms)", "(µm)", "sun/", "ring", *planets}
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_simulation_has_deflections_in_metres():
+    found = json.loads(run("simulate", LOOSE, *HOLDS, "--periods", 40, "--json").stdout)["meshes"]["z1/z2"]
+    assert len(found["deflection"]) == len(found["deflection_rate"]) == 40
+    m, w = 5e-4 / 0.045**2, 2 * 2 * math.pi * 800 / 60  # forced by -r_a a cos(w t), from the static deflection
+    response = 0.03 * 300 * m / (2e8 - m * w**2 + 60j * w)
+    assert found["deflection"][-1] == pytest.approx(0.2 / 0.045 / 2e8 + response.real, rel=1e-6)
+    assert found["deflection_rate"][-1] == pytest.approx((1j * w * response).real, rel=1e-4)
+
+
+def test_an_axis_is_named_as_the_part_and_its_variable_as_files_can(tmp_path):
+    out = tmp_path / "map.nc"
+    run("zones", LOOSE, "--axis", "z1/z2.backlash=5e-5:1e-4:2", "--axis", "torque=0.2:0.3:2", "--out", out)
+    with xr.open_dataset(out) as found:
+        assert set(found.sizes) == {"z1_z2.backlash", "torque", "mesh"}
+        assert (found.mesh_contact == 0).all()  # permanent
+
+
+def test_a_store_takes_a_train(tmp_path):
+    text = LOOSE.read_text().replace("-0.4:-0.02:96", "-0.4:-0.2:2")
+    path, store = tmp_path / "train.toml", tmp_path / "run.zarr"
+    path.write_text(text)
+    run("run", path, "--out", store)
+    assert gc.load(store).drop_attrs().identical(load_study(path).study(Bifurcation).run().drop_attrs())
+
+
+@pytest.mark.parametrize(("command", "field"), [
+    ("gear {}", "study file must have a table [design]"), ("script {} --for julia", "tool must be scipy for a train"),
+    ("prove-chaos {}", "model must be a single pair for a proof"), ("regime {} --prove", "model must be a single pair"),
+    ("manifolds {} --out m.nc", "model must be a single pair for manifolds"),
+    ("zones {} --axis speed=500:900:2 --axis loose.tork=1:2:2 --out z.nc", "must be one of"),
+    ("zones {} --axis omega=1:2:2 --axis speed=500:900:2 --out z.nc", "must be one of"),
+    ("regime {} --set kind=full", "kind must be left out for a train")])
+def test_what_takes_no_train_says_so(command, field):
+    assert field in run(*command.format(LOOSE).split(), code=2).stderr
+
+
+def test_torques_that_no_longer_balance_are_refused():
+    assert "-30 N m would balance them" in run("regime", IDLER, "--set", "pump.torque=-29", code=2).stderr
+    assert run("simulate", IDLER, "--set", "torque=10", "--periods", 1)

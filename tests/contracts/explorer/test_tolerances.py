@@ -1,0 +1,268 @@
+"""What tolerances do at the point of the explorer, without a browser: numbers, inputs, words, cloud, when it goes."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearchaos as gc
+from gearchaos.cli.explore import _view
+from gearchaos.datasheet.scatter import answer, scatter_document
+from gearchaos.errors import InputError
+from gearchaos.explorer.jobs.tolerances import assumed, tolerances
+from gearchaos.explorer.jobs.worker import Workers
+from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text, most_followed
+from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.web.page import Page
+from gearchaos.explorer.web.session import Session
+from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.studyfile import load_design, load_study
+from tests import EXAMPLES
+from tests.contracts.explorer.test_computations import Page as Computed
+from tests.contracts.explorer.test_computations import Worker
+
+SPUR = EXAMPLES / "spur_50_50.toml"
+DESIGN = load_design(SPUR)
+FIRST = view_of(load_study(SPUR).model)
+VIEW = FIRST.moved(3000.0, 100.0)
+PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
+TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
+PAPER = presets()["2"].view
+ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "backlash=0.084:0.156 mm")
+
+
+def computed(view):
+    """What tolerances do at the point of a view."""
+    *shares, last = tolerances(view)
+    assert all(0 <= share <= 1 for share in shares)
+    return last
+
+
+@pytest.fixture(scope="module")
+def found():
+    return computed(VIEW)
+
+
+@pytest.fixture(scope="module")
+def with_lists():
+    """That of a pair whose study file has inputs of its own, of which the grade decides."""
+    return computed(replace(VIEW, vary=("stiffness=ISO 6336-1,potential energy", "quality.grade=3,9",
+                                        "damping_ratio=0.04:0.07")))
+
+
+# --- numbers and inputs --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_numbers_are_those_of_scatter(found):
+    expected = gc.scatter(DESIGN, ASSUMED, "speed=3000:3000:1", [100], samples=512, indices=False)
+    assert found.dataset.equals(expected)
+    assert 0.5 < float(expected.anywhere.sel(outcome="contact loss")[0]) < 0.8
+
+
+def test_the_gears_as_they_are_have_the_motion_of_the_point(found):
+    verdict = gc.regime(VIEW.point)
+    assert found.contact == verdict.contact == "one-sided"
+    assert found.factor == pytest.approx(verdict.dynamic_factor / 1.75, rel=1e-6)
+    assert found.values == (None, None, pytest.approx(0.05), pytest.approx(0.12))  # no deviations; ζ; mm
+
+
+@pytest.mark.parametrize(("change", "expected"), [
+    ({}, ASSUMED), ({"transmission_error": "from quality (typical)"}, ASSUMED[1:]),
+    ({"transmission_error": "none"}, ASSUMED[1:]),
+    ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6, "deviations": [0.4, 0]}}, ASSUMED[1:]),
+    ({"backlash": {"value": "10 arcmin", "of": "angle of wheel 1"}}, (*ASSUMED[:2], "backlash=0.002036:0.003782")),
+    ({"backlash": {"tooth_thickness_allowances": ["-60 um", "-80 um"]}}, ASSUMED[:2]),
+])
+def test_inputs_are_assumed_that_the_design_gives_and_scatter_takes(change, expected):
+    design = replace(DESIGN, **change)
+    assert assumed(design) == expected
+    gc.Scatter(design.at(speed=3000), expected, "speed=3000:3000:1", [100], samples=32)
+
+
+def test_a_pair_varies_its_damping_and_backlash():
+    assert assumed(PAIR.gears) == ("k=371:689 N*s/m", "backlash=0.084:0.156 mm")
+    gc.Scatter(PAIR.operating_point, assumed(PAIR.gears), "speed=3000:3000:1", samples=32)
+
+
+def test_inputs_follow_the_page():
+    changed = VIEW.with_value("zeta", 0.1).with_value("backlash", 200.0)
+    assert assumed(changed.gears)[1:] == ("damping_ratio=0.07:0.13", "backlash=0.14:0.26 mm")
+
+
+@pytest.mark.parametrize(("change", "name"), [
+    (lambda view: view.with_value("eps1", 0.2), "eps1"), (lambda view: view.with_value("chi1", 0.2), "chi1"),
+    (lambda view: view.with_stiffness("harmonics"), "stiffness"),
+    (lambda view: view.with_stiffness("steps"), "stiffness"),
+])
+def test_what_was_set_apart_from_the_gears_is_refused_in_words(change, name):
+    with pytest.raises(InputError, match=f"^{name} must be that of the gears"):
+        list(tolerances(change(VIEW)))
+
+
+def test_the_inputs_of_a_study_file_come_first(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(SPUR.read_text().partition("[study]")[0] + """
+[study]
+kind = "scatter"
+vary = ["quality.grade=5:8", { name = "damping_ratio", low = 0.04, high = 0.06 }]
+speed = "speed=1500:5500:3"
+""")
+    view = _view(load_study(path), [], False)
+    assert view.vary == ("quality.grade=5:8", "damping_ratio=0.04:0.06") and FIRST.vary == ()
+    assert from_query(to_query(view, view), view).vary == view.vary
+    assert view.moved(3000.0, 90.0).zoomed((2000.0, 4000.0), (50.0, 150.0)).vary == view.vary
+    assert from_query("?kind=single", view).vary == ()
+
+
+# --- what a page asks for ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def page():
+    """A page that asks what tolerances do."""
+    one = Computed(VIEW)
+    one.computations.ask_tolerances()
+    return one
+
+
+def test_it_says_how_far_it_is_and_shows_what_is_found(page, found):
+    job, shown = page.branches.jobs["tolerances"], page.display.shown
+    assert job.function.args == (VIEW,) and shown["show_tolerances"] == [(None,)]
+    job.show(0.42)
+    assert "tolerances 42 %" in shown["show_busy"][-1][0]
+    job.show(found)
+    job.end(None)
+    assert shown["show_tolerances"][-1] == (found,) and "clear_tolerances" not in shown
+    assert page.computations.cloud is found
+
+
+def test_a_second_press_cancels_it_and_a_third_asks_anew(page):
+    page.computations.ask_tolerances()
+    assert page.branches.jobs == {} and len(page.display.shown["clear_tolerances"]) == 1
+    page.computations.ask_tolerances()
+    assert "tolerances" in page.branches.jobs and page.display.shown["show_tolerances"] == [(None,)] * 2
+
+
+def test_a_refusal_is_a_message_and_ends_the_wait(page):
+    page.branches.jobs["tolerances"].end("torque must be positive")
+    assert page.display.shown["show_message"][-1] == ("tolerances: torque must be positive",)
+    assert len(page.display.shown["clear_tolerances"]) == 1
+
+
+@pytest.mark.parametrize("complete", [False, True])
+@pytest.mark.parametrize(("change", "goes"), [
+    (lambda view: view.moved(3000.0, 110.0), True), (lambda view: view.with_value("speed", 3100.0), True),
+    (lambda view: view.with_value("zeta", 0.08), True), (lambda view: PAPER, True),
+    (lambda view: view.with_other_units(), False), (lambda view: view.zoomed((2000.0, 4000.0), (50.0, 150.0)), False),
+])
+def test_it_goes_with_another_point_or_other_gears(page, found, complete, change, goes):
+    if complete:
+        page.branches.jobs["tolerances"].show(found)
+        page.branches.jobs["tolerances"].end(None)
+    page.move(change(VIEW))
+    assert ("clear_tolerances" in page.display.shown) == goes
+    assert (page.computations.cloud is found) == (complete and not goes)
+    assert ("tolerances" in page.branches.jobs) == (not goes)
+
+
+@pytest.mark.parametrize("view", [PAPER, TRAIN])
+def test_a_train_and_a_dimensionless_model_have_none(view):
+    one = Computed(view)
+    one.computations.ask_tolerances()
+    assert one.branches.asked == [] and "pair of gears" in one.display.shown["show_message"][-1][0]
+    assert "cloud" not in Page(view, view).roots()
+
+
+def test_pairs_have_the_figure_and_the_button_asks():
+    assert all("cloud" in Page(view, view).roots() for view in (VIEW, PAIR))
+    workers = Workers(*(Worker() for _ in range(4)))
+    document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
+    Session(VIEW, workers, document, FIRST).page.messages.act("press", "tolerances")
+    assert workers.branches.asked == ["tolerances"]
+
+
+# --- shown ---------------------------------------------------------------------------------------------------------
+
+
+def test_words_are_those_of_the_command(found):
+    text, content = cloud_text(found, VIEW), scatter_document(found.dataset)
+    expected = answer(content, content["torques"][0])
+    assert [each.lower() for each in text.sentences[:-1]] == [f"{each}.".lower() for each in expected]
+    value, low, high = (float(found.dataset[f"anywhere{end}"].sel(outcome="contact loss")[0])
+                        for end in ("", "_lo", "_hi"))
+    assert text.sentences[0] == (f"100 N m: contact is lost from rest with probability {value:.2f} ({low:.2f} to "
+                                 f"{high:.2f}) at 3000 rpm.")
+    assert text.sentences[-1] == ("The gears as they are, at the upper limit of the grade: separation, dynamic factor "
+                                  "2.89 times the quasi-static ratio.")
+    assert "backlash 0.084:0.156 mm" in text.tried[0] and "assumed: 30 %" in text.tried[-1]
+    assert [name for _, name in text.legend.entries] == ["in contact", "separation", "both flanks",
+                                                         "the gears as they are"]
+
+
+@pytest.mark.slow
+def test_words_say_whose_inputs_they_are(with_lists):
+    text = cloud_text(with_lists, replace(VIEW, vary=("quality.grade=3,9",)))
+    assert "of the study file" in text.tried[-1] and "upper limit" not in text.sentences[-1]
+
+
+def drawn(found):
+    """What is set of the designs, the gears as they are, their level, and the axes."""
+    put = {}
+    figure = CloudFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
+    figure.show(found)
+    parts = (figure.designs, figure.own, figure.level, figure.figure.xaxis[0], figure.figure.x_range)
+    return [put[part.id] for part in parts]
+
+
+def test_each_design_is_a_point_in_the_colour_of_its_contact(found):
+    designs, own, level, _, ends = drawn(found)
+    ds, number = found.dataset, most_followed(found.dataset)
+    np.testing.assert_array_equal(designs["data"]["y"], ds.sample_factor[0])
+    np.testing.assert_array_equal(designs["data"]["x"], ds.sample_value[number])
+    lost = [colour != CONTACT_CLASSES[0].colour for colour in designs["data"]["colour"]]
+    np.testing.assert_array_equal(lost, ds.sample_share_lost[0] == 1)
+    both = designs["data"]["colour"].count(CONTACT_CLASSES[2].colour) / 512
+    assert both == pytest.approx(float(ds.anywhere.sel(outcome="both flanks hit")[0]), abs=1e-12) and both > 0
+    assert own["data"]["x"] == [] and level["location"] == found.factor  # they have no deviation of their own
+    assert ends["start"] < min(designs["data"]["x"]) and ends["end"] > max(designs["data"]["x"])
+
+
+@pytest.mark.slow
+def test_the_gears_as_they_are_are_marked_at_their_value():
+    one = computed(replace(VIEW.moved(700.0, 100.0), vary=("damping_ratio=0.03:0.1",)))
+    _, own, _, axis, _ = drawn(one)
+    assert own["data"] == {"x": [pytest.approx(0.05)], "y": [one.factor]} and axis["axis_label"] == "damping_ratio"
+
+
+def test_lists_are_drawn_at_their_numbers(with_lists):
+    designs, own, *_, axis, _ = drawn(with_lists)
+    assert axis["axis_label"] == "quality.grade" and set(designs["data"]["x"]) == {3.0, 9.0} and own["data"]["x"] == []
+    ds = with_lists.dataset
+    of_stiffness = replace(with_lists, dataset=ds.isel(varied=[0]), values=(None,))
+    designs, *_, axis, _ = drawn(of_stiffness)
+    assert axis["axis_label"] == "stiffness: 1 ISO 6336-1, 2 potential energy"
+    np.testing.assert_array_equal(designs["data"]["x"], ds.sample_value[0] + 1)
+
+
+def test_the_axis_is_the_input_that_the_factor_follows_most():
+    values = np.random.default_rng(0).random((3, 512))
+    factor = (values[1] - 0.5) ** 2 + 0.01 * values[0]  # not monotonous
+    factor[:5], factor[5:9] = np.nan, np.inf  # not possible, diverged
+    ds = xr.Dataset({"sample_factor": (("torque", "sample"), factor[None]),
+                     "sample_value": (("varied", "sample"), values)})
+    assert most_followed(ds) == 1
+    assert most_followed(ds.assign(sample_factor=ds.sample_factor * np.nan)) == 0
+
+
+def test_what_diverges_is_not_drawn(found):
+    factor = found.dataset.sample_factor.values.copy()
+    factor[0, :3], factor[0, 3] = np.inf, np.nan
+    one = replace(found, dataset=found.dataset.assign(sample_factor=(("torque", "sample"), factor)), factor=np.nan)
+    designs, own, level, *_ = drawn(one)
+    assert len(designs["data"]["x"]) == 508 and own["data"]["x"] == [] and level["location"] is None
+    assert "dynamic factor" not in cloud_text(one, VIEW).sentences[-1]

@@ -1,0 +1,1 @@
+"""Gear designs, pairs and trains as inputs: units, tables, refusals, warnings, datasheets."""

@@ -1,0 +1,176 @@
+"""Tables as programs export them: each is read to its truth, or refused with its line and the cure; none is misread."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from gearchaos.explorer.view.text import design_values
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.stiffness.table import read_curve
+from tests.contracts.gears.exports import AT, MODULE, WIDTH, Export, exports
+
+
+def read(export: Export, folder) -> np.ndarray:
+    """What a design makes of an export, in the form of its truth."""
+    path = folder / export.name
+    path.write_bytes(export.content)
+    design = GearDesign(teeth=export.teeth, module=MODULE, face_width=WIDTH,
+                        **{export.key: {export.file: str(path), **export.options}})
+    if export.key == "transmission_error":
+        found = design.error_harmonics
+        values = np.array(found.amplitudes) * np.exp(-1j * np.array(found.phases))
+        return np.append(values, np.zeros(8 - len(values)))
+    curve, _ = read_curve(path, field="table", teeth=export.teeth[0], face_width=WIDTH)
+    assert design.mesh_stiffness.reference == curve.mean
+    return curve(AT)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_random_tables_are_read_rightly_or_refused_with_line_and_cure(seed, tmp_path):
+    """40 of stiffness and 20 of transmission error for each seed."""
+    read_ones = 0
+    for export in exports(seed, 40, 20):
+        try:
+            found = read(export, tmp_path)
+        except InputError as error:
+            assert export.trap, f"{export.name} must be read: {error}"
+            assert f"{export.name}, line " in error.field and error.advice, str(error)
+            continue
+        np.testing.assert_allclose(found, export.truth, rtol=1e-9, atol=1e-9 * np.abs(export.truth).max(),
+                                   err_msg=f"{export.name} is misread ({export.trap})")
+        read_ones += 1
+    assert read_ones >= 40
+
+
+TEETH, RADIUS = (20, 30), (0.03 * math.cos(math.radians(20)), 0.045 * math.cos(math.radians(20)))
+"""Numbers of teeth and base radii, m, of the design of the tests below."""
+
+X = np.arange(41) / 40
+STIFFNESS = 400 + 60 * np.cos(2 * np.pi * X) + 9 * np.sin(4 * np.pi * X)
+ERROR = 4.2 * np.cos(2 * np.pi * X - 0.5) + 1.1 * np.cos(4 * np.pi * X + 1)
+
+
+def design(key, value):
+    """A design with a table."""
+    return GearDesign(teeth=TEETH, module=MODULE, face_width=WIDTH, **{key: value})
+
+
+def german(*columns):
+    """Rows of columns with decimal commas and a semicolon at the end."""
+    return "".join(";".join(repr(v).replace(".", ",") for v in row) + ";\r\n" for row in zip(*(
+        c.tolist() for c in columns), strict=True))
+
+
+def english(*columns):
+    """Rows of columns with decimal points, after their number."""
+    return "".join(f"{i},{','.join(map(repr, row))}\n" for i, row in enumerate(zip(*(
+        c.tolist() for c in columns), strict=True)))
+
+
+GERMAN = {
+    "stiffness": ("sep=;\r\nDrehwinkel [°];Eingriffssteifigkeit [N/(mm·µm)];\r\n"
+                  + german(X * 18, STIFFNESS / 25)).encode("cp1252"),
+    "table": ("Drehwinkel Ritzel;Drehfehler;Drehmoment\r\n[°];[µm];[Nm]\r\n"
+              + german(X * 18, ERROR, X)).encode("utf-16"),
+    "orders": "Ordnung;peak [µm];Phasenwinkel [°]\r\n1;4,2;28,6478897565\r\n2;1,1;-57,2957795131\r\n".encode("cp1252"),
+}
+ENGLISH = {
+    "stiffness": ("Contact analysis\n,Angle of rotation [°],Stiffness curve [N/µm],Torque [Nm]\n"
+                  + english(X * 18, STIFFNESS, X)).encode("utf-8-sig"),
+    "table": (",Pinion rotation (deg),Transmission error (um)\n" + english(X * 18, ERROR)).encode(),
+    "orders": b"order,peak to peak / um,phase / rad\n1,8.4,0.5\n2,2.2,-1\n",
+}
+
+
+@pytest.mark.parametrize("exported", [GERMAN, ENGLISH], ids=["German", "English"])
+@pytest.mark.parametrize("kind", ["stiffness", "table", "orders"])
+def test_a_german_and_an_english_export_of_each_kind(exported, kind, tmp_path):
+    (tmp_path / "export.csv").write_bytes(exported[kind])
+    if kind == "stiffness":
+        found = design("stiffness", {"table": str(tmp_path / "export.csv")})
+        assert found.mesh_stiffness.reference == pytest.approx(400e6, rel=1e-9)
+        assert found.mesh_stiffness(X) == pytest.approx(STIFFNESS * 1e6, rel=0.01)
+    else:
+        found = design("transmission_error", {kind: str(tmp_path / "export.csv")})
+        assert found.error_harmonics.amplitudes[:2] == pytest.approx((4.2e-6, 1.1e-6), rel=1e-9)
+        assert found.error_harmonics.phases[:2] == pytest.approx((0.5, -1), rel=1e-9)
+    notes = [text for text in found.assumptions if text.startswith("Columns of export.csv: ")]
+    assert notes == ({
+        id(GERMAN["table"]): ["Columns of export.csv: roll angle is 'Drehwinkel Ritzel [°]', error is 'Drehfehler "
+                              "[µm]'; not used: 'Drehmoment [Nm]'."],
+        id(ENGLISH["stiffness"]): ["Columns of export.csv: roll angle is 'Angle of rotation [°]', stiffness is "
+                                   "'Stiffness curve [N/µm]'; not used: 'Torque [Nm]'."],
+    }.get(id(exported[kind]), []))
+
+
+@pytest.mark.parametrize(("unit", "factor"), [
+    ("arcsec", 648000 / math.pi), ('"', 648000 / math.pi), ("arcmin", 10800 / math.pi), ("'", 10800 / math.pi),
+    ("deg", 180 / math.pi), ("°", 180 / math.pi), ("rad", 1.0), ("mrad", 1e3), ("µrad", 1e6),
+])
+@pytest.mark.parametrize("wheel", [1, 2])
+def test_an_error_that_is_the_angle_of_a_wheel_is_multiplied_by_its_base_radius(unit, factor, wheel, tmp_path):
+    path, scale = tmp_path / "te.csv", factor * 1e-6 / RADIUS[wheel - 1]
+    for key, text in (("table", f"roll angle [deg];error [{unit}];\n" + german(X * 18, ERROR * scale)),
+                      ("orders", f"order;peak [{unit}];phase [rad]\n1;{4.2 * scale!r};0.5\n2;{1.1 * scale!r};-1\n")):
+        path.write_text(text)
+        found = design("transmission_error", {key: str(path), "wheel": wheel})
+        assert found.error_harmonics.amplitudes[:2] == pytest.approx((4.2e-6, 1.1e-6), rel=1e-12)
+        assert found.error_harmonics.phases[:2] == pytest.approx((0.5, -1), rel=1e-12)
+        radius = f"{RADIUS[wheel - 1] * 1e3:.6g} mm"
+        assert any(f"angles of a wheel, multiplied by its base radius, {radius}" in text for text in found.assumptions)
+        with pytest.raises(InputError, match="line 1, must have the ") as error:
+            _ = design("transmission_error", {key: str(path)}).error_harmonics
+        assert "For an angle write wheel = 1 or wheel = 2 beside the file" in error.value.advice
+        path.write_text(text.replace(f"[{unit}]", "[um]", 1))
+        with pytest.raises(InputError, match="line 1, must have the unit of an angle"):
+            _ = design("transmission_error", {key: str(path), "wheel": wheel}).error_harmonics
+
+
+def test_columns_are_part_of_a_design(tmp_path):
+    path = tmp_path / "k.csv"
+    path.write_text("phi,c1,c2\n0,300,400\n9,200,300\n18,300,400\n")
+    value = {"table": str(path), "columns": {"angle": "phi [deg]", "value": "c2 [N/um]"}}
+    found = design("stiffness", value)
+    assert found.mesh_stiffness.reference == pytest.approx(350e6, rel=1e-12)
+    assert found.assumptions == (
+        "Columns of k.csv: roll angle is 'phi' in deg, stiffness is 'c2' in N/um; not used: 'c1'.",)
+    copies = (GearDesign(**asdict(found)), pickle.loads(pickle.dumps(found)), GearDesign(**design_values(found)))
+    assert all(copy == found and hash(copy) == hash(found) for copy in copies)
+    other = design("stiffness", {**value, "columns": {"angle": "phi [deg]", "value": "c1 [N/um]"}})
+    assert other != found and other.mesh_stiffness.reference == pytest.approx(250e6, rel=1e-12)
+    timed = design("stiffness", {"table": str(path), "speed": "100 rpm", "columns": {"time": "phi [s]"}})
+    assert GearDesign(**design_values(timed)) == timed
+
+
+@pytest.mark.parametrize(("key", "value", "field", "words"), [
+    ("stiffness", {"columns": "phi"}, "stiffness.columns", "must be a table of headers"),
+    ("stiffness", {"columns": {"angle": 3}}, "stiffness.columns", "must be a table of headers"),
+    ("stiffness", {"wheel": 1}, "stiffness", "must have no key but"),
+    ("transmission_error", {"speed": "3 rpm"}, "transmission_error", "must have no key but"),
+    ("transmission_error", {"wheel": 3}, "transmission_error.wheel", "must be 1 or 2"),
+    ("transmission_error", {"wheel": True}, "transmission_error.wheel", "must be 1 or 2"),
+])
+def test_keys_beside_a_table_that_are_wrong_or_without_effect(key, value, field, words, tmp_path):
+    (tmp_path / "k.csv").write_text("")
+    with pytest.raises(InputError, match=words) as error:
+        design(key, {"table": str(tmp_path / "k.csv"), **value})
+    assert error.value.field == field
+
+
+def test_a_study_file_chooses_columns_and_the_datasheet_says_so(tmp_path):
+    (tmp_path / "te.csv").write_text("Angle A [deg];Angle B [deg];TE [arcsec]\n" + german(X * 18, X * 12, ERROR))
+    (tmp_path / "design.toml").write_text(
+        '[design]\nteeth = [20, 30]\nmodule = "3 mm"\nface_width = "25 mm"\ntransmission_error = '
+        "{ table = 'te.csv', wheel = 2, columns = { angle = 'Angle A' } }\n")
+    shown = CliRunner().invoke(app, ["gear", str(tmp_path / "design.toml"), "--json"])
+    assert shown.exit_code == 0
+    assert "roll angle is 'Angle A [deg]', error is 'TE [arcsec]'; not used: 'Angle B [deg]'" in shown.stdout

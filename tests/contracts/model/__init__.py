@@ -1,0 +1,1 @@
+"""The dimensionless model: names, rules, kinds of stiffness, damping laws."""

@@ -1,0 +1,1 @@
+"""The package itself: exported names, documentation, installation, dependencies, cached kernels."""

@@ -1,0 +1,1 @@
+"""Pictures and cards, by the data of their artists."""

@@ -1,0 +1,1 @@
+"""Proofs: what they return, write and refuse."""

@@ -1,0 +1,1 @@
+"""Stores and the runs into them: layout, damage, resumption, engines."""

@@ -1,0 +1,1 @@
+"""Studies: arguments, results, records, bad input."""

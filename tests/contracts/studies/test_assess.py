@@ -1,0 +1,541 @@
+"""The decision over speed and torque: command, words, JSON, picture and report, all from one assessment."""
+
+import json
+import math
+import random
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.cli.datasheets import print_answers, print_datasheets
+from gearchaos.datasheet.answer import Answer, edges
+from gearchaos.datasheet.printed import _lines, report_pdf
+from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
+from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
+from gearchaos.errors import InputError
+from gearchaos.gears.operating import as_model
+from gearchaos.plot._assessment import draw_factors
+from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.plot.theme import EVENT_COLOURS
+from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
+from gearchaos.studies.speed_windows import (
+    FORCE_CRITERION,
+    INWARDS,
+    NEAREST,
+    OUTWARDS,
+    UNBOUNDED,
+    RandomStates,
+    Reached,
+    UsableRange,
+    ends_in_words,
+)
+from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
+from gearchaos.studyfile import load_design, load_study
+from tests import EXAMPLES
+
+SPUR = EXAMPLES / "spur_50_50.toml"
+SCAN = ("--speed", "500:700:8", "--starts", 0)
+WIDTH = 80
+
+
+def assess(*arguments, code=0):
+    result = CliRunner().invoke(app, ["assess", *(str(a) for a in arguments)])
+    assert result.exit_code == code, result.stderr
+    return result
+
+
+@pytest.fixture(scope="module")
+def found():
+    return gc.assess(load_design(SPUR), "500:700:8", [100, 300], starts=0)
+
+
+@pytest.fixture(scope="module")
+def command(tmp_path_factory):
+    """A run of the command with all it writes, and the folder with the files."""
+    folder = tmp_path_factory.mktemp("assess")
+    files = [part for n in ("out.html", "pdf.pdf", "plot.svg")
+             for part in (f"--{n.partition('.')[0]}", folder / n)]
+    return assess(SPUR, *SCAN, "--torque", "100,300", *files), folder
+
+
+def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
+    document = json.loads(assess(SPUR, *SCAN, "--torque", "100,300", "--json").stdout)
+    assert {"avoid", "usable", "assumptions"} <= document.keys()
+    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history"} <= document[
+        "avoid"][0].keys()
+    assert document["usable"][0].keys() == {"torque", "from", "to", "margin"}
+    assert document == json.loads(json.dumps(found.document())) and len(document["avoid"]) == 4
+
+
+@pytest.mark.slow
+def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
+    lines = command[0].stdout.splitlines()
+    assert lines[0].startswith("usable at 100 and 300 N m: 657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %),")
+    head = " ".join(" ".join(lines[:4]).split())
+    assert "avoid the rest of 500 to 700 rpm, where in some motion the teeth separate" in head
+    assert max(map(len, lines)) <= WIDTH
+    for low, high, margin in re.findall(r"(\d+) to (?:≥ )?(\d+) rpm \(±([\d.]+) %\)", verdict(found)):
+        (inside,) = [part for part in found.usable_at_all if part.start <= float(low) < float(high) <= part.stop]
+        assert float(margin) == pytest.approx(100 * inside.margin, abs=0.051)
+
+
+def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
+    shown = [line.split() for line in command[0].stdout.splitlines() if re.match(r" *\d+ +\d+ ", line)]
+    expected = [window for _, window in found.avoid]
+    assert len(shown) == len(expected) == 4
+    for row, window in zip(shown, expected, strict=True):
+        assert float(row[0]) <= window.start < float(row[0]) + 1 and float(row[1]) - 1 < window.stop <= float(row[1])
+        assert row[-6:-3] == ["graze", "graze", f"{window.dynamic_factor:.3g}"] and row[-2:] == ["no", "–"]
+
+
+def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
+    (window, *_) = found.at[0].windows
+    open_ = replace(
+        window, begins_with="", start_resolution=0.25, to_scan_end=True, history=(window.start, window.stop))
+    (row,) = rows(replace(found.at[0], windows=(open_,)))
+    assert row.begins_with == "– ±0.25" and row.ends_with == "end of scan" and row.stop.startswith("≥ ")
+    assert row.history == "yes"
+    alone = replace(open_, reached=(Reached("other initial states", 1.0, 2.0),))
+    only = replace(found.at[0], windows=(alone,))
+    assert rows(only)[0].history == "others"
+    assert worst(replace(found, at=(only,))).endswith("1 of these only other initial states lead to")
+    meaning = "N m, where the teeth hit both flanks: a reason to avoid that speed, not a load; in"
+    assert meaning not in worst(replace(found, at=(only,)))
+    hard = only.dataset.assign(contact=2 * xr.ones_like(only.dataset.contact))
+    assert meaning in worst(replace(found, at=(replace(only, dataset=hard),)))
+
+
+def test_usable_ranges_that_are_next_to_nothing_of_the_speeds_are_not_named():
+    parts = [UsableRange(626.73, 626.91), UsableRange(656.9, 1124.4), UsableRange(12.345, 12.987)]
+    assert usable_in_words(parts, (500.0, 1124.4)) == ["657 to ≥ 1124 rpm (±26.2 %)", "12.4 to 12.9 rpm (±2.5 %)"]
+    assert usable_in_words(parts[:1], (626.7, 626.91)) == ["626.73 to ≥ 626.91 rpm (±0.01 %)"]
+
+
+def test_both_ends_of_a_printed_range_differ_however_narrow_it_is():
+    draw = random.Random(3)
+    for _ in range(3000):
+        start = 10 ** draw.uniform(-3, 5)
+        stop = start * (1 + 10 ** draw.uniform(-9, 1))
+        outwards, inwards, nearest = (
+            [Fraction(end) for end in ends_in_words(start, stop, way)] for way in (OUTWARDS, INWARDS, NEAREST))
+        assert outwards[0] <= Fraction(repr(start)) <= inwards[0] < inwards[1] <= Fraction(repr(stop)) <= outwards[1]
+        assert nearest[0] < nearest[1]
+    assert [ends_in_words(*ends) for ends in ((559.2, 586.4), (12.345, 98.76), (500.0, 500.1))] == [
+        ("559", "587"), ("12.3", "98.8"), ("500", "500.1")]
+
+
+def test_a_narrow_range_of_speeds_is_printed_with_its_digits(capsys):
+    design = load_design(SPUR)
+    answers = [Answer.of(design, gc.speeds_to_avoid(design, "643:643.1:2", starts=0))]
+    print_answers(answers, every=True, warn=False)
+    print_datasheets(answers)
+    sheet = capsys.readouterr().out
+    for text in (sheet, assess(SPUR, "--speed", "643:643.1:2", "--starts", 0).stdout):
+        assert "643 to 643.1 rpm" in text and "643 to 643 " not in text
+    assert re.findall(r"^ *(643\S*) ", sheet.partition("K_v by the standards")[2], re.MULTILINE) == ["643", "643.1"]
+
+
+def test_warnings_are_those_of_the_torques_asked_for_not_of_the_file():
+    said = assess(SPUR, "--speed", "643:644:2", "--starts", 0, "--torque", "100,1e9").stderr
+    assert "unusually high: is the torque in N*m?" in " ".join(said.split())
+    assert all(len(line) <= WIDTH for line in said.splitlines())
+    assert "unusually high" not in assess(SPUR, "--speed", "643:644:2", "--starts", 0, "--torque", "100").stderr
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    (("--torque", "1e11"), "torque must deflect the teeth at rest by at most 1e+06 half backlashes; got '1e+11 N m'"),
+    (("--speed", "0.001:0.1:10"), "error: speed must be at least about 0.066 rpm; got '0.001:0.1'"),
+])
+def test_what_no_motion_can_be_computed_for_is_refused_in_the_units_of_the_user(options, message):
+    options = {"--speed": "643:644:2", "--starts": 0} | dict([options])
+    assert message in assess(SPUR, *(part for pair in options.items() for part in pair), code=2).stderr
+
+
+def made_up(found, *usable):
+    """The assessment of one torque with ranges to avoid around these usable ones."""
+    window, at = found.at[0].windows[0], found.at[0]
+    edges = [500.0, *(edge for part in usable for edge in part), 700.0]
+    windows = tuple(replace(window, start=a, stop=b) for a, b in zip(edges[::2], edges[1::2], strict=True))
+    return replace(found, at=(replace(at, windows=windows),))
+
+
+def test_without_a_usable_speed_this_is_said_plainly(found):
+    assert verdict(made_up(found)) == "no speed from 500 to 700 rpm is usable at 100 N m: the teeth separate"
+    one, other = made_up(found, (510, 540)).at[0], made_up(found, (600, 640)).at[0]
+    assert verdict(replace(found, at=(one, replace(other, torque=300.0)))) == (
+        "no speed from 500 to 700 rpm is usable at 100 and 300 N m: the teeth separate; some are at single torques")
+    many = [(500 + 20 * k, 505 + 20 * k) for k in range(1, 6)]
+    assert " and 2 narrower ranges; avoid the rest" in verdict(made_up(found, *many))
+
+
+def test_none_found_says_what_was_tried():
+    options = ("--speed", "5500:6000:2", "--torque", 1200, "--starts", 1, "--set", "design.transmission_error=none")
+    text = " ".join(assess(SPUR, *options).stdout.split())
+    assert text.startswith("usable at 1200 N m: all of 5500 to 6000 rpm; looked for were speeds at which the teeth "
+                           "separate, and none found from rest, sweeps at")
+    assert "At 1200 N m, dynamic factor 1.75 at speed 0, avoid nothing" in text
+
+
+def test_of_many_torques_the_merged_answer_is_printed_alone():
+    text = assess(SPUR, "--speed", "500:520:2", "--starts", 0, "--torque", "100:160:7").stdout
+    assert text.startswith("usable at 7 torques from 100 to 160 N m: all of 500 to 520 rpm")
+    assert "At 1" not in text and "0 ranges to avoid at 7 torques: --json or --out has all" in text
+
+
+def test_the_report_has_the_numbers_of_json_and_loads_nothing(command, found):
+    page = (command[1] / "out.html").read_text()
+    for each in found.document()["usable"]:
+        words = f"{math.ceil(each['from'])} to (≥ )?{math.floor(each['to'])} rpm .±{100 * each['margin']:.1f} %."
+        assert re.search(f"<td[^>]*>{each['torque']:g}</td><td[^>]*>(≤ )?{words}</td>", page)
+    for at in found.at:
+        for row in rows(at):
+            assert re.search(r"\s*".join(f"<td [^>]*>{re.escape(value)}</td>" for value in row), page)
+    sentence = verdict(found)
+    assert f"{sentence[0].upper()}{sentence[1:]}." in page and worst(found)[1:] in page
+    assert "Not computed: the command does so with --sensitivity." in page and "What to change" not in page
+    assert not re.search(r"<script|<link|<img|(?:src|href)=\"(?!#)", page)
+    for name, value in inputs_of(found.gears).items():
+        assert name in page and value.split("_")[0] in page
+
+
+def test_the_pdf_and_the_picture_are_whole(command):
+    assert (command[1] / "pdf.pdf").read_bytes().startswith(b"%PDF-")
+    assert "</svg>" in (command[1] / "plot.svg").read_text(encoding="utf-8")
+
+
+def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_events(found):
+    ax = gc.plot.assessment(found)
+    spans = sorted(tuple(path.get_extents().intervalx) for bars in ax.collections for path in bars.get_paths())
+    expected = [(w.start, w.stop) for _, w in found.avoid] + [(p.start, p.stop) for p in found.usable_at_all]
+    assert np.allclose(spans, sorted(expected), rtol=1e-12)
+    marks = [line for line in ax.lines if line.get_color() == EVENT_COLOURS["graze"]]
+    assert sorted(line.get_xdata()[0] for line in marks) == sorted(e for _, w in found.avoid for e in (w.start, w.stop))
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["loss of contact", "usable at all torques", "graze"]
+    assert CONTACT_CLASSES[1].colour in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
+    assert "±5.6 %" in [text.get_text() for text in ax.texts]
+
+
+def test_where_the_history_decides_bars_are_pale_and_hatched(found):
+    at = found.at[0]
+    ax = gc.plot.assessment(replace(found, at=(replace(at, windows=tuple(
+        replace(w, history=(w.start, w.stop), contact="both flanks", begins_with="") for w in at.windows)),)))
+    assert {(bars.get_hatch(), bars.get_alpha()) for bars in ax.collections} == {("////", 0.45)}
+    assert {to_hex(bars.get_facecolor()[0]) for bars in ax.collections} == {CONTACT_CLASSES[2].colour}
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "both flanks", "the history decides", "no event", "graze"]
+
+
+def test_many_torques_are_areas_that_touch(found):
+    many = replace(found, at=tuple(replace(found.at[0], torque=float(t)) for t in (10, 20, *range(40, 400, 30))))
+    ax = gc.plot.assessment(many)
+    heights = sorted({tuple(path.get_extents().intervaly) for bars in ax.collections for path in bars.get_paths()})
+    assert [a[1] for a in heights[:-2]] == [b[0] for b in heights[1:-1]] and heights[0] == (5.0, 15.0)
+    with pytest.raises(gc.InputError, match=re.escape("found must be the result of gearchaos.assess")):
+        gc.plot.assessment(found.at[0].dataset)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "options"), [
+    ("physical_pair.toml", ("--speed", "10300:10400:2", "--torque", "50,80")),
+    ("train_idler.toml", ("--speed", "3000:3060:2", "--torque", "15")),
+])
+def test_pairs_in_si_and_trains_have_a_report_too(tmp_path, name, options):
+    path = tmp_path / "report.html"
+    result = assess(EXAMPLES / name, *options, "--starts", 2, "--out", path, "--pdf", tmp_path / "report.pdf", "--json")
+    document, page = json.loads(result.stdout), path.read_text()
+    assert document["avoid"] and "Not drawn" not in page
+    assert ("motor: 0.002 kg m²" if "train" in name else "c0") in page
+    assert ("at speed 0" in page) == ("train" not in name)  # not known of a train
+    refused = assess(EXAMPLES / name, *options, "--sensitivity", code=2).stderr
+    assert "--sensitivity needs a [design]" in refused
+
+
+def test_the_inputs_that_matter_most_are_those_with_the_largest_effect(found):
+    def share(value):
+        return made_up(found, *[(500, 500 + 200 * value)] * (value > 0))
+
+    base = share(0.5)
+    changes = [Changed(name, "1", value, share(usable)) for name, value, usable in (
+        ("a", "2", 0.6), ("b", "2", 0.2), ("a", "0", 0.05), ("d", "2", 0.5), ("e", "2", 0.9))]
+    changes.insert(3, Changed("c", "1", "2", reason="no"))
+    report = Report(base, sensitivity=changes, improvements=changes)
+    assert [(each.name, each.value) for each in report.matters_most] == [("a", "0"), ("e", "2"), ("b", "2")]
+    assert [each.name for each in report.helps_most] == ["e", "a"], "that alone which widens what is usable"
+    document = report.document()["improvements"]
+    assert document[0]["usable_share"] == pytest.approx([0.5, 0.6])
+    assert document[3]["usable_share"][1] is None and document[3]["reason"] == "no"
+    page = report_html(report)
+    assert "<li>e 1 to 2: usable 90.0 % of the speeds" in page and "c 1 to 2: not possible, no" in page
+    assert "None of the 1 changes" in report_html(Report(base, improvements=changes[4:5]))
+    assert report_pdf(report).startswith(b"%PDF")
+
+
+def test_each_assumed_input_is_varied_alone():
+    design = load_design(SPUR)
+    changes = list(assumptions(design))
+    assert [(each.name, each.value) for each in changes] == [
+        ("damping ratio", "0.03"), ("damping ratio", "0.08"), ("accuracy grade", "5"), ("accuracy grade", "7"),
+        ("transmission error", "from quality (typical)"),
+        ("mesh stiffness", "potential energy"), ("load sharing", "tooth pairs"), ("backlash", "0.084 mm"),
+        ("backlash", "0.156 mm")]
+    typical = list(assumptions(replace(design, transmission_error="from quality (typical)")))
+    assert [(each.name, each.value) for each in typical if each.name in ("accuracy grade", "transmission error")] == [
+        ("accuracy grade", "5"), ("accuracy grade", "7"), ("transmission error", "from quality")]
+    known = replace(design, quality=replace(design.quality, deviations=(0.5, -0.2)))
+    of_known = [each for each in assumptions(known) if each.name in ("accuracy grade", "transmission error")]
+    assert [each.value for each in of_known] == ["5", "7"]  # their error is not assumed
+    assert all(replace(known, **each.fields).quality.deviations == (0.5, -0.2) for each in of_known)
+    for each in changes:
+        other, (name,) = replace(design, **each.fields), each.fields
+        assert getattr(other, name) != getattr(design, name)
+        assert replace(other, **{name: getattr(design, name)}) == design
+    assert replace(design, **changes[-1].fields).backlash_line_of_action == pytest.approx(1.3 * 0.12e-3)
+    assert {each.name for each in improvements(design)} == {
+        "tip relief", "backlash", "profile shift", "addendum in modules"}
+    for each in improvements(design):
+        assert replace(design, **each.fields).geometry.centre_distance == design.geometry.centre_distance
+    relieved = replace(design, tip_relief="10 um")
+    assert [each.value for each in improvements(relieved)][:3] == ["0 µm", "7 µm", "13 µm"]
+
+
+def test_a_change_that_is_not_possible_is_a_reason():
+    design = load_design(SPUR)
+    best = replace(design, quality=replace(design.quality, grade=0))
+    (worse, *_) = (each for each in assumptions(best) if each.name == "accuracy grade")
+    (changed,) = assess_changes(best, [worse], "500:520:2", 100, starts=0)
+    assert changed.assessment is None and "grade" in changed.reason
+
+
+@pytest.mark.slow
+def test_two_designs_are_beside_each_other(tmp_path):
+    other, page = tmp_path / "other.toml", tmp_path / "report.html"
+    other.write_text(SPUR.read_text().replace("damping_ratio = 0.05", "damping_ratio = 0.08"))
+    document = json.loads(assess(SPUR, *SCAN, "--torque", "100", "--against", other, "--out", page, "--json",
+                                 "--pdf", tmp_path / "report.pdf").stdout)
+    assert document["avoid"] and not document["against"]["avoid"]
+    text = page.read_text()
+    for part in ("spur_50_50.toml: Spur gear pair", "other.toml: Spur gear pair", "What differs in the inputs",
+                 "0.05, in contact alone", "0.08, in contact alone"):
+        assert part in text
+    one, two = load_design(SPUR), load_design(other)
+    assert [name for name, *_ in differing_inputs(one, two)] == ["damping ratio of the mesh"]
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(ids) == len(set(ids))
+
+
+@pytest.mark.slow
+def test_the_command_assesses_again_with_inputs_varied():
+    options = ("--speed", "530:560:2", "--torque", 100, "--starts", 0, "--sensitivity", "--improve")
+    result = assess(SPUR, *options)
+    assert "more assessments, about" in result.stderr
+    text = " ".join(result.stdout.split())
+    assert "Input: damping ratio 0.05 to 0.08: usable 100.0 % of the speeds" in text and "Change: addendum" in text
+    assert max(map(len, result.stdout.splitlines())) <= WIDTH
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    (("--speed", "500:700", "--torque", "100,100"), "--torque must rise from one to the next"),
+    (("--speed", "500:700", "--torque", "300,100"), "--torque must rise from one to the next"),
+    (("--speed", "500:700", "--torque", "100", "--torque", "100"), "torque must be given once"),
+    (("--speed", "500:700", "--torque", "300:100:3"), "must run from a smaller to a larger value"),
+    (("--speed", "500:700", "--torque", "100:300"), "--torque must read start:stop:count"),
+    (("--speed", "500:700", "--torque", "0"), "torque must be finite and not 0"),
+    (("--speed", "500:700", "--torque", "x"), "torque must be a torque"),
+    (("--speed", "700:500"), "must run from a smaller to a larger value"),
+    (("--speed", "500:500"), "must run from a smaller to a larger value"),
+    (("--speed", "500:500:1"), "--speed must be a range of speeds"),
+    (("--speed", "500"), "--speed must read start:stop:count"),
+    (("--speed", "500:60000"), "must keep the pitch line velocity below 300 m/s"),
+    (("--speed", "500:700", "--out", "x.pdf"), "--out must end in .html"),
+    (("--speed", "500:700", "--pdf", "x.html"), "--pdf must end in .pdf"),
+    (("--speed", "500:700", "--plot", "x.html"), "--plot must end in"),
+    (("--speed", "500:700", "--factor", "0"), "factor must be"),
+    (("--speed", "500:700", "--starts", "-1"), "starts must be"),
+    (("--speed", "500:700", "--set", "operation.speed=500"), "--set must leave out speed"),
+    (("--speed", "500:700", "--torque", "50", "--set", "torque=60"), "--set must leave out torque"),
+])
+def test_bad_input_is_one_message_and_exit_code_2(options, message):
+    result = assess(SPUR, *options, code=2)
+    assert message in result.stderr and result.stdout == "" and "Traceback" not in result.stderr
+
+
+def test_a_file_without_gears_is_refused():
+    message = "study file must have a table [design], [gearpair] or [train]"
+    assert message in assess(EXAMPLES / "fig02.toml", "--speed", "500:510", code=2).stderr
+
+
+def test_the_model_of_gears_without_load_is_refused():
+    model = load_study(EXAMPLES / "physical_pair.toml").model.with_values({"torque": 0.0})
+    with pytest.raises(InputError, match="torque must be finite and not 0"):
+        gc.assess(model, "500:600:4", starts=0)
+
+
+def test_teeth_that_differ_are_said_to_be_left_out():
+    result = assess(SPUR, "--speed", "500:510:2", "--torque", 100, "--starts", 0, "--set", "design.eccentricity=20 um")
+    text = " ".join(result.stdout.split())
+    assert "Assumed: all teeth are taken to be alike: faults, pitch errors and eccentricity are left out" in text
+    assert "train" not in result.stderr and "eccentricity" not in result.stderr
+
+
+def test_a_motion_without_bound_in_one_range_is_said_first(found):
+    window = replace(found.at[0].windows[0], reached=(Reached("from rest", 0.1, math.nan),), contact=UNBOUNDED)
+    at = replace(found.at[0], windows=(window, *found.at[0].windows[1:]))
+    row = rows(at)[0]
+    assert (row.happens, row.factor, row.at) == ("no bounded motion", "unbounded", "–")  # beside factors of others
+    assert worst(replace(found, at=(at, found.at[1]))) == "motions grow without bound at 100 N m"
+    many = tuple(replace(at, torque=float(torque)) for torque in (1, 2, 3, 4))
+    assert worst(replace(found, at=many)).endswith("at 1, 2 and 3 N m and more")
+
+
+def test_factors_are_drawn_where_all_motions_grow_without_bound(found):
+    nothing = found.at[0].dataset.copy()
+    nothing["dynamic_factor"] = np.nan * nothing.dynamic_factor
+    nothing["contact"] = -1 + 0 * nothing.contact
+    ax = draw_factors(replace(found.at[0], dataset=nothing), Figure().subplots())
+    assert ax.get_xlim() == (500, 700) and len(ax.lines) == 0
+
+
+def test_inputs_without_effect_do_not_matter_most(found):
+    report = Report(found, sensitivity=[Changed("backlash", "a", "b", found)])
+    assert report.matters_most == []
+    assert "None of the 1 changes alters it by more than the search leaves open." in report_html(report)
+
+
+def test_a_change_within_what_the_search_leaves_open_is_not_told_apart(found):
+    """The first range, 27.4 of 200 rpm, is not certain in the one, and 3 rpm of its edge in the other."""
+    at, few = found.at[0], RandomStates(0.02, 0.001, 0.09, 64, 8)
+    others = (Reached("other initial states", 1.0, 2.0),)
+    rare = replace(at.windows[0], reached=others, random_states=few)
+    usual = replace(rare, random_states=replace(few, fraction=0.1))
+    loose = replace(at.windows[0], stop_resolution=3.0)
+    base, rest = replace(found, at=(at,)), at.windows[1:]
+
+    def told(*windows, beside=base):
+        return Changed("a", "1", "2", replace(found, at=(replace(at, windows=windows),))).told_apart(beside)
+
+    assert told(*rest) and told(usual, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    assert not told(*rest, beside=replace(found, at=(replace(at, windows=(rare, *rest)),)))
+    assert not told(rare, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    assert not told(loose, *rest) and told(loose, *rest, beside=replace(found, at=(replace(at, windows=rest),)))
+    alike = replace(found, at=(replace(at, windows=(loose, *rest)),))
+    report = Report(base, sensitivity=[Changed("a", "1", "2", alike)])
+    assert report.matters_most == [] and "which the search does not tell apart" in report_html(report)
+    assert report.document()["sensitivity"][0]["told_apart"] is False
+
+
+def test_how_likely_a_range_is_stands_in_every_form(found):
+    states = RandomStates(0.359, 0.2431, 0.489, 64, 8)
+    (first, second), at = found.at[0].windows, found.at[0]
+    windows = (replace(first, random_states=states), replace(second, random_states=replace(
+        states, fraction=1.0, fraction_lo=0.9439, fraction_hi=1.0)))
+    one = replace(found, at=(replace(at, windows=windows),))
+    words = ["531 to 559 rpm at 100 N m: loss of contact, from 36 % of random starts (95 %: 24–49 %), 64 at 8 speeds",
+             "593 to 627 rpm at 100 N m: loss of contact, from every random start tried, 64 at 8 speeds"]
+    assert keep_out(one) == words and [row.likelihood for row in rows(one.at[0])] == ["36 (24–49)", "100 (94–100)"]
+    page = report_html(Report(one))
+    assert page.index("Keep out of") < page.index(words[0]) < page.index("<figure") and words[1] in page
+    assert one.document()["avoid"][0]["random_states"] == {
+        "fraction": 0.359, "fraction_lo": 0.2431, "fraction_hi": 0.489, "states": 64, "speeds": 8}
+    none, rare = (replace(first, random_states=replace(states, fraction=f)) for f in (0.0, 0.996))
+    assert [row.likelihood.split()[0] for row in rows(replace(at, windows=(none, rare)))] == ["0", "99"]
+    assert "no random starts tried" in keep_out(found)[0]
+
+
+def test_where_in_a_range_the_history_decides_is_said_and_drawn(found):
+    at, (first, *_) = found.at[0], found.at[0].windows
+    states = RandomStates(0.359, 0.2431, 0.489, 64, 8)
+    part = replace(first, history=(first.start, 545.2), random_states=states)
+    one = replace(found, at=(replace(at, windows=(part,)),))
+    assert rows(one.at[0])[0].history == "to 546" and keep_out(one)[0].endswith("where the history decides: to 546 rpm")
+    assert part.parts == [(first.start, 545.2, True), (545.2, first.stop, False)]
+    ax = gc.plot.assessment(one)
+    drawn = [(bars.get_hatch(), *bars.get_datalim(ax.transData).intervalx.round(1)) for bars in ax.collections[:2]]
+    assert drawn == [("////", round(first.start, 1), 545.2), (None, 545.2, round(first.stop, 1))]
+    assert replace(part, history=(540.0, 545.2)).parts[1] == (540.0, 545.2, True)
+    assert [row.history for row in rows(replace(at, windows=(replace(part, history=(540.0, 545.2)), replace(
+        part, history=(540.7, first.stop)))))] == ["540–546", "from 540"]
+
+
+def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are_listed(found):
+    states = RandomStates(0.25, 0.1, 0.4, 64, 8)
+    first, second = (replace(each, random_states=states) for each in found.at[0].windows)
+    above = replace(first, start=550.0, stop=580.0, contact="both flanks", random_states=replace(states, fraction=1.0))
+    same = (replace(found.at[0], torque=torque, windows=(first, second)) for torque in (1.0, 2.0, 3.0))
+    many = replace(found, at=(*same, replace(found.at[0], torque=4.0, windows=(above, second))))
+    merged = "4 ranges at 4 torques from 1 to 4 N m merged: at worst"
+    assert keep_out(many, 2) == [
+        f"531 to 580 rpm, {merged} both flanks at 4 N m; from 25 to 100 % of random starts, by range and torque",
+        f"593 to 627 rpm, {merged} loss of contact at 1 N m; from 25 % of random starts, by range and torque"]
+    assert keep_out(many, 1)[0].startswith("531 to 580 rpm") and keep_out(many, 1)[1:] == [
+        "1 narrower range, in the tables"]
+    assert len(keep_out(many)) == 8 and keep_out(replace(found, at=())) == []
+
+
+def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
+    window = replace(found.at[0].windows[0], start=6411.2, stop=6889.4, start_resolution=0.5, to_scan_end=True)
+    assert window.words == "6410 to 6890 rpm" and edges(window) == ("6410", "≥ 6890")
+    assert rows(replace(found.at[0], windows=(window,)))[0][:2] == edges(window)
+    slow = replace(window, start=12.345, stop=12.341, start_resolution=0.0)
+    assert slow.ends == ("12.3", "12.4")
+
+
+@pytest.mark.slow
+def test_the_price_is_said_before_the_work(monkeypatch):
+    assert "this may take" not in assess(SPUR, *SCAN, "--torque", 100).stderr
+    monkeypatch.setattr("gearchaos.studies.cost.ANNOUNCED_SECONDS", 0.0)
+    alone = assess(SPUR, *SCAN, "--torque", 100).stderr
+    assert re.match(r"this may take about \d+ \w+, up to \d+ \w+ if all motions are chaotic", " ".join(alone.split()))
+    motions = [int(re.search(r"([\d,]+)\smotions", text).group(1).replace(",", "")) for text in (
+        alone, assess(SPUR, *SCAN, "--torque", "100,300").stderr)]
+    assert motions[1] == 2 * motions[0]
+    counted = list[int]()
+    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.check_memory", lambda _, count: counted.append(count))
+    found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
+                        Criteria())
+    assert counted == [found.motions]  # of all speeds, not of the first ones alone
+    assert found.seconds(1) > 1.5 * replace(found, periods=found.usual_periods).seconds(1) > 60
+
+
+def test_the_price_of_a_train_has_the_motions_that_are_followed_along_the_speed():
+    train, axis = as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 500, 6000, 40)
+    prices = [search_cost(train, axis, 1, Criteria(starts=starts)) for starts in (0, 16, 512)]
+    usual = [each.motions * each.usual_periods for each in prices]
+    assert usual[1] / 3 < usual[0] < usual[1] < usual[2]  # most are there without random states
+    assert all(each.periods >= each.usual_periods for each in prices) and prices[1].warning(2) is not None
+
+
+def test_what_was_tried_stands_on_the_first_page_for_all_torques(found):
+    page = report_html(Report(found))
+    assert page.index(found.at[1].tried) < page.index("Evidence")
+    assert all(f"at {each.torque:g} N m {each.tried}" in found.assumptions[-1] for each in found.at)
+
+
+def test_the_tables_of_the_print_have_every_word(found):
+    window = replace(found.at[0].windows[0], criterion=FORCE_CRITERION, begins_with="neimark-sacker")
+    one = replace(found, at=(replace(found.at[0], windows=(window,)),))
+    words = set(" ".join(_lines(Report(one))).split())
+    assert {word for row in (HEADINGS, *rows(one.at[0])) for cell in row for word in cell.split()} <= words
+
+
+def test_a_torque_is_given_once_and_holds_for_both_gears():
+    pair = EXAMPLES / "physical_pair.toml"
+    refused = assess(pair, "--speed", "3000:3010:2", "--torque", 50, "--set", "gearpair.M10=60", code=2).stderr
+    assert "--set must leave out torque" in refused
+    options = ("--speed", "3000:3010:2", "--starts", 0, "--against", pair, "--json")
+    result = assess(pair, *options, "--set", "gearpair.M10=60")
+    document = json.loads(result.stdout)
+    assert document["torques"] == document["against"]["torques"] == [60]
+
+
+def test_the_result_at_a_torque_has_a_document_of_its_own(found):
+    assert json.loads(json.dumps(found.at[0].document()))["torque"] == 100

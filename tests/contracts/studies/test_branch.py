@@ -1,0 +1,306 @@
+"""`gearchaos.branch`, `orbit` and `orbits`: variables, units, files, JSON, bad input."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gearchaos as gc
+from gearchaos.cli import app
+from gearchaos.errors import InputError
+from tests import EXAMPLES
+from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
+
+SPUR = EXAMPLES / "spur_50_50.toml"
+
+
+def run(*arguments: object, code: int = 0) -> str:
+    done = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert done.exit_code == code, done.output
+    return done.stderr if code else done.stdout
+
+
+def test_points_describe_orbits():
+    ds = resonance()
+    assert ds["multipliers_real"].dims == ("point", "exponent") and ds["section_z"].dims == ("point", "cycle")
+    at = int(np.argmin(np.abs(ds["omega"].values - 2.4)))
+    near = {n: float(ds[f"section_{n}"][at, 0]) for n in ("z", "z_dot")}
+    model = SINGLE.with_values({"omega": float(ds["omega"][at]), **near})
+    verdict = gc.regime(model)
+    assert verdict.period == 1 == ds["period"].values[at] and ds["unstable"].values[at] == 0
+    for name in ("v_rms", "z_rms", "z_peak_to_peak", "dynamic_factor", "contact_fraction", "mesh_force_peak"):
+        assert float(ds[name][at]) == pytest.approx(getattr(verdict, name), rel=1e-9), name
+    assert float(ds["z_max"][at] - ds["z_min"][at]) == pytest.approx(float(ds["z_peak_to_peak"][at]), rel=1e-12)
+    modulus = np.abs(ds["multipliers_real"].values + 1j * ds["multipliers_imag"].values)
+    np.testing.assert_array_equal(ds["unstable"].values, (modulus > 1 + 1e-9).sum(axis=1))
+    assert ds["residual"].max() < 1e-10 and 0 <= ds["step"].min() <= ds["step"].max() < 0.04
+
+
+def test_contact_states_are_in_order_of_time():
+    ds = resonance()
+    for text, switches, contact in zip(ds["contact_sequence"].values, ds["switches"].values, ds["contact"].values,
+                                       strict=True):
+        states = text.split()
+        assert len(states) == switches + 1 and states[0] == states[-1]
+        assert all({a, b} in ({"front", "free"}, {"back", "free"}) for a, b in pairwise(states))
+        assert contact == (2 if {"front", "back"} <= set(states) else 1 if "free" in states else 0)
+    assert {"front", "front free front"} <= set(ds["contact_sequence"].values)
+
+
+def test_events_lie_between_their_points_and_start_a_branch_again():
+    ds = resonance()
+    x, turns = ds["omega"].values, ds["event_point"].values[ds["event_kind"].values == "fold"]
+    for i, (kind, before) in enumerate(zip(ds["event_kind"].values, ds["event_point"].values, strict=True)):
+        value = float(ds["event_value"][i])
+        assert before in turns or min(x[before : before + 2]) <= value <= max(x[before : before + 2])
+        assert (ds["event_boundary"].values[i] != 0) == (kind == "graze")
+        state = {n: float(ds[f"event_section_{n}"][i]) for n in ("z", "z_dot")}
+        orbit = gc.orbit(SINGLE.with_values({"omega": value}), period=1, near=state)
+        assert abs(orbit.state["z"] - state["z"]) < 1e-5, kind
+        critical = {"fold": 1.0, "flip": -1.0}.get(kind)
+        if critical is not None:
+            multipliers = ds["event_multipliers_real"].values[i] + 1j * ds["event_multipliers_imag"].values[i]
+            assert np.abs(multipliers - critical).min() < 1e-9
+    assert np.all(np.diff(ds["event_point"].values) >= 0)
+
+
+def test_stable_intervals_end_at_changes_of_stability():
+    ds = resonance()
+    values = [0.3, 2.5, *ds["event_value"].values[np.isin(ds["event_kind"].values, CHANGES)]]
+    intervals = json.loads(ds.attrs["stable"])
+    assert intervals == sorted(intervals) and all(v in values for pair in intervals for v in pair)
+    for x, unstable in zip(ds["omega"].values, ds["unstable"].values, strict=True):
+        assert unstable or any(a <= x <= b for a, b in intervals)
+
+
+def test_a_cascade_has_branches_of_doubled_periods():
+    ds = cascade()
+    assert dict(zip(ds["branch"].values.tolist(), ds["period"].values.tolist(), strict=True)) == {0: 8, 1: 16, 2: 32}
+    padded = np.isnan(ds["section_x1"].values).sum(axis=1)
+    np.testing.assert_array_equal(padded, 32 - ds["period"].values)
+    flips = ds["event_value"].values[ds["event_kind"].values == "flip"]
+    doubled = json.loads(ds.attrs["cascade"])
+    assert [b["period"] for b in doubled] == [16, 32]
+    assert [b["ends"][0]["value"] for b in doubled] == flips[:2].tolist()
+    assert doubled[1]["stable"] == [[flips[1], flips[2]]]
+    np.testing.assert_array_equal(ds["branch"].values[ds["event_point"].values], ds["event_branch"].values)
+
+
+@pytest.mark.slow
+def test_save_and_load(tmp_path):
+    for number, ds in enumerate((cascade(), gc.branch(SINGLE, "omega=0.99:1.01"))):
+        gc.save(ds, tmp_path / f"{number}.nc")
+        xr.testing.assert_identical(gc.load(tmp_path / f"{number}.nc"), ds)
+    assert ds.sizes["event"] == 0
+
+
+def test_attributes_name_the_model_and_the_arguments():
+    ds = cascade()
+    assert ds.attrs["study"] == "branch" and "gears" not in ds.attrs
+    settings = json.loads(ds.attrs["settings"])
+    assert settings["axis"] == ["eps1", 0.0, 0.3] and settings["cascade"] == 2 and settings["period"] == 8
+    assert all("long_name" in ds[n].attrs and "units" in ds[n].attrs for n in ds.variables)
+
+
+def test_physical_units_over_speed():
+    ds = over_speed()
+    scaled, length = gc.physical(ds), PAIR.scales.length * 1e6
+    for name in ("z_peak_to_peak", "event_z_peak_to_peak", "section_x1", "event_section_x1", "z_max"):
+        np.testing.assert_allclose(scaled[name].values, ds[name].values * length, rtol=1e-12)
+        assert scaled[name].attrs["units"] == "µm"
+    xr.testing.assert_identical(scaled["event_value"], ds["event_value"])
+    assert scaled.attrs["range"] == ds.attrs["range"] and ds["event_value"].attrs["units"] == "rpm"
+
+
+def test_physical_units_over_a_dimensionless_parameter():
+    ds = gc.branch(PAIR, "eps1=0.09:0.3")
+    scaled, length = gc.physical(ds, PAIR), PAIR.scales.length * 1e6
+    np.testing.assert_allclose(scaled["eps1"].values, ds["eps1"].values * length, rtol=1e-12)
+    np.testing.assert_allclose(scaled["event_value"].values, ds["event_value"].values * length, rtol=1e-12)
+    assert scaled["event_value"].attrs["units"] == "µm"
+    for name in ("range", "stable"):
+        np.testing.assert_allclose(json.loads(scaled.attrs[name]), np.multiply(json.loads(ds.attrs[name]), length))
+    ends = [[e["value"] for e in json.loads(d.attrs["ends"])] for d in (scaled, ds)]
+    np.testing.assert_allclose(ends[0], np.multiply(ends[1], length))
+
+
+def test_orbit_and_orbits():
+    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
+    found = gc.orbits(model, period=3)
+    assert sorted(o.unstable for o in found) == [0, 1]
+    for o in found:
+        again = gc.orbit(model, period=3, near=o.state)
+        assert again.unstable == o.unstable and again.residual < 1e-11 and again.period == 3
+        assert len(o.switches) == sum(abs(np.diff([s.into_contact for s in o.switches]))) + 1
+        assert json.loads(json.dumps(o.to_dict()))["unstable"] == o.unstable
+    assert gc.orbit(model).period == 1
+
+
+@pytest.mark.parametrize(("values", "axis", "period", "events"), [
+    ({"kind": "full", "kappa": 0.5, "omega": 0.9, "q0": 0.2, "eps1": 0.1}, "q0=0.15:0.21", 1,
+     {"neimark-sacker": 0.16945026}),
+    ({"omega": 1.0, "q0": 0.1, "eps1": 0.206}, "eps1=0.2:0.21", 8, {"fold": 0.20499237, "flip": 0.20698884}),
+])
+def test_the_period_of_the_motion_from_the_initial_values_chooses_that_motion(values, axis, period, events):
+    """Newton's method alone finds another orbit of the period from there, without these events."""
+    model = gc.MeshModel.of(**values)
+    ds = gc.branch(model, axis, period=period)
+    found = dict(zip(ds.event_kind.values.tolist(), ds.event_value.values, strict=True))
+    assert {kind: pytest.approx(found.get(kind), abs=1e-8) for kind in events} == events
+    same = np.sort_complex(gc.orbit(model, period=period).multipliers)
+    np.testing.assert_allclose(same, np.sort_complex(gc.regime(model).multipliers), rtol=0, atol=1e-6)
+
+
+def test_initial_values_on_an_unstable_orbit_choose_it():
+    """Although the motion from there, after rounding has grown, ends on a stable orbit of the same period."""
+    model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    orbit = gc.orbit(model, period=1, near={"z": 1.28, "z_dot": -0.1})
+    assert orbit.unstable == 1 and gc.regime(orbit.model).period == 1
+    assert gc.orbit(orbit.model, period=1).state == pytest.approx(orbit.state, abs=1e-9)
+
+
+def test_without_a_start_the_nearest_orbit_of_the_period_is_followed():
+    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
+    ds = gc.branch(model, "omega=2.29:2.31", period=3)
+    assert set(ds["period"].values) == {3}
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ({"axis": "eps1=0.1:0.3"}, "must contain the model's own value"),
+    ({"axis": "eps1=0:x"}, "must read"), ({"axis": "eps1=0.3"}, "must read"), ({"axis": "eps1=1:0"}, "must run from"),
+    ({"axis": "z=0:1"}, "must be a parameter"), ({"axis": "epsilon=0:1"}, "must be one of"),
+    ({"axis": 3}, "must be an"),
+    ({"axis": "contact_ratio=0.5:2.5"}, r"must lie in \[1, 2\]"), ({"axis": "speed=1:2"}, "must be one of"),
+    *(({"period": p}, "must be a whole number") for p in (0, -1, 1025, 1.5, True, "2")),
+    ({"period": 2, "start": {"z": 1.0, "z_dot": 0.0}}, "must be near an orbit of minimal period 2"),
+    ({"start": {"zz": 1.0}}, "must be one of"), ({"start": {"eps1": 0.1}}, "must be one of"),
+    ({"start": 3}, "must give initial values"), ({"start": {"z": math.nan}}, "finite"),
+    *(({"cascade": c}, "cascade") for c in (-1, 11, 1.5)), ({"longest_step": 0.0}, r"must lie in"),
+    ({"max_points": 1}, "at least 2"), ({"events": [1]}, "events"),
+    ({"events": {"fold": len}}, "must not have the name"),
+])
+def test_bad_arguments(arguments, words):
+    with pytest.raises(InputError, match=words):
+        gc.branch(SINGLE, **{"axis": "eps1=0:0.1", **arguments})
+
+
+def test_the_nearest_orbit_is_named_where_none_is_near():
+    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
+    with pytest.raises(InputError, match=r"nearest one found is at a distance of [\d.]+: z=.*z_dot="):
+        gc.orbit(model, period=3, near={"z": 1.04, "z_dot": 0.0})
+
+
+def test_a_motion_without_period_is_no_start():
+    with pytest.raises(InputError, match="quasi-periodic"):
+        gc.orbit(gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04))
+
+
+COMMAND = ("branch", "--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05",
+           "--axis", "omega=0.5:2.5")
+
+
+@pytest.mark.slow
+def test_json_of_the_command(tmp_path):
+    document = json.loads(run(*COMMAND, "--json", "--out", tmp_path / "b.nc", "--plot", tmp_path / "b.png"))
+    assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "jumps"]
+    ds = gc.load(tmp_path / "b.nc")
+    assert document["points"] == ds.sizes["point"] and document["closed"] is False
+    assert [e["kind"] for e in document["events"]] == ds["event_kind"].values.tolist()
+    keys = {"kind", "value", "period", "multipliers", "boundary", "state", "residual"}
+    for event in document["events"]:
+        assert set(event) == keys and set(event["state"]) == {"z", "z_dot"} and len(event["multipliers"]) == 2
+        assert event["boundary"] in ((1, -1) if event["kind"] == "graze" else (None,))
+    assert document["ends"] == [{"value": 0.5, "why": "end of the axis"}, {"value": 2.5, "why": "end of the axis"}]
+    assert len(document["jumps"]) == ds.sizes["jump"] > 0
+    for jump in document["jumps"]:
+        assert document["events"][jump["event"]] == {**document["events"][jump["event"]], "kind": "fold",
+                                                      "value": jump["value"]}
+        assert jump["direction"] in ("up", "down") and jump["to"] == "1T" and jump["on_branch"] is True
+    assert (tmp_path / "b.png").stat().st_size > 10_000
+    run("plot", tmp_path / "b.nc", "--out", tmp_path / "c.png")
+
+
+def test_an_event_is_a_start_of_the_command():
+    document = json.loads(run(*COMMAND, "--json"))
+    flip = next(e for e in document["events"] if e["kind"] == "flip")
+    state = [part for name, value in flip["state"].items() for part in ("--start", f"{name}={value!r}")]
+    again = json.loads(run(*COMMAND, "--set", f"omega={flip['value'] - 1e-3!r}", "--period", 1, *state, "--json"))
+    assert [e["kind"] for e in again["events"]] == [e["kind"] for e in document["events"]]
+
+
+def test_in_physical_units_an_event_is_a_start_of_the_same_command():
+    design = ("branch", SPUR, "--set", "torque=200", "--set", "damping_law=always", "--axis", "speed=1800:3500",
+              "--physical")
+    document = json.loads(run(*design, "--set", "speed=2000", "--json"))
+    assert document["units"] == {"value": "rpm"}
+    fold = next(i for i, event in enumerate(document["events"]) if event["kind"] == "fold")
+    event = document["events"][fold]
+    state = [part for name, value in event["state"].items() for part in ("--start", f"{name}={value!r}")]
+    again = json.loads(run(*design, "--set", f"speed={event['value']!r}", "--period", 1, *state, "--json"))
+    assert {(e["kind"], round(e["value"], 6)) for e in again["events"]} == {
+        (e["kind"], round(e["value"], 6)) for e in document["events"]}
+    text = run(*design, "--set", "speed=2000")
+    assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
+    assert f"rpm, from event {fold + 1} to 1T" in text
+    assert f"{event['value']:.6g}" in text and not re.search(r"\d{4}\.\d{3}", text), "rpm to six digits"
+
+
+@pytest.mark.slow
+def test_the_page_of_the_command():
+    text = run(*COMMAND)
+    assert "from end to event" in text and "on the branches followed" in text
+    for words in ("end of the axis", "stable", "flip", "fold", "graze, front flank"):
+        assert words in text
+    isola = run("branch", "--set", "kind=single", "--set", "omega=2.3", "--set", "q0=0.1", "--set", "eps1=0.1",
+                "--axis", "omega=1:3", "--period", 5)
+    assert "isola" in isola
+    doubled = run("branch", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206", "--axis", "eps1=0:0.3",
+                  "--cascade", 2)
+    assert "doubled, 32T" in doubled and "ratios of intervals" in doubled
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("--axis", "eps1=0.2:0.3"), "must contain"), (("--axis", "contact_ratio=0.5:2.5"), "must lie in"),
+    (("--axis", "eps1=0:0.3", "--period", "0"), "whole number"),
+    (("--axis", "eps1=0:0.3", "--start", "z"), "NAME=VALUE"),
+    (("--axis", "eps1=0:0.3", "--start", "z=x"), "NAME=VALUE"), ((), "must be given once"),
+    (("--axis", "eps1=0:0.3", "--axis", "q0=0:1"), "must be given once"),
+    (("--axis", "eps1=0:0.3", "--plot", "b.txt"), "must end in"),
+    (("--axis", "eps1=0:0.3", "--cascade", "99"), "at most"),
+])
+def test_bad_input_of_the_command(arguments, words):
+    assert words in " ".join(run("branch", "--set", "kind=single", *arguments, code=2).split())
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [
+    ("zeta", 0.0, 0.1), ("contact_ratio", 1.0, 2.0), ("zeta", 0.025, 0.1), ("contact_ratio", 1.5, 1.6)])
+def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
+    model = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.025, q0=0.1, eps1=0.05)
+    ds = gc.branch(model, f"{name}={low}:{high}", period=1, start={"z": 1.17, "z_dot": -0.01})
+    assert {(e["value"], e["why"]) for e in json.loads(ds.attrs["ends"])} == {
+        (low, "end of the axis"), (high, "end of the axis")}
+    assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
+
+
+@pytest.mark.slow
+def test_large_phases_are_followed():
+    """A phase is an argument of sines: whole turns change nothing."""
+    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05)
+    turns = 2 * math.pi * 79
+    far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=480:520", period=1)
+    near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={480 - turns}:{520 - turns}", period=1)
+    assert [e["why"] for e in json.loads(far.attrs["ends"])] == ["end of the axis"] * 2
+    np.testing.assert_allclose(far["v_rms"][[0, -1]], near["v_rms"][[0, -1]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("axis", ["omega=0.5:1.5", "eps1=-0.3:0.3"])
+def test_an_orbit_that_is_not_isolated_has_no_branch(axis):
+    with pytest.raises(InputError, match="start must be an orbit from which a branch can be followed"):
+        gc.branch(gc.MeshModel.of(kind="single", q0=0, eps1=0.0, omega=0.7), axis, period=1)
