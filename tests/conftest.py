@@ -16,7 +16,8 @@ TOGETHER = {
 """Files whose tests one process runs, since they share a server or what takes long to compute, those that take longest
 first: what comes last should be short, so that the processes end together."""
 
-APART = r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|contracts/package/test_cache)"
+APART = (r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|"
+         r"contracts/package/test_cache)")
 """Files whose tests share nothing, so that any process may run each of them."""
 
 
