@@ -73,12 +73,20 @@ kernels: $(VENV)/.installed-test
 test: lint chromium kernels
 	$(BIN)/python -m pytest -n 3 --dist loadfile
 
-.PHONY: quick slow
+# What a change reaches: what differs from the commit SINCE, by default from the last one.
+.PHONY: quick slow oracles
+SINCE ?= HEAD
 quick: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --within 90
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --reached $(SINCE) --within 90
 
-slow: $(VENV)/.installed-test
+slow: $(VENV)/.installed-test try-wheel-slow
 	$(BIN)/python -m pytest -m exhaustive -n 2
+	GEARCHAOS_ORACLES=anew $(BIN)/python -m pytest -n 2 $(ORACLES)
+
+# The stored results of the oracles, integrated and written anew: when an oracle, or what is asked of it, has changed.
+ORACLES := $(shell grep -rlE "tests.oracles.*(oracle|_trains|_teeth|_contacts)" tests --include="test_*.py")
+oracles: $(VENV)/.installed-test
+	GEARCHAOS_ORACLES=write $(BIN)/python -m pytest $(ORACLES)
 
 $(VENV)/.installed-bench: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[bench]"

@@ -16,7 +16,7 @@ TOGETHER = {
 """Files whose tests one process runs, since they share a server or what takes long to compute, those that take longest
 first: what comes last should be short, so that the processes end together."""
 
-APART = (r"tests/(pinned/test_(docs|gallery|doctests)|oracles/test_(damping_laws|physical_trains)|"
+APART = (r"tests/(pinned/test_(docs|doctests)|oracles/test_(damping_laws|physical_trains)|"
          r"contracts/package/test_cache)")
 """Files whose tests share nothing, so that any process may run each of them."""
 
@@ -48,25 +48,73 @@ def pytest_xdist_make_scheduler(config, log):
 def pytest_addoption(parser):
     parser.addoption("--within", type=float, metavar="SECONDS",
                      help="only tests that took so long together when they ran last, those of each function in turn")
+    parser.addoption("--reached", metavar="COMMIT",
+                     help="only the test files that import what differs from this commit, directly or through others")
 
 
 @pytest.hookimpl(trylast=True)  # after those that -m leaves out
 def pytest_collection_modifyitems(config, items):
-    """The files that take longest first; with --within, the quickest tests alone."""
+    """The files that take longest first; with --reached and --within, the nearest and quickest tests alone."""
     order = [*TOGETHER.values(), APART, "tests/slow", ""]
     items.sort(key=lambda item: next(i for i, files in enumerate(order) if re.match(files, item.nodeid)))
-    if (left := config.getoption("within")) is None:
+    since, left = config.getoption("reached"), config.getoption("within")
+    if since is None and left is None:
         return
+    steps = _steps(since)
     seconds, cases, turns, chosen = _seconds_of(config), Counter(), [], set()
-    for name in (item.nodeid for item in items):
-        cases[function := name.split("[")[0]] += 1
-        turns.append((cases[function], seconds.get(name, _UNKNOWN), name))
-    for _, duration, name in sorted(turns):
-        if duration <= left:
-            left -= duration
+    for item in items:
+        if (near := steps.get(_file(item)) if steps else 0) is not None:
+            cases[function := item.nodeid.split("[")[0]] += 1
+            turns.append((near, cases[function], seconds.get(item.nodeid, _UNKNOWN), item.nodeid))
+    for *_, duration, name in sorted(turns):
+        if left is None or duration <= left:
+            left = None if left is None else left - duration
             chosen.add(name)
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in chosen])
+    config.stash[_SAID] = _in_words(items, {name for *_, name in turns}, chosen)
     items[:] = [item for item in items if item.nodeid in chosen]
+
+
+_SAID = pytest.StashKey[str]()
+"""What is run and what is left out, in words."""
+
+
+def _file(item):
+    return item.nodeid.split("::")[0]
+
+
+def _steps(since):
+    """How many imports lead from each test file to what differs from a commit; nothing if that reaches none."""
+    if since is None:
+        return {}
+    from tests.reach import changed_files, distances
+
+    return distances(changed_files(since))
+
+
+def _in_words(items, reached, chosen):
+    files = {name: {_file(item) for item in items if item.nodeid in group} for name, group in (
+        ("reached", reached), ("chosen", chosen))}
+    out = [f"{len(chosen)} tests of {len(files['chosen'])} files; the change reaches {len(reached)} of "
+           f"{len(files['reached'])}, of {len(items)} in all"]
+    if missing := sorted(files["reached"] - files["chosen"]):
+        out.append(f"reached, but for want of time without a test: {', '.join(missing)}")
+    return "\n".join(out)
+
+
+def pytest_sessionfinish(session):
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["said"] = session.config.stash.get(_SAID, "")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    node.config.stash[_SAID] = getattr(node, "workeroutput", {}).get("said", "")
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if said := config.stash.get(_SAID, ""):
+        terminalreporter.write_line(said)
 
 
 _SECONDS, _UNKNOWN = "gearchaos/seconds", 0.1

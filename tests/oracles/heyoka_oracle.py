@@ -14,9 +14,11 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
+from scipy.optimize import brentq
 
 from gearchaos.model import HarmonicStiffness, MeshModel
 from tests.oracles.march import NAMES, march, named, stops_of_section, stops_of_taus
+from tests.oracles.stored import stored
 
 TOLERANCE = 1e-18
 """Per-step error asked for; below the rounding unit, so that truncation never counts."""
@@ -30,14 +32,29 @@ _LOST = 1e-11
 """A step that ends this far on the wrong side of the boundary has lost a contact switch."""
 
 
+@stored("march")
 def section(model: MeshModel, periods: int, transient: int = 0) -> dict[str, np.ndarray]:
     """Physical coordinates by name at τ = T, 2T, ... after the transient, each (periods,)."""
     return _at(model, stops_of_section(periods, transient))
 
 
+@stored("march")
 def trajectory(model: MeshModel, taus: Iterable[float]) -> dict[str, np.ndarray]:
     """Physical coordinates by name at the sorted times ``taus``, each (times,)."""
     return _at(model, stops_of_taus(model, taus))
+
+
+@stored("march")
+def summit(model: MeshModel) -> np.ndarray:
+    """The first maximum of z after the start, ()."""
+    def at(*taus: float) -> dict[str, np.ndarray]:
+        return _at(model, stops_of_taus(model, taus))
+
+    taus = np.linspace(0, model.period, 200)[1:-1]
+    slope = at(*taus)["z_dot"]
+    first = np.flatnonzero((slope[:-1] > 0) & (slope[1:] <= 0))[0]
+    top = brentq(lambda tau: at(tau)["z_dot"][0], taus[first], taus[first + 1], xtol=1e-14)
+    return at(top)["z"][0]
 
 
 def _at(model: MeshModel, stops: list[tuple[int, float]]) -> dict[str, np.ndarray]:

@@ -9,13 +9,15 @@ its form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
+
+from tests.oracles.stored import stored
 
 _SHORT = 1e-13  # of a common period: instants that are as close are one
 _NODES, _WEIGHTS = (0.5 * values for values in np.polynomial.legendre.leggauss(8))  # over a step
@@ -58,6 +60,15 @@ class Measured:
     largest: float = -np.inf
     smallest: float = np.inf
     switches: int = 0  # beginnings and ends of contact
+
+
+@stored(digits=10)
+def motion(train: Any, state: np.ndarray, periods: int) -> dict[str, Any]:
+    """The state at the end of common periods, the number of switches, and what is `Measured`, (meshes,)."""
+    oracle = Oracle(train, train.period)
+    end = oracle.after(state, periods)
+    measured = {f.name: np.array([getattr(m, f.name) for m in oracle.measured]) for f in fields(Measured)}
+    return {"end": end, "switched": np.array(oracle.switches), **measured}
 
 
 class Oracle:

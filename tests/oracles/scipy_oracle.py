@@ -19,6 +19,7 @@ from scipy.integrate import DOP853
 
 from gearchaos.model import HarmonicStiffness, MeshModel
 from tests.oracles.march import march, named, stops_of_section, stops_of_taus
+from tests.oracles.stored import stored
 
 TOLERANCE = 1e-13
 _DEGREE = 14
@@ -30,11 +31,13 @@ _SHALLOWEST = 1e-14
 by less than this."""
 
 
+@stored("march")
 def section(model: MeshModel, periods: int, transient: int = 0) -> dict[str, np.ndarray]:
     """Physical coordinates by name at τ = T, 2T, ... after the transient, each (periods,)."""
     return _at(model, stops_of_section(periods, transient))
 
 
+@stored("march")
 def trajectory(model: MeshModel, taus: Iterable[float]) -> dict[str, np.ndarray]:
     """Physical coordinates by name at the sorted times ``taus``, each (times,)."""
     return _at(model, stops_of_taus(model, taus))

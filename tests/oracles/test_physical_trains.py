@@ -12,7 +12,7 @@ from gearchaos.flow import OK, Measure, of_meshes
 from gearchaos.gears.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.initial_value_problems import initial_value_problems
-from tests.oracles.physical_trains import Contacts, Oracle
+from tests.oracles.physical_trains import Contacts, Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
 QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0),
@@ -42,9 +42,10 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
     model, state = as_model(train), random_state(oracle, rng)
     w = in_coordinates(oracle, train, model, 0.0, state)
     out = initial_value_problems(model).flow.advance(w[:, None], periods, tangent=np.eye(len(w))[:, :, None])
-    expected = in_coordinates(oracle, train, model, periods * train.period, oracle.after(state, periods))
+    found = motion(train, state, periods)
+    expected = in_coordinates(oracle, train, model, periods * train.period, found["end"])
     assert out.status[0] == OK
-    assert oracle.switches
+    assert found["switched"]
     growth = max(1.0, np.abs(out.tangent).max(), np.abs(w).max())
     return float(np.abs(out.w[:, 0] - expected).max()) / growth
 
@@ -59,18 +60,20 @@ def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape
     state = random_state(oracle, rng)
     w = in_coordinates(oracle, train, model, 0.0, state)
     out = initial_value_problems(model).flow.advance(w[:, None], 1, measured=True)
-    oracle.after(state, 1)
-    found, units = of_meshes(out.measures)[:, :, 0], model.units
-    for own, expected in zip(found, oracle.measured, strict=False):  # stops are no meshes
-        assert own[Measure.FRONT_TIME] == pytest.approx(expected.front_time * units.rate, rel=1e-10, abs=1e-10)
-        assert own[Measure.BACK_TIME] == pytest.approx(expected.back_time * units.rate, rel=1e-10, abs=1e-10)
-        assert own[Measure.FORCE_SQUARE] == pytest.approx(
-            expected.force_square * units.rate / units.force**2, rel=1e-7, abs=1e-12)
-        assert own[Measure.CONTACT_FORCE] == pytest.approx(expected.force * units.rate / units.force, rel=1e-7)
-        size = max(abs(expected.largest), abs(expected.smallest)) / units.force
-        assert own[Measure.FORCE_MAX] == pytest.approx(expected.largest / units.force, abs=1e-5 * size)
-        assert own[Measure.FORCE_MIN] == pytest.approx(expected.smallest / units.force, abs=1e-5 * size)
-        assert own[Measure.SWITCHES] == expected.switches
+    expected, units = motion(train, state, 1), model.units
+    time, force = units.rate, 1 / units.force
+    for n, own in enumerate(of_meshes(out.measures)[: len(train.meshes), :, 0]):  # stops are no meshes
+        size = max(abs(expected["largest"][n]), abs(expected["smallest"][n])) * force
+        for measure, name, unit, tolerance in (
+            (Measure.FRONT_TIME, "front_time", time, {"rel": 1e-10, "abs": 1e-10}),
+            (Measure.BACK_TIME, "back_time", time, {"rel": 1e-10, "abs": 1e-10}),
+            (Measure.FORCE_SQUARE, "force_square", time * force**2, {"rel": 1e-7, "abs": 1e-12}),
+            (Measure.CONTACT_FORCE, "force", time * force, {"rel": 1e-7}),
+            (Measure.FORCE_MAX, "largest", force, {"abs": 1e-5 * size}),
+            (Measure.FORCE_MIN, "smallest", force, {"abs": 1e-5 * size}),
+            (Measure.SWITCHES, "switches", 1, {"abs": 0}),
+        ):
+            assert own[measure] == pytest.approx(expected[name][n] * unit, **tolerance), name
 
 
 def in_coordinates(oracle: Oracle, train: gc.Train, model: Any, t: float, w: np.ndarray) -> np.ndarray:

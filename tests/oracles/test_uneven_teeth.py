@@ -10,7 +10,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.gears.operating import as_model
-from tests.oracles.uneven_teeth import Pair
+from tests.oracles import uneven_teeth
 
 LOST = 0.3
 
@@ -33,7 +33,7 @@ def forces_of_a_period(train: gc.Train, samples: int) -> tuple[np.ndarray, np.nd
     units, backlash = model.units, train.meshes[0].backlash
     z, rate = motion.z.values[0], motion.z_dot.values[0]
     start = np.array([z * units.length - backlash / 2, rate * units.length * units.rate])
-    expected = Pair(train).follow(start, cycles, samples)[1]
+    expected = uneven_teeth.forces(train, start, cycles, samples)
     return motion.mesh_force.values.ravel()[: len(expected)] * units.force, expected
 
 

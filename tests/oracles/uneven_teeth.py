@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tests.oracles.stored import stored
+
 _AFTER_SWITCH = 1e-7  # of a mesh cycle, in which a gap that has just changed its sign is not watched
+
+
+@stored(digits=10)
+def forces(train: Any, start: np.ndarray, cycles: int, samples: int) -> np.ndarray:
+    """The mesh force at instants of mesh cycles from the state (s, s') at t = 0, (cycles samples,)."""
+    return Pair(train).follow(start, cycles, samples)
 
 
 class Pair:
@@ -78,8 +86,7 @@ class Pair:
         push = sum(side * k * (side * y[0] - gap) for (side, k, gap), c in zip(contacts, closed, strict=True) if c)
         return push + self.mesh.damping * y[1] * (self.always or any(closed))
 
-    def follow(self, y: np.ndarray, cycles: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """The state (s, s') at t = 0 after mesh cycles, and the mesh force at instants of these, (cycles samples,)."""
+    def follow(self, y: np.ndarray, cycles: int, samples: int) -> np.ndarray:
         first = self.mesh.phase / (2 * math.pi)
         instants, forces = first + np.arange(cycles * samples) / samples, np.zeros(cycles * samples)
         marks = np.add.outer(np.arange(math.floor(first), first + cycles + 1), self.marks).ravel()
@@ -87,7 +94,7 @@ class Pair:
         for start, end in pairwise(edges):
             inside = (instants >= start) & (instants < end)
             y, forces[inside] = self._piece(y, start, end, self.contacts((start + end) / 2), instants[inside])
-        return y, forces
+        return forces
 
     def _piece(self, y: np.ndarray, t: float, end: float, contacts: Any, at: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # least share of searches that end at the best fit, and largest residual over the uncertainty, without a warning
 _AGREEING, _HIGH = 0.2, 1.3
+_UNEXPLAINED = 0.5
+"""The residual over the measured amplitudes, each rms, from which the model does not explain them."""
 
 
 def fit_document(dataset: xr.Dataset) -> dict[str, Any]:
@@ -27,6 +29,7 @@ def fit_document(dataset: xr.Dataset) -> dict[str, Any]:
     rows = list(zip(*(dataset[n].values.tolist() for n in names), strict=True))
     settings, rms = json.loads(dataset.attrs["settings"]), dataset["search_rms"].values
     difference = dataset["computed_amplitude"] - dataset["measured_amplitude"]
+    residual, size = (float(np.sqrt(np.mean(each**2))) for each in (difference, dataset["measured_amplitude"]))
     other = dataset["speed"].values[dataset["history"].values != "rest"]
     return {
         "quantity": settings["quantity"],
@@ -34,7 +37,8 @@ def fit_document(dataset: xr.Dataset) -> dict[str, Any]:
             value - least, most - value) < 1e-3 * (most - least)}
             for name, reason, value, low, high, unit, least, most in rows if not reason},
         "not_identified": {name: reason for name, reason, *_ in rows if reason},
-        "residual_rms": float(np.sqrt(np.mean(difference**2))), "unit": dataset["measured_amplitude"].attrs["units"],
+        "residual_rms": residual, "unit": dataset["measured_amplitude"].attrs["units"],
+        "over_measured": residual / size if size else 1.0,
         "over_uncertainty": float(rms[0]) if settings["uncertainty"] else None, "amplitudes": difference.size,
         "ignored": int(dataset.attrs["ignored"]), "speeds": len(np.unique(dataset["speed"])),
         "speeds_of_other_motions": np.unique(other).tolist(), "searches": len(rms),
@@ -44,6 +48,9 @@ def fit_document(dataset: xr.Dataset) -> dict[str, Any]:
 def print_fit(dataset: xr.Dataset, content: dict[str, Any]) -> None:
     """Print the estimates of a fit, what is not identified, and a table of measured and computed amplitudes."""
     unit = content["unit"]
+    if content["over_measured"] > _UNEXPLAINED:
+        print_wrapped(f"The model does not explain these amplitudes: the residual is {content['over_measured']:.0%} of "
+                      "them (rms). What follows comes nearest within the bounds, and is no estimate of the gears.")
     for name, each in content["estimates"].items():
         value, low, high = (measured(each[n]) for n in ("value", "low", "high"))
         print_wrapped(f"{name}: {' '.join([value, each['unit']]).rstrip()} ({low} to {high} at 95 %)"

@@ -1,0 +1,22 @@
+"""Which tests a change reaches, for `make quick`."""
+
+import pytest
+
+from tests.reach import distances
+
+
+@pytest.mark.parametrize(("changed", "near", "far", "apart"), [
+    ("src/gearchaos/gears/units.py", "gears/test_units", "studies/test_assess", "store/test_objects"),
+    ("src/gearchaos/studies/assess.py", "studies/test_assess", "cli/test_gear", "gears/test_units"),  # as gc.assess
+    ("src/gearchaos/explorer/web/templates/page.html", "explorer/test_runup", "cli/test_cli", "store/test_layout"),
+    ("tests/contracts/store/stores.py", "store/test_damage", "store/test_layout", "store/test_objects"),
+])
+def test_a_change_reaches_the_tests_that_import_it(changed, near, far, apart):
+    steps = distances([changed])
+    near, far, apart = (steps.get(f"tests/contracts/{name}.py") for name in (near, far, apart))
+    assert near <= far and apart is None
+
+
+def test_documents_and_examples_are_read_by_tests():
+    assert set(distances(["docs/gears.md"])) == {"tests/pinned/test_docs.py"}
+    assert "tests/contracts/cli/test_cli.py" in distances(["examples/spur_50_50.toml"])
