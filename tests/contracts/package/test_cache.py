@@ -1,19 +1,21 @@
 """Compiled kernels on disk: every process hits them, none gets the wrong ones."""
 
 import importlib.util
+import io
 import os
 import pickle
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from filelock import FileLock
 from numba import typeof
 
-from gearchaos.flow import ExactFlow, beside, exact
+from gearchaos.flow import ExactFlow, beside, exact, first_kernels, step_tables
 from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
@@ -31,63 +33,29 @@ def twice(x):
         total += 2 * value
     return total
 
-KINDS = ["f8", "f4", "i8", "i4", "i2", "u1"]
-folder, chosen = Path(sys.argv[1]), sys.argv[2].split(",")
-(folder / ("here-" + chosen[0])).touch()
-while len(chosen) == 1 and len(list(folder.glob("here-*"))) < len(KINDS):
+folder, name, count, chosen = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), sys.argv[4].split(",")
+(folder / ("here-" + name)).touch()
+while len(list(folder.glob("here-*"))) < count:
     time.sleep(0.001)
 print([twice(np.arange(5).astype(kind)) for kind in chosen], sum(twice.stats.cache_hits.values()))
 """
 
 
 @pytest.mark.slow
-def test_processes_that_compile_at_once_do_not_spoil_the_cache(tmp_path):
+@pytest.mark.parametrize(("kinds", "hits"), [(("f8", "i8", "u1"), [0, 0, 0]), (("f8", "f8", "f8"), [0, 1, 1])])
+def test_processes_that_compile_at_once_do_not_spoil_the_cache_and_compile_each_kernel_once(tmp_path, kinds, hits):
     script = tmp_path / "program.py"
     script.write_text(PROGRAM)
-    kinds = ["f8", "f4", "i8", "i4", "i2", "u1"]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
-    def begin(chosen):
-        return subprocess.Popen(
-            [sys.executable, str(script), str(tmp_path), chosen], env=environment, stdout=subprocess.PIPE, text=True
-        )
+    def begin(name, *chosen):
+        command = [sys.executable, str(script), str(tmp_path), str(name), str(len(kinds)), ",".join(chosen)]
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 
-    together = [begin(kind) for kind in kinds]
-    assert [p.communicate(timeout=300)[0] for p in together] == ["[20.0] 0\n"] * len(kinds)
-    after = begin(",".join(kinds))
-    assert after.communicate(timeout=300)[0] == f"{[20.0] * len(kinds)} {len(kinds)}\n"
-
-
-SAME = """
-import sys, time
-from pathlib import Path
-import numpy as np
-from gearchaos.flow.kernels.compilation import kernel
-
-@kernel
-def twice(x):
-    total = 0.0
-    for value in x.flat:
-        total += 2 * value
-    return total
-
-folder, name = Path(sys.argv[1]), sys.argv[2]
-(folder / ("here-" + name)).touch()
-while len(list(folder.glob("here-*"))) < 3:
-    time.sleep(0.001)
-print(twice(np.arange(5.0)), sum(twice.stats.cache_hits.values()))
-"""
-
-
-@pytest.mark.slow
-def test_of_processes_that_start_at_once_with_an_empty_cache_one_compiles(tmp_path):
-    (tmp_path / "program.py").write_text(SAME)
-    command = [sys.executable, str(tmp_path / "program.py"), str(tmp_path)]
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    together = [
-        subprocess.Popen([*command, name], env=environment, stdout=subprocess.PIPE, text=True) for name in "abc"
-    ]
-    assert sorted(p.communicate(timeout=300)[0] for p in together) == ["20.0 0\n", "20.0 1\n", "20.0 1\n"]
+    together = [begin(i, kind) for i, kind in enumerate(kinds)]
+    assert sorted(p.communicate(timeout=300)[0] for p in together) == [f"[20.0] {n}\n" for n in hits]
+    after = begin(0, *kinds).communicate(timeout=300)[0]
+    assert after == f"{[20.0] * len(kinds)} {len(set(kinds))}\n"
 
 
 def test_a_process_does_not_wait_for_ever_for_another_one_to_compile(tmp_path, monkeypatch):
@@ -155,7 +123,7 @@ print(%s)
 """
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive  # it compiles all kernels of a first run
 @pytest.mark.parametrize(("answer", "kernels"), [
     ("gc.regime(model)", 4), ("gc.branch(model, 'omega=0.9:1.1').event_value.values", 7)])
 def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path, answer, kernels):
@@ -220,15 +188,31 @@ def test_a_cache_that_cannot_be_written_is_done_without():
     assert run.stdout == "[[1]] False\n", run.stderr
 
 
-@pytest.mark.parametrize("lanes", [1, 2, 9])
+@pytest.fixture
+def seen(monkeypatch):
+    """The types with which the main kernel is asked for, and nothing computed."""
+    types = set()
+    monkeypatch.setattr(exact, "advance_packs", lambda *given: types.add(tuple(map(typeof, given))))
+    return types
+
+
+@pytest.mark.parametrize("lanes", [1, 9])
 @pytest.mark.parametrize("options", [{}, {"sections": 3}, {"measured": True}, {"tangent": True, "growth": True}])
-def test_one_compiled_kernel_serves_every_call(lanes, options, monkeypatch):
+def test_one_compiled_kernel_serves_every_call(lanes, options, seen):
     """What `gearchaos warmup` compiles, from one lane, must be what a map runs."""
-    seen = set()
-    monkeypatch.setattr(exact, "advance_packs", lambda *given: seen.add(tuple(map(typeof, given))))
     flow = ExactFlow(switched_system(vary(MeshModel.of(kind="torsional"), {})))
     flow.advance(np.zeros((2, 1)), 1)
     tangent = np.zeros((2, 2, lanes)) if options.get("tangent") else None
     for periods in (5, np.arange(1, lanes + 1)):
         flow.advance(np.zeros((2, lanes)), periods, points=np.zeros(lanes, int), **options | {"tangent": tangent})
+    assert len(seen) == 1
+
+
+def test_a_process_beside_compiles_the_kernel_of_a_motion(seen, monkeypatch):
+    system = switched_system(vary(MeshModel.of(), {}))
+    ExactFlow(system).advance(np.zeros((2, 1)), 1)
+    monkeypatch.setattr(step_tables, "tabulate_steps", step_tables.tabulate_steps)  # which it replaces
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(pickle.dumps(system.take(np.zeros(1, int))))))
+    monkeypatch.setattr(os, "_exit", lambda code: None)
+    first_kernels.main("advance")
     assert len(seen) == 1
