@@ -37,11 +37,12 @@ def table(path, amplitudes: np.ndarray, header: str) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("quantity", "header", "factor"), [
-    ("mesh force", "rms [kN]", 1e-3 / np.sqrt(2)), ("deflection", "peak to peak [um]", 2e6),
-    ("transmission error", "amplitude [um]", 1e6), ("acceleration", "amplitude [m/s^2]", 1.0)])
+    ("mesh force", "rms [kN]", 1e-3 / np.sqrt(2)), ("acceleration", "amplitude [m/s^2]", 1.0),
+    pytest.param("deflection", "peak to peak [um]", 2e6, marks=pytest.mark.exhaustive),
+    pytest.param("transmission error", "amplitude [um]", 1e6, marks=pytest.mark.exhaustive)])
 def test_a_linear_pair_gives_back_damping_and_error_but_not_the_backlash(tmp_path, quantity, header, factor):
     path = table(tmp_path / "orders.csv", factor * linear(ZETA, 2e-6)[quantity], header)
-    found = gc.fit(LINEAR, path, VARY, quantity=quantity, starts=2)
+    found = gc.fit(LINEAR, path, VARY, quantity=quantity, starts=1)
     np.testing.assert_allclose(found.estimate[:2], [ZETA, 2.0], rtol=1e-8)
     assert np.isnan(found.estimate[2])
     assert found.not_identified.values.tolist()[:2] == ["", ""] and "back flanks" in found.not_identified.item(2)
@@ -124,13 +125,13 @@ def test_a_jump_of_motions_that_touch_both_flanks_gives_the_backlash(tmp_path):
              for j, a in enumerate(each, 1)]
     (tmp_path / "orders.csv").write_text("\n".join(["speed[rpm] order amplitude[N]", *lines]))
     vary = [f"{name}={low}:{high} {unit}" for name, (low, high, unit) in BOUNDS.items()]
-    found = gc.fit(PAIR, str(tmp_path / "orders.csv"), vary, starts=2)
+    found = gc.fit(PAIR, str(tmp_path / "orders.csv"), vary, starts=1)
     np.testing.assert_allclose(found.estimate, [*truth.values()], rtol=1e-6)
     assert not any(found.not_identified.values) and {"falling", "rest"} == set(found.history.values)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [12, pytest.param(24, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("count", [5, pytest.param(24, marks=pytest.mark.exhaustive)])
 def test_intervals_cover_as_often_as_they_say(tmp_path, count):
     """Estimates of noisy measurements of the linear pair, over the half width of their intervals, times Student's
     quantile, have the variance ν/(ν − 2) of Student's t."""
@@ -147,9 +148,9 @@ def test_intervals_cover_as_often_as_they_say(tmp_path, count):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [5, pytest.param(20, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("count", [2, pytest.param(20, marks=pytest.mark.exhaustive)])
 def test_intervals_cover_beside_contact_loss_and_jumps(count):
-    """Experiments of the benchmark; with 95 % each, fewer than 16 of 20 are covered once in 400, than 4 of 5 in 40."""
+    """Experiments of the benchmark; with 95 % each, fewer than 16 of 20 are covered once in 400, than both of 2 in 10."""
     trials = [trial(case, starts=2) for case in range(count)]
     for name in BOUNDS:
         rows = [(each["truth"][name], *each["intervals"][name]) for each in trials

@@ -84,7 +84,7 @@ def replaced(motions):
 @pytest.mark.slow
 def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch):
     design = load_design(EXAMPLES / "spur_50_50.toml")
-    scan = (design, "780:960:4", 100.0)
+    scan = (design, "780:900:2", 100.0)
     found = gc.speeds_to_avoid(*scan, starts=32, spacing=0.01)
     assert found.windows and max(each.random_states.fraction for each in found.windows) < 1
     monkeypatch.setattr("gearchaos.studies.followed_motions.LONGEST_ORBIT", 0)
