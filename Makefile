@@ -53,7 +53,7 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 .PHONY: docs
 docs: $(VENV)/.installed-docs
 	$(BIN)/gearchaos warmup
-	$(BIN)/python -m sphinx -b html -W --keep-going -q docs build/docs
+	$(BIN)/python -m sphinx -b html -W --keep-going -q -j 2 docs build/docs
 	$(BIN)/python docs/_ext/check_site.py build/docs
 
 # The browser of the explorer's tests.

@@ -1,17 +1,13 @@
 """Measured run-ups: orders of signals in closed form, of a table, of the computed signal itself, and bad input."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.studies.measured_runup import (
     MeasuredSignal,
     compared_orders,
@@ -21,9 +17,8 @@ from gearchaos.studies.measured_runup import (
     read_measured_runup,
 )
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests.closed_forms.linear_gears import PAIR_FILE, command
 
-PAIR_FILE = EXAMPLES / "spur_50_50.toml"
 RATE, Z = 20_000.0, 50
 
 
@@ -112,23 +107,26 @@ def test_the_windows_of_a_run_down_are_told_from_those_of_the_run_up(computed):
         only.beside(computed.isel(direction=[0]))
 
 
-def signal_file(path, header="time [s];speed [rpm];force [kN]", comma=True, change=lambda rows: rows):
-    time, speed, turned = ramp(520, 680, 2.0)
+def signal_file(path, header="time [s];speed [rpm];force [kN]", comma=True, change=lambda rows: rows, duration=2.0):
+    time, speed, turned = ramp(520, 680, duration)
     force = 0.25 * np.cos(2 * np.pi * Z * turned)
     rows = change([f"{t:.6f};{n:.5f};{f:.6f}" for t, n, f in zip(time, speed, force, strict=True)])
     text = "\n".join([header, *rows])
     path.write_text(text.replace(".", ",") if comma else text)
-    return str(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    return signal_file(tmp_path_factory.mktemp("bench") / "bench.csv")
 
 
 @pytest.mark.slow
-def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, monkeypatch, computed):
-    monkeypatch.chdir(tmp_path)
-    signal_file(tmp_path / "bench.csv")
-    arguments = ["runup", str(PAIR_FILE), "--speed", "500:700", "--duration", "4 s", "--against", "bench.csv"]
-    result = CliRunner().invoke(app, [*arguments, "--plot", "r.png"])
-    assert result.exit_code == 0, result.stderr
-    lines = result.stdout.splitlines()
+def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, bench, computed):
+    def compared(duration, *options):
+        return command("runup", PAIR_FILE, "--speed", "500:700", "--duration", duration, "--against", *options).stdout
+
+    lines = compared("4 s", bench, "--plot", tmp_path / "r.png").splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith("Largest amplitudes of the mesh orders"))
     row = next(line for line in lines[first:] if line.split()[0] == "50").split()
     assert float(row[1]) == pytest.approx(250, rel=0.01) and max(map(len, lines)) <= 80
@@ -138,16 +136,14 @@ def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, monkeyp
     assert float(within.max()) <= float(row[3]) * 1.001 <= float(own.max()) * 1.002
     assert float(row[5]) == pytest.approx(20 * np.log10(float(row[1]) / float(row[3])), abs=0.1)
     (tmp_path / "table.csv").write_text("n [rpm];order;rms [kN]\n550;50;0,2\n600;50;0,1\n600;7;9,0\n")
-    document = json.loads(CliRunner().invoke(app, [*arguments[:-1], "table.csv", "--json"]).stdout)
-    (only,) = document["measured"]
+    (only,) = json.loads(compared("1 s", tmp_path / "table.csv", "--json"))["measured"]
     assert (only["order"], only["measured_speed"]) == (50, 550)
     assert only["measured"] == pytest.approx(200 * np.sqrt(2)) and only["computed"] > 0
 
 
 @pytest.mark.slow
-def test_the_picture_has_the_cuts_as_lines_and_dots_and_a_waterfall_of_the_measured(tmp_path, computed):
-    signal_file(tmp_path / "bench.csv")
-    panels = gc.plot.runup(computed, Figure(), against=tmp_path / "bench.csv").axes
+def test_the_picture_has_the_cuts_as_lines_and_dots_and_a_waterfall_of_the_measured(bench, computed):
+    panels = gc.plot.runup(computed, Figure(), against=bench).axes
     assert [ax.get_ylabel() for ax in panels[2:5]] == [
         "order, speed rising", "order, speed falling", "order, measured,\nspeed rising"]
     lines, dots = panels[1].lines[0::2], panels[1].lines[1::2]
@@ -157,32 +153,27 @@ def test_the_picture_has_the_cuts_as_lines_and_dots_and_a_waterfall_of_the_measu
     np.testing.assert_allclose(lines[0].get_ydata(), order_cut(computed.sel(direction="up"), 50))
     assert len(gc.plot.runup(computed, Figure()).axes) == len(panels) - 2
     with pytest.raises(gc.InputError, match="must be in the units of the gears"):
-        measured_runup(tmp_path / "bench.csv", gc.runup(load_study(PAIR_FILE).model, "speed=500:700", 1.0))
+        measured_runup(bench, gc.runup(load_study(PAIR_FILE).model, "speed=500:700", 0.2))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("change", "header", "words"), [
-    (lambda rows: rows[:900] + rows[950:], None, r"line 902, .*must be 5e-05 s after the line before.*got '0.00255 s'"),
-    (lambda rows: rows[:900] + rows[898:], None, "line 902, .*greater time than line 901"),
-    (lambda rows: rows[::20], None, "more than two samples in a mesh cycle; got '1000 samples a second'.*566.6 Hz"),
-    (lambda rows: [row.replace(";6", ";-6") for row in rows], None, "must have a speed greater than 0; got '-6"),
-    (lambda rows: rows, "time [s];speed [rpm];force", "must say the unit of force"),
-    (lambda rows: rows, "time [s];speed [rpm];accel [m/s^2]", "must have the column force"),
-    (lambda rows: rows, "time;speed [rpm];force [N]", "must say the unit of time"),
-    (lambda rows: rows, "time [s];speed [1/min];force [N]", None)])
+    (lambda rows: rows[:900] + rows[950:], "", r"line 902, .*must be 5e-05 s after the line before.*got '0.00255 s'"),
+    (lambda rows: rows[:900] + rows[898:], "", "line 902, .*greater time than line 901"),
+    (lambda rows: rows[::20], "", "more than two samples in a mesh cycle; got '1000 samples a second'.*566 Hz"),
+    (lambda rows: [row.replace(";6", ";-6") for row in rows], "", "must have a speed greater than 0; got '-6"),
+    (list, "time [s];speed [rpm];force", "must say the unit of force"),
+    (list, "time [s];speed [rpm];accel [m/s^2]", "must have the column force"),
+    (list, "time;speed [rpm];force [N]", "must say the unit of time")])
 def test_a_record_that_cannot_be_compared_is_refused(tmp_path, change, header, words):
-    path = signal_file(tmp_path / "bench.csv", header or "time [s];speed [rpm];force [N]", False, change)
-    if words is None:
-        assert read_measured_runup(path, 50.0, (500, 700)).rate == pytest.approx(RATE)
-        return
+    path = signal_file(tmp_path / "bench.csv", header or "time [s];speed [1/min];force [N]", False, change, 0.2)
     with pytest.raises(gc.InputError, match=words):
         read_measured_runup(path, 50.0, (500, 700))
 
 
-@pytest.mark.slow
 def test_a_run_at_other_speeds_is_refused(tmp_path):
-    path = signal_file(tmp_path / "bench.csv")
+    path = signal_file(tmp_path / "bench.csv", "time [s];speed [1/min];force [N]", duration=0.2)
+    assert read_measured_runup(path, 50.0, (500, 700)).rate == pytest.approx(RATE)
     with pytest.raises(gc.InputError, match=r"speeds of the run-up; got '520 to 67.* Computed are 900 to 1200"):
         read_measured_runup(path, 50.0, (900, 1200))
-    result = CliRunner().invoke(app, ["runup", str(PAIR_FILE), "--speed", "500:700", "--column", "force=F"])
-    assert result.exit_code == 2 and "--column needs --against" in result.stderr
+    refused = command("runup", PAIR_FILE, "--speed", "500:700", "--column", "force=F", code=2)
+    assert "--column needs --against" in refused.stderr

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, time_series
-from gearchaos.dynamics.time_series import amplitudes, exponents_from_growth, spectral_class
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow, near_returns, newton_iteration, start_newton_search
 from gearchaos.model import MeshModel, vary
@@ -29,72 +28,52 @@ def test_a_linear_motion_has_its_closed_form_multipliers():
     np.testing.assert_allclose(found.exponent[:, 0], -0.05, rtol=1e-11)
 
 
-@pytest.mark.parametrize(("eps1", "period"), [(0.206, 8), (0.208, 16), (0.209, 32), (0.231, 6)])
-def test_orbits_are_minimal_converged_and_stable(eps1, period):
-    flow, found = verdict(omega=1.0, q0=0.1, eps1=eps1)
-    assert found.period[0] == period
-    assert found.residual[0] <= 1e-10
-    assert np.abs(found.multipliers[0]).max() < 1
-    points = orbits.sections(flow, found.w, np.zeros(1, dtype=int), found.period)[0]
-    gaps = np.abs(points[:, None] - points[None]).max(axis=2) + np.eye(period)
-    assert gaps.min() > 1e-6
-
-
-def test_exponents_of_every_verdict_sum_to_the_trace():
-    flow, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048, 0.05, 0.205, 0.22]})
-    np.testing.assert_allclose(found.exponent.sum(axis=0), flow.system.trace, atol=1e-11)
-    names = [Label(v).name for v in found.label]
-    assert names == ["PERIODIC", "QUASI_PERIODIC", "CHAOTIC", "PERIODIC", "QUASI_PERIODIC", "CHAOTIC"]
-
-
-def test_the_exponents_of_a_long_orbit_are_not_lost_in_rounding():
+def test_orbits_are_minimal_converged_and_stable_and_their_exponents_not_lost_in_rounding():
     """32 periods shrink areas by 1e-22, far below the rounding of the monodromy matrix."""
-    flow, found = verdict(omega=0.5, q0=0.1, eps1=0.206, values={"omega": np.linspace(0.96, 1.0, 120)})
-    long = found.period >= 16
-    assert long.any()
-    np.testing.assert_allclose(found.exponent[:, long].sum(axis=0), flow.system.trace[long], atol=1e-9)
-    np.testing.assert_allclose(
-        found.exponent[0, long], np.log(np.abs(found.multipliers[long, 0])) / (found.period * flow.system.period)[long],
-        rtol=1e-9,
-    )
+    flow, found = verdict(omega=1.0, q0=0.1, values={"eps1": [0.206, 0.208, 0.209, 0.231]})
+    assert found.period.tolist() == [8, 16, 32, 6]
+    assert np.all(found.residual <= 1e-10) and np.all(np.abs(found.multipliers[:, 0]) < 1)
+    for points in orbits.sections(flow, found.w, np.arange(4), found.period):
+        gaps = np.abs(points[:, None] - points[None]).max(axis=2) + np.eye(len(points))
+        assert gaps.min() > 1e-6
+    np.testing.assert_allclose(found.exponent.sum(axis=0), flow.system.trace, atol=1e-9)
+    growth = np.log(np.abs(found.multipliers[:, 0]))
+    np.testing.assert_allclose(found.exponent[0], growth / (found.period * flow.system.period), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("off", "trusted"), [(2e-6, False), (5e-7, True)])
+def test_a_verdict_whose_exponents_miss_their_sum_by_a_millionth_is_not_trusted(monkeypatch, off, trusted):
+    """Of an orbit, a torus and chaos. The trace is falsified, since the flow cannot be."""
+    trace = SwitchedAffine.trace.fget
+    monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + off))
+    flow, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]},
+                          settings=Classification(longest_transient=0))
+    np.testing.assert_allclose(found.exponent.sum(axis=0), trace(flow.system), atol=1e-11)
+    np.testing.assert_allclose(found.trace_error, off, rtol=1e-3)
+    known = [Label.PERIODIC, Label.QUASI_PERIODIC, Label.CHAOTIC]
+    assert found.label.tolist() == (known if trusted else [Label.UNDECIDED] * 3)
+    assert np.all((found.reason == Reason.INCONSISTENT) != trusted)
+    assert np.all(found.period[1 if trusted else 0:] == 0)
 
 
 def test_a_torus_locked_at_a_high_order_keeps_its_orbit():
-    """122T between the tori of Fig. 12; its smallest multiplier is below 1e-20."""
+    """122T between the tori of Fig. 12; its smallest multiplier is below 1e-20. Its exponents are those of any later
+    round: the vectors have turned to where they belong within the first one, in which they grow otherwise."""
     flow, found = verdict(kind="full", omega=1.05, eps1=0.03 + 0.02 * 46 / 60)
     assert found.period[0] == 122
     assert found.exponent[:, 0].sum() == pytest.approx(flow.system.trace[0], abs=1e-12)
     assert found.exponent[0, 0] == pytest.approx(-0.00210316, abs=1e-8)
-
-
-def test_a_run_whose_exponents_do_not_sum_to_the_trace_is_undecided(monkeypatch):
-    """The trace is falsified, since the flow cannot be."""
-    trace = SwitchedAffine.trace.fget
-    monkeypatch.setattr(SwitchedAffine, "trace", property(lambda system: trace(system) + 1e-4))
-    _, found = verdict(kind="full", omega=1.05, values={"eps1": [0.03, 0.04, 0.048]},
-                       settings=Classification(longest_transient=0))
-    assert set(found.label) == {Label.UNDECIDED}
-    assert set(found.reason) == {Reason.INCONSISTENT}
-    assert set(found.period) == {0}
-    np.testing.assert_allclose(found.trace_error, 1e-4, rtol=1e-4)
+    run = flow.advance(found.w, 3 * 122, tangent=orbits.tangent_frame(4, 1), growth=True)
+    later = run.growth[-122:, :, 0].sum(axis=0) / (122 * flow.system.period[0])
+    np.testing.assert_allclose(found.exponent[:, 0], later, atol=2e-6)
 
 
 def test_complex_multipliers_of_a_planar_orbit_have_the_modulus_that_damping_gives():
-    flow, found = verdict(values={"omega": np.linspace(0.3, 2.9, 60)}, eps1=0.05)
+    flow, found = verdict(values={"omega": np.linspace(0.3, 2.9, 20)}, eps1=0.05)
     planar = (found.period > 0) & (np.abs(found.multipliers[:, 0].imag) > 1e-6)
-    assert planar.sum() > 20
+    assert planar.sum() > 5
     expected = np.exp(flow.system.trace * found.period * flow.system.period)
     np.testing.assert_allclose(np.abs(found.multipliers[planar, 0]) ** 2, expected[planar], rtol=1e-10)
-
-
-def test_newton_finds_an_unstable_orbit_too_and_no_verdict_rests_on_it():
-    """Beyond the period doubling the 1T orbit lives on, unstable; the motion is the 2T one."""
-    flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
-    assert found.period[0] == 2
-    one = orbits.polish(flow, found.w, np.zeros(1, dtype=int), np.array([1]))
-    assert one.converged[0]
-    assert not one.stable[0]
-    assert np.abs(one.multipliers[0]).max() > 1
 
 
 def test_newton_that_fails_is_data():
@@ -114,11 +93,6 @@ def test_settings_that_cannot_decide_are_refused(values):
         Classification(**values)
 
 
-def test_rest_without_load_is_neutral():
-    _, found = verdict(q0=0.0)
-    assert (found.label[0], found.period[0], found.reason[0]) == (Label.PERIODIC, 1, Reason.NEUTRAL)
-
-
 def test_short_runs_yield_undecided_not_a_guess():
     short = Classification(transient_lengths=(40,), longest_period=32, exponent_run=40, doublings=0,
                            averaging_periods=10)
@@ -132,32 +106,6 @@ def test_running_away_is_a_label():
     assert np.isnan(found.response.v_rms[0])
 
 
-def test_intervals_cover_the_mean_of_noise():
-    rng = np.random.default_rng(0)
-    growth = rng.normal(0.3, 1.0, (2000, 1, 200))
-    found = exponents_from_growth(growth, np.full(200, 2.0))
-    covered = (found.low < 0.15) & (found.high > 0.15)
-    assert covered.mean() > 0.95
-
-
-def test_birkhoff_digits_tell_a_curve_from_a_fractal():
-    n = np.arange(1000)
-    smooth = np.stack([np.cos(n), np.cos(np.sqrt(2) * n) + 0.3 * np.cos(2 * np.sqrt(2) * n)], axis=1)
-    logistic = np.empty((1000, 1))
-    logistic[0] = 0.3
-    for i in range(999):
-        logistic[i + 1] = 3.9 * logistic[i] * (1 - logistic[i])
-    assert np.all(time_series.agreeing_digits(smooth) > 6)
-    assert np.all(time_series.agreeing_digits(logistic) < 3)
-
-
-def test_a_rotation_number_is_found_far_beyond_the_resolution_of_the_spectrum():
-    n = np.arange(2000)[:, None]
-    rho = np.array([0.1234567, (np.sqrt(5) - 1) / 4])
-    series = np.cos(2 * np.pi * rho * n) + 0.2 * np.cos(2 * np.pi * 2 * rho * n + 1.0)
-    np.testing.assert_allclose(time_series.dominant_frequency(series), rho, atol=1e-10)
-
-
 def test_a_torus_has_zero_exponent_and_a_rotation_number():
     """Fig. 13a of the paper."""
     flow, found = verdict(kind="full", omega=1.05, eps1=0.04)
@@ -169,42 +117,16 @@ def test_a_torus_has_zero_exponent_and_a_rotation_number():
 
 
 def test_transient_chaos_is_followed_to_its_end_and_flagged():
-    """8T after a chaotic transient of up to thousands of periods, different from start to start."""
+    """8T after a chaotic transient of up to thousands of periods, different from start to start; chaos is tested every
+    2560 periods."""
     starts = {"x1": np.linspace(1.0, 1.001, 24)}
     _, found = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts)
     assert set(found.period[found.label == Label.PERIODIC]) == {8}
-    assert found.transient_chaos.any()
+    later = found.transient_chaos & (found.periods_run > 2560) & (found.periods_run < 9000)
+    assert later.any()
+    assert np.all(found.periods_run[later] % 2560 == 0)
     _, short = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, settings=Classification(longest_transient=0))
     assert np.sum(short.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
-
-
-def test_a_motion_that_leaves_a_stable_orbit_is_not_taken_for_it():
-    """Near the unstable 1T orbit, whose multipliers are given as stable: what the trajectory does decides."""
-    flow, found = verdict(omega=1.9, q0=0.1, eps1=0.03)
-    points = np.zeros(1, dtype=int)
-    stable = orbits.polish(flow, found.w, points, np.array([2]))
-    assert orbits.approaching(flow, stable.w + 1e-4, points, stable, 640)[0]
-    unstable = orbits.polish(flow, found.w, points, np.array([1]))
-    stretched = orbits.Orbits(
-        unstable.w, unstable.period, unstable.residual, unstable.monodromy, 0.9 * unstable.multipliers /
-        np.abs(unstable.multipliers).max()
-    )
-    assert not orbits.approaching(flow, unstable.w + 1e-4, points, stretched, 640)[0]
-
-
-def test_the_spectral_class():
-    n = np.arange(512)[:, None]
-    assert spectral_class(np.cos(2 * np.pi * n / 5)) == ("5T", 5)
-    assert spectral_class(np.cos(n) + 0.2 * np.cos(2 * n)) == ("quasi-periodic", 0)
-    rng = np.random.default_rng(1)
-    assert spectral_class(rng.normal(size=(512, 1))) == ("chaotic", 0)
-
-
-def test_amplitudes_of_whole_periods_have_no_leakage():
-    t = np.arange(640) / 64
-    orders, spectrum = amplitudes(0.5 + 0.3 * np.cos(2 * np.pi * t) + 0.1 * np.sin(2 * np.pi * 2.5 * t), 10)
-    lines = {float(orders[i]): spectrum[i] for i in np.flatnonzero(spectrum > 1e-12)}
-    assert lines == pytest.approx({0.0: 0.5, 1.0: 0.3, 2.5: 0.1})
 
 
 def test_near_returns_are_those_of_their_definition():

@@ -8,6 +8,9 @@ import pytest
 import gearchaos as gc
 from gearchaos.studies.quasi_static import quasi_static_ratio
 
+FALL = (1.4, 0.7, 0.84, 1.0, 1.2)
+"""Rises of 1.2 at most, and a fall to the half."""
+
 
 def overshoot(before: float, after: float, zeta: float, inverse_mass: float = 1.0) -> float:
     """Largest force over the static one after a fall of the stiffness, for one degree of freedom: the force of spring
@@ -32,9 +35,8 @@ def test_of_two_levels_it_is_the_ratio_of_the_stiffnesses(chi1, chi2):
 @pytest.mark.parametrize("law", ["always", "contact", "unilateral"])
 @pytest.mark.parametrize("zeta", [0.01, 0.05, 0.3, 1.5])
 def test_a_fall_overshoots_as_the_damped_oscillator(zeta, law):
-    levels = (1.4, 0.7, 0.84, 1.0, 1.2)  # rises of 1.2 at most, and a fall to the half
     model = gc.MeshModel.of(kind="single", q0=0.1, zeta=zeta, damping_law=law, stiffness=gc.SteppedStiffness(
-        levels=levels, starts=(0.0, 0.2, 0.4, 0.6, 0.8)))
+        levels=FALL, starts=(0.0, 0.2, 0.4, 0.6, 0.8)))
     expected = max(1.2, overshoot(1.4, 0.7, zeta))
     assert quasi_static_ratio(model) == pytest.approx(expected, rel=1e-9)
     assert (expected > 1.2) == (zeta < 0.3)
@@ -47,23 +49,11 @@ def test_without_a_jump_it_is_one():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "zeta"), [("single", 0.05), ("torsional", 0.02), ("full", 0.05)])
-@pytest.mark.parametrize("levels", [(1.4, 0.8), (1.4, 0.7, 0.84, 1.0, 1.2)])
+@pytest.mark.parametrize(("kind", "zeta", "levels"), [
+    ("single", 0.05, (1.4, 0.8)), ("single", 0.05, FALL), ("torsional", 0.02, FALL), ("full", 0.05, FALL)])
 def test_it_is_the_limit_of_the_exact_flow_at_low_speed(kind, zeta, levels):
     stiffness = gc.SteppedStiffness(levels=levels, starts=tuple((np.arange(len(levels)) / len(levels)).tolist()))
     model = gc.MeshModel.of(kind=kind, q0=0.1, zeta=zeta, eps1=1e-3, omega=5e-4, stiffness=stiffness)
     found = gc.regime(model)
     assert found.contact == "permanent"
     assert quasi_static_ratio(model) == pytest.approx(found.dynamic_factor, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_of_gears_it_is_the_dynamic_factor_at_a_few_turns_a_minute():
-    design = gc.GearDesign(
-        teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm",
-        profile_shift=(0.31255, 0.31255), bore="15 mm", damping_ratio=0.05, transmission_error="from quality",
-        quality={"standard": "ISO 1328-1:1995", "grade": 7}, torque="180 N*m",
-        backlash={"value": "0.15 mm", "of": "line of action, total"})
-    found = gc.dynamic_factor(design, "1:5:2")
-    assert float(found.quasi_static_ratio) == pytest.approx(1.75, rel=1e-12)
-    assert found.dynamic_factor.values == pytest.approx(1.75, rel=1e-5)

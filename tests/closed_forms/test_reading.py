@@ -24,15 +24,14 @@ def test_the_response_of_a_sinusoidal_motion():
     assert (found.contact, found.contact_fraction, found.switches_per_period) == ("permanent", 1, 0)
 
 
-@pytest.mark.parametrize("eps", [1e-10, 1e-9, 1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("eps", [1e-10, 1e-8, 1e-6])
 def test_the_rms_of_a_small_vibration_about_a_large_deflection(eps):
     """To the rounding of z, 2e-16, in a verdict and on a branch, where it is combined from the periods of an orbit."""
     omega, q0 = 1.3, 0.5
     model = gc.MeshModel.of(kind="single", omega=omega, q0=q0, eps1=eps, chi0=0.0)
     rms = eps * omega**2 / abs(1 - omega**2 + 2j * model.zeta * omega) / np.sqrt(2)
-    assert gc.regime(model).z_rms == pytest.approx(rms, rel=1e-9, abs=1e-15)
-    branch = gc.branch(model, "omega=1.3:1.31")
-    assert float(branch.z_rms[0]) == pytest.approx(rms, rel=1e-9, abs=1e-15)
+    for found in (gc.regime(model).z_rms, gc.branch(model, "omega=1.3:1.31").z_rms[0]):
+        assert float(found) == pytest.approx(rms, rel=1e-9, abs=1e-15)
 
 
 MOTIONS = {

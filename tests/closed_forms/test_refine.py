@@ -38,18 +38,20 @@ def nearest_other(label):
     return np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANES)
 def test_no_cell_is_inferred_beside_a_computed_one_of_another_kind(name):
     """Beside: four cells away along a row or a column, and within that circle across."""
     found, _ = refine(PLANES[name])
-    inferred = found["inferred"] == 1
+    inferred, label = found["inferred"] == 1, found["label"]
     assert inferred.any() == (name != "noise")
-    for row, column in np.argwhere(inferred):
-        part = np.s_[max(row - 4, 0) : row + 5, max(column - 4, 0) : column + 5]
-        away = np.hypot(ROW[part] - row, COLUMN[part] - column)
-        near = ~inferred[part] & (away <= 4)
-        assert np.all(found["label"][part][near] == found["label"][row, column])
+    rows, columns = label.shape
+    for down in range(-4, 5):
+        for right in range(-4, 5):
+            if np.hypot(down, right) <= 4:
+                here = np.s_[max(-down, 0) : rows - max(down, 0), max(-right, 0) : columns - max(right, 0)]
+                there = np.s_[max(down, 0) : rows + min(down, 0), max(right, 0) : columns + min(right, 0)]
+                beside = inferred[here] & ~inferred[there]
+                assert np.all(label[here][beside] == label[there][beside])
 
 
 @pytest.mark.parametrize("name", PLANES)
@@ -83,29 +85,19 @@ def test_cells_off_the_lattice_are_computed_only_where_a_boundary_is_near(name):
         assert near[asked].max() <= max(step * np.sqrt(2), 5)
 
 
-def test_a_plane_of_one_kind_costs_its_lattice():
-    found, counts = refine(np.full((200, 240), 3))
-    on_lattice = ((ROW % 16 == 0) | (ROW == 199)) & ((COLUMN % 16 == 0) | (COLUMN == 239))
-    np.testing.assert_array_equal(counts, on_lattice)
-    assert np.all(found["label"] == 3)
-
-
-def test_another_period_is_another_kind():
+def test_another_period_is_another_kind_and_a_line_is_computed_whole():
     period = np.where(COLUMN < 117, 1, 2)
-    found, _ = refine(np.ones_like(period), period=period)
-    np.testing.assert_array_equal(found["period"], period)
+    np.testing.assert_array_equal(refine(np.ones_like(period), period=period)[0]["period"], period)
+    for shape in ((1, 300), (300, 1)):
+        found, counts = refine(np.ones(shape, dtype=int))
+        assert np.all(counts == 1) and not found["inferred"].any()
 
 
-@pytest.mark.parametrize("shape", [(1, 300), (300, 1)])
-def test_a_line_is_computed_whole(shape):
-    found, counts = refine(np.ones(shape, dtype=int))
-    assert np.all(counts == 1) and not found["inferred"].any()
-
-
-def test_parts_have_their_own_lattices():
+@pytest.mark.parametrize(("rows", "columns"), [(200, 240), (SIDE + 20, SIDE + 20)])
+def test_a_plane_of_one_kind_costs_the_lattices_of_its_parts(rows, columns):
     """Whatever the neighbours: a part of SIDE rows and columns begins one of its own."""
-    _, counts = refine(np.full((SIDE + 20, SIDE + 20), 3))
-    row, column = np.mgrid[: SIDE + 20, : SIDE + 20] % SIDE
-    ends = np.isin(np.arange(SIDE + 20), (SIDE - 1, SIDE + 19))
-    lattice = (ends[:, None] | (row % 16 == 0)) & (ends | (column % 16 == 0))
-    np.testing.assert_array_equal(counts, lattice)
+    found, counts = refine(np.full((rows, columns), 3))
+    down, across = (np.isin(np.arange(n) % SIDE, range(0, SIDE, 16)) | np.isin(np.arange(n), (SIDE - 1, n - 1))
+                    for n in (rows, columns))
+    np.testing.assert_array_equal(counts, down[:, None] & across)
+    assert np.all(found["label"] == 3)

@@ -1,7 +1,5 @@
 """Run-ups in pieces: stopped anywhere and continued to the same bits, refused journals, memory, events of jumps."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal
@@ -12,17 +10,14 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
-from gearchaos.studies import runup_results
+from gearchaos.studies import runup, runup_results
 from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests.closed_forms.linear_gears import PAIR_FILE, command
 
-DESIGN = EXAMPLES / "spur_50_50.toml"
-MODEL = load_study(DESIGN).model
+MODEL = load_study(PAIR_FILE).model
 
 
 class StopError(Exception):
@@ -33,15 +28,15 @@ class StopError(Exception):
 def stop_after(monkeypatch):
     """Writes a journal after every part, and stops the run after so many of them."""
     monkeypatch.setattr(runup_results, "_BETWEEN", 0.0)
+    monkeypatch.setattr(runup, "_SAMPLES", 1 << 12)
     original = runup_results.Journal.write
 
     def stop(parts):
-        left = [parts]
+        left = iter(range(parts - 1))
 
         def write(journal, arrays):
             original(journal, arrays)
-            left[0] -= 1
-            if left[0] == 0:
+            if next(left, None) is None:
                 raise StopError
 
         monkeypatch.setattr(runup_results.Journal, "write", write)
@@ -49,38 +44,43 @@ def stop_after(monkeypatch):
     return stop
 
 
-def study(**options):
-    return gc.RunUp(MODEL, "speed=1200:1330", 3.0, down=True, events=True, **options)
+def study(torque=None, events=False, **options):
+    return gc.RunUp(MODEL, "speed=1240:1330", 2.0, down=True, events=events, torque=torque, **options)
+
+
+PROFILE = {"time": [0, 4], "torque": [90.0, 100.0]}
 
 
 @pytest.mark.slow
 def test_a_run_that_is_stopped_goes_on_to_the_same_bits(tmp_path, stop_after):
-    profile = {"time": [0, 6], "torque": [90.0, 100.0]}
-    whole, journal = study(torque=profile).run(), tmp_path / "r.part"
-    for parts in (1, 2, 2):  # the third stop is in the run-down
+    run = gc.RunUp(MODEL, "speed=1240:1330", 0.3, down=True, events=True, torque=PROFILE)
+    whole, journal = run.run(), tmp_path / "r.part"
+    for parts in (3, 4, 3):  # the third stop is in the run-down
         stop_after(parts)
         with pytest.raises(StopError):
-            study(torque=profile).run(journal=journal)
+            run.run(journal=journal)
     stop_after(100)
-    xr.testing.assert_identical(study(torque=profile).run(journal=journal).drop_attrs(), whole.drop_attrs())
+    xr.testing.assert_identical(run.run(journal=journal).drop_attrs(), whole.drop_attrs())
 
 
 def test_a_journal_of_another_run_up_is_refused(tmp_path, stop_after):
+    journal = tmp_path / "r.part"
     stop_after(1)
     with pytest.raises(StopError):
-        study().run(journal=tmp_path / "r.part")
-    for other in (study(torque={"time": [0, 6], "torque": [90.0, 100.0]}), gc.RunUp(MODEL, "speed=1200:1330", 3.0)):
-        with pytest.raises(gc.InputError, match="must be one of the same model, axes, settings and versions"):
-            other.run(journal=tmp_path / "r.part")
-    content = (tmp_path / "r.part").read_bytes()
+        study().run(journal=journal)
+
+    def refused(words, other=None, at=journal):
+        with pytest.raises(gc.InputError, match=words):
+            (other or study()).run(journal=at)
+
+    for other in (study(PROFILE), study(events=True), gc.RunUp(MODEL, "speed=1240:1330", 2.0)):
+        refused("must be one of the same model, axes, settings and versions", other)
+    content = journal.read_bytes()
     for broken in (content[:-100], b"not at all", b""):
-        (tmp_path / "r.part").write_bytes(broken)
-        with pytest.raises(gc.InputError, match="must be a journal of a run-up, whole and readable"):
-            study().run(journal=tmp_path / "r.part")
-    with pytest.raises(gc.InputError, match="journal must be left out with a signal"):
-        gc.RunUp(MODEL, "speed=1200:1330", 3.0, signal=True).run(journal=tmp_path / "r.part")
-    with pytest.raises(gc.InputError, match="must lie in an existing folder"):
-        study().run(journal=tmp_path / "none" / "r.part")
+        journal.write_bytes(broken)
+        refused("must be a journal of a run-up, whole and readable")
+    refused("journal must be left out with a signal", study(signal=True))
+    refused("must lie in an existing folder", at=tmp_path / "none" / "r.part")
 
 
 def test_what_is_kept_does_not_grow_with_the_duration():
@@ -94,9 +94,9 @@ def test_what_is_kept_does_not_grow_with_the_duration():
 
 @pytest.mark.slow
 def test_groups_of_periods_have_the_same_results_and_jumps(monkeypatch):
-    single = gc.runup(MODEL, "speed=1200:1330", 6.0, down=True)
+    single = gc.runup(MODEL, "speed=1240:1330", 1.5, down=True)
     monkeypatch.setattr(runup_results, "_SERIES", single.sizes["speed"] * 4)
-    grouped = gc.runup(MODEL, "speed=1200:1330", 6.0, down=True)
+    grouped = gc.runup(MODEL, "speed=1240:1330", 1.5, down=True)
     xr.testing.assert_identical(single.drop_dims("jump").drop_attrs(), grouped.drop_dims("jump").drop_attrs())
     assert grouped.speed_of_jump.values == pytest.approx(single.speed_of_jump.values, abs=0.2) and single.sizes["jump"]
     for name in ("factor_before_jump", "factor_after_jump"):
@@ -104,60 +104,56 @@ def test_groups_of_periods_have_the_same_results_and_jumps(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_command_that_is_killed_goes_on(tmp_path):
-    """With SIGKILL, at two instants, until it is finished; the journal is then gone."""
-    def command(name):
-        options = ["runup", str(DESIGN), "--speed", "1200:1330", "--duration", "12 s", "--out", str(tmp_path / name)]
-        return [sys.executable, "-c", "from gearchaos.studies import runup_results; runup_results._BETWEEN = 0.1; "
-                "from gearchaos.cli import main; main()", *options]
+def test_a_command_that_is_killed_goes_on(tmp_path, monkeypatch):
+    """With SIGKILL; once it is finished, the journal is gone."""
+    monkeypatch.setattr(runup_results, "_BETWEEN", 0.1)
+    monkeypatch.setattr(runup, "_SAMPLES", 1 << 13)
 
-    subprocess.run(command("whole.nc"), check=True, capture_output=True)
-    part, known = tmp_path / "r.nc.part", 0.0
-    for _ in range(2):
-        run = subprocess.Popen(command("r.nc"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        until = time.monotonic() + 120
-        while time.monotonic() < until and not (part.exists() and part.stat().st_mtime_ns > known):
-            time.sleep(0.02)
-        os.kill(run.pid, signal.SIGKILL)
-        run.wait()
-        known = part.stat().st_mtime_ns
-    assert not (tmp_path / "r.nc").exists()
-    subprocess.run(command("r.nc"), check=True, capture_output=True)
+    def arguments(name):
+        return ["runup", str(PAIR_FILE), "--speed", "1200:1330", "--duration", "3 s", "--out", str(tmp_path / name)]
+
+    code = ("from gearchaos.studies import runup, runup_results; from gearchaos.cli import main; "
+            "runup_results._BETWEEN, runup._SAMPLES = 0.1, 1 << 13; main()")
+    run = subprocess.Popen([sys.executable, "-c", code, *arguments("r.nc")], stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL)
+    part, until = tmp_path / "r.nc.part", time.monotonic() + 120
+    while time.monotonic() < until and not part.exists():
+        time.sleep(0.02)
+    os.kill(run.pid, signal.SIGKILL)
+    run.wait()
+    assert part.exists() and not (tmp_path / "r.nc").exists()
+    command(*arguments("r.nc"))
     assert not part.exists()
+    command(*arguments("whole.nc"))
     xr.testing.assert_identical(gc.load(tmp_path / "r.nc"), gc.load(tmp_path / "whole.nc"))
 
 
 @pytest.mark.slow
-def test_the_event_of_a_jump_is_that_of_the_branch(tmp_path):
-    branch = gc.branch(MODEL.with_values({"speed": 1300.0}), "speed=1200:1330")
-    folds = branch.event_value.values[branch.event_kind.values == "fold"]
-    found = study().run()
+def test_the_event_of_a_jump_is_that_of_the_branch(monkeypatch):
+    branch = gc.branch(MODEL.with_values({"speed": 1300.0}), "speed=1240:1330")
+    fold = branch.event_value.values[branch.event_kind.values == "fold"].min()
+    found = study(events=True).run()
     at = found.direction_of_jump.values == "down"
     assert found.event_kind.values[at].tolist() == ["fold"]
-    np.testing.assert_allclose(found.event_speed.values[at], folds.min(), rtol=1e-8)
+    np.testing.assert_allclose(found.event_speed.values[at], fold, rtol=1e-8)
     assert found.event_speed.values[at] > found.speed_of_jump.values[at]  # it is passed before
-    result = CliRunner().invoke(app, ["runup", str(DESIGN), "--speed", "1200:1330", "--duration", "3", "--down",
-                                      "--events", "--plot", str(tmp_path / "r.png")])
-    assert f"fold at {folds.min():.5g} rpm" in " ".join(result.stdout.split()) and result.exit_code == 0
-    assert max(map(len, result.stdout.splitlines())) <= 80
+    monkeypatch.setattr(gc.RunUp, "run", lambda *_, **__: found)  # as it was computed
+    said = command("runup", PAIR_FILE, "--speed", "1240:1330", "--duration", "2", "--down", "--events").stdout
+    assert f"fold at {fold:.5g} rpm" in " ".join(said.split())
+    assert max(map(len, said.splitlines())) <= 80
 
 
-def event_after(speed, jump, w=None, before=3.0):
-    """What is found for a motion (settled from rest, or in the state w) at a speed that is to end at the jump."""
+def event_after(speed, jump, before=3.0):
+    """What is found for a motion that has settled from rest at a speed and is to end at the jump."""
     model = MODEL.with_values({"speed": speed})
-    if w is None:
-        motion = gc.simulate(model, periods=1, transient=3000)
-        w = [motion.section_z.item(-1), motion.section_z_dot.item(-1)]
-    return find_event(Jump(500, 10, jump, before, 2 * before), 0, 0, lambda _: (model, np.array(w), ("z", "z_dot")))
+    motion = gc.simulate(model, periods=1, transient=3000)
+    w = np.array([motion.section_z.item(-1), motion.section_z_dot.item(-1)])
+    return find_event(Jump(500, 10, jump, before, 2 * before), 0, 0, lambda _: (model, w, ("z", "z_dot")))
 
 
-def test_without_an_end_of_the_branch_there_is_no_event():
-    kind, speed = event_after(1000.0, 1010.0)
-    assert kind == GOES_ON and math.isnan(speed)
-
-
-def test_a_chaotic_motion_is_on_no_branch():
+def test_without_an_end_of_the_branch_or_from_a_chaotic_motion_there_is_no_event():
     there = gc.regime(MODEL.with_values({"speed": 1550.0}))
     assert "chaotic" in there.label
-    kind, speed = event_after(1550.0, 1580.0, before=there.dynamic_factor)
-    assert kind == NOT_PERIODIC and math.isnan(speed)
+    for found, expected in ((event_after(1000.0, 1010.0), GOES_ON),
+                            (event_after(1550.0, 1580.0, there.dynamic_factor), NOT_PERIODIC)):
+        assert found[0] == expected and math.isnan(found[1])

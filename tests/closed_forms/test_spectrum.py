@@ -64,16 +64,27 @@ def test_weighted_averages_are_of_either_half():
     np.testing.assert_allclose(time_series.half_averages(n**2)[0], weight @ n[1:1001] ** 2 / weight.sum())
 
 
-@pytest.mark.parametrize("rho", [0.0123, 0.25 - 1e-3, 0.4877])
-def test_a_frequency_is_found_with_either_phase(rho):
-    n = np.arange(1500)[:, None]
-    series = 3.0 + np.cos(2 * np.pi * rho * n + np.array([0.0, 1.0, 2.0]))
-    np.testing.assert_allclose(time_series.dominant_frequency(series), rho, atol=1e-11)
+@pytest.mark.parametrize("rho", [0.0123, 0.1234567, 0.25 - 1e-3, 0.4877, (np.sqrt(5) - 1) / 4])
+def test_a_frequency_is_found_with_either_phase_far_beyond_the_resolution_of_the_spectrum(rho):
+    turns = 2 * np.pi * rho * np.arange(2000)[:, None]
+    series = 3.0 + np.cos(turns + np.array([0.0, 1.0, 2.0])) + 0.2 * np.cos(2 * turns + 1.0)
+    np.testing.assert_allclose(time_series.dominant_frequency(series), rho, atol=1e-10)
 
 
-def test_digits_are_of_the_series_and_its_square_in_standard_deviations():
+def logistic():
+    found = [0.3]
+    for _ in range(999):
+        found.append(3.9 * found[-1] * (1 - found[-1]))
+    return np.array(found)
+
+
+N = np.arange(1000)
+
+
+@pytest.mark.parametrize(("series", "least", "most"), [
+    (np.cos(N), 6, 30), (np.cos(np.sqrt(2) * N) + 0.3 * np.cos(2 * np.sqrt(2) * N), 6, 30),
+    (1e6 + 1e-3 * np.cos(N), 6, 30), (np.cos(N) + N / 1000, 0, 1), ((1 + N / 1000) * np.cos(N), 0, 1),
+    (logistic(), 0, 3)], ids=["circle", "curve", "far from 0", "drift", "growing", "fractal"])
+def test_digits_are_of_the_series_and_its_square_in_standard_deviations(series, least, most):
     """A symmetric motion whose size grows has the mean of its square in doubt, not its own."""
-    n = np.arange(1000)[:, None]
-    steady, growing = np.cos(n), (1 + n / 1000) * np.cos(n)
-    assert time_series.agreeing_digits(steady)[0] > 6 and time_series.agreeing_digits(1e6 + 1e-3 * steady)[0] > 6
-    assert time_series.agreeing_digits(growing)[0] < 1
+    assert least < time_series.agreeing_digits(series[:, None])[0] < most

@@ -12,34 +12,27 @@ from benchmarks.speeds_to_avoid import trial
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.gears.units import RPM
+from gearchaos.studies import speeds_to_avoid as inner
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
-from gearchaos.studies.speeds_to_avoid import (
-    CRITERION,
-    FORCE_CRITERION,
-    MOST_PEAKS,
-    Criteria,
-    Peak,
-    _AtTorque,
-    _dataset,
-    _windows,
-)
+from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Criteria, Peak
+from tests.closed_forms.linear_gears import SPUR
 
 DESIGN = gc.GearDesign(
     teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.31255, 0.31255),
     bore="15 mm", damping_ratio=0.05, transmission_error="from quality", torque="180 N*m",
     quality={"standard": "ISO 1328-1:1995", "grade": 7},
     backlash={"value": "0.15 mm", "of": "line of action, total"})
-SPUR = gc.GearDesign(
-    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
-    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality", torque="300 N*m",
-    backlash={"value": "0.12 mm", "of": "line of action, total"})
+
+
 NARROW = replace(DESIGN, profile_shift=(0.35, 0.2751), bore="20 mm", torque=60.0)
 """The same pair with a narrow range to avoid near 2500 rpm."""
 
-BRAKED = replace(DESIGN, damping_law="always")
+
 """The same pair with damping across the gap, which leads to long transients."""
 
 EXACT = replace(SPUR, transmission_error="none", torque=400.0)
+BRAKED = replace(DESIGN, damping_law="always")
+"""Damping across the gap leads to long transients."""
 
 
 def motions_of(window):
@@ -51,8 +44,7 @@ def separated(dataset):
 
 
 def test_motions_that_no_start_from_rest_reaches_are_found():
-    scan = gc.dynamic_factor(DESIGN, "6350:7300:20")
-    assert len(separated(scan)) == 0
+    assert len(separated(gc.dynamic_factor(DESIGN, "6350:7300:20"))) == 0
     found = gc.speeds_to_avoid(DESIGN, "6350:7300:20")
     there = gc.attractors(DESIGN.at(speed="7000 rpm"), 256)
     (worst,) = np.flatnonzero(there.attractor_contact.values > 0)
@@ -60,19 +52,16 @@ def test_motions_that_no_start_from_rest_reaches_are_found():
     (window,) = found.windows
     assert motions_of(window) == ("other initial states",) and window.contact == "loss of contact"
     assert window.start < 7000 < window.stop and found.coarse == ""
-    factors = found.dataset.dynamic_factor.sel(motion="other")
-    assert float(factors.interp(speed=7000)) == pytest.approx(
-        float(there.attractor_dynamic_factor[worst]), rel=0.01)
+    factor = float(found.dataset.dynamic_factor.sel(motion="other").interp(speed=7000))
+    assert factor == pytest.approx(float(there.attractor_dynamic_factor[worst]), rel=0.01)
     assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, 64 to 576 random ")
 
 
 @pytest.mark.slow
 def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():
-    given = gc.dynamic_factor(NARROW, "600:9000:60")
-    low, high = 2400, 2600
-    assert not np.any((separated(given) > low) & (separated(given) < high))
-    found = gc.speeds_to_avoid(NARROW, "600:9000:60")
-    (window,) = (w for w in found.windows if low < w.start < high)
+    assert len(separated(gc.dynamic_factor(NARROW, "2000:3000:8"))) == 0
+    found = gc.speeds_to_avoid(NARROW, "2000:3000:8")
+    (window,) = found.windows
     fine = separated(gc.dynamic_factor(NARROW, "2400:2600:401"))
     assert window.start <= fine[0] <= window.start + 0.5
     assert window.stop - 0.5 <= fine[-1] <= window.stop
@@ -140,15 +129,16 @@ def test_speeds_without_separation_are_none_and_say_what_was_tried():
     found = gc.speeds_to_avoid(EXACT, "200:300:3", starts=8)
     assert found.windows == () and found.coarse == "" and "8 random states" in found.tried
     assert found.largest.start == 200 and found.largest.stop == 300
-    without = gc.speeds_to_avoid(EXACT, "200:300:3", starts=0)
-    assert "random" not in without.tried
+    assert "random" not in gc.speeds_to_avoid(EXACT, "200:300:3", starts=0).tried
 
 
 @pytest.mark.slow
 def test_only_what_exceeds_the_quasi_static_ratio_counts():
-    found = gc.speeds_to_avoid(EXACT, "5:50:3", factor=1.2)
-    assert found.quasi_static_ratio > 1.2 and found.windows == ()
-    assert found.dataset.dynamic_factor.sel(motion="rest").values == pytest.approx(found.quasi_static_ratio, rel=1e-3)
+    """At a few turns a minute it is the dynamic factor."""
+    found = gc.speeds_to_avoid(EXACT, "20:50:2", factor=1.2)
+    assert found.quasi_static_ratio == pytest.approx(1.75, rel=1e-12) and found.windows == ()
+    assert found.dataset.dynamic_factor.sel(motion="rest").values == pytest.approx(1.75, rel=1e-3)
+    assert float(gc.dynamic_factor(EXACT, "20:50:2").quasi_static_ratio) == found.quasi_static_ratio
     found = gc.speeds_to_avoid(EXACT, "200:300:3", factor=0.1)
     (window,) = found.windows
     assert (window.criterion, window.contact) == (FORCE_CRITERION, "permanent contact")
@@ -158,28 +148,25 @@ def test_only_what_exceeds_the_quasi_static_ratio_counts():
 
 @pytest.mark.slow
 def test_the_result_is_the_same_with_any_number_of_threads():
-    one, two = (gc.speeds_to_avoid(DESIGN, "6000:9000:7", "60 N*m", threads=n) for n in (1, 2))
+    one, two = (gc.speeds_to_avoid(NARROW, "2300:2720:4", threads=n) for n in (1, 2))
     assert one.dataset.identical(two.dataset) and one.windows == two.windows
 
 
 @pytest.mark.slow
-def test_the_motion_from_rest_is_that_of_a_map():
-    mapped = gc.operating_map(BRAKED, "5700:9000:12", "60:60:1").isel(torque=0)
-    found = gc.speeds_to_avoid(BRAKED, "5700:9000:12", "60 N*m").dataset.sel(motion="rest", speed=mapped.speed)
+@pytest.mark.parametrize(("speeds", "follows"), [("5700:9000:12", False), (
+    gc.Axis("speed", 5000 + 229 * 7000 / 399, 5000 + 292 * 7000 / 399, 2), True)])
+def test_the_motion_from_rest_is_that_of_a_map(speeds, follows):
+    """Chaos that ends after a long time is no motion of its own."""
+    mapped = gc.operating_map(BRAKED, speeds, "60:60:1").isel(torque=0)
+    found = gc.speeds_to_avoid(BRAKED, speeds, "60 N*m", starts=0).dataset.sel(motion="rest", speed=mapped.speed)
     for name in ("label", "period", "contact"):
         assert np.array_equal(found[name], mapped[name])
     periodic = mapped.period.values > 0
-    assert 0 < periodic.sum() < len(periodic)  # chaotic ones too
     assert np.array_equal(found.dynamic_factor.values[periodic], mapped.dynamic_factor.values[periodic])
-
-
-@pytest.mark.slow
-def test_chaos_that_ends_after_a_long_time_is_no_motion_of_its_own():
-    axis = gc.Axis("speed", 5000 + 229 * 7000 / 399, 5000 + 292 * 7000 / 399, 2)
-    mapped = gc.operating_map(BRAKED, axis, "60:60:1").isel(torque=0)
-    assert (mapped.label == int(Label.PERIODIC)).all() and (mapped.periods_spent > 2600).all()
-    found = gc.speeds_to_avoid(BRAKED, axis, "60 N*m", starts=0).dataset
-    assert np.array_equal(found.label.sel(motion="rest", speed=mapped.speed), mapped.label)
+    if follows:
+        assert periodic.all() and (mapped.periods_spent > 2600).all()
+    else:
+        assert 0 < periodic.sum() < len(periodic)  # chaotic ones too
 
 
 def test_a_pair_on_elastic_supports_has_speeds_to_avoid_too():
@@ -238,9 +225,9 @@ def severity(each: Motion) -> int:
 
 
 def windows(*motions: list[Motion], found: FollowedMotions | None = None):
-    at = _AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0)
+    at = inner._AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0)
     at.edges = [edge.found for edge in at.sought()]  # not located
-    return _windows(at, _dataset(at))
+    return inner._windows(at, inner._dataset(at))
 
 
 def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
@@ -268,24 +255,23 @@ def test_teeth_that_do_not_touch_at_all_are_no_motion_without_bound():
 
 
 def test_only_the_motions_that_separate_are_named():
-    (window,) = windows([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(0, 1.0)])
+    (window,) = windows([calm()], [calm(), motion(1, 2.0)], [calm()])
     assert (window.start, window.stop, motions_of(window)) == (200, 200, ("other initial states",))
     (window,) = windows([motion(0, 6.0), motion(1, 2.0)])  # the other force is high, too, but in contact
     assert (window.criterion, motions_of(window)) == (CRITERION, ("other initial states",))
-    falling = made_up([motion(0, 1.0)], [motion(0, 1.0), motion(1, 2.0)], [motion(1, 3.0)])
+    falling = made_up([calm()], [calm(), motion(1, 2.0)], [motion(1, 3.0)])
     falling.at[300.0][0].leads_to[200.0] = falling.at[200.0][1]
     (window,) = windows(found=falling)
     assert motions_of(window) == ("from rest", "speed rising", "speed falling")
-    assert [m.contact for m in falling.named()["falling"]] == [0, 1, 1]
-    assert [m.contact for m in falling.named()["rising"]] == [0, 0, 1]
-    assert falling.named()["other"] == [None, None, None]
-    (worst,) = made_up([motion(0, 1.0), motion(0, 9.0), motion(1, 2.0), motion(1, 3.0)]).named()["other"]
+    named = falling.named()
+    assert [[m and m.contact for m in named[name]] for name in ("falling", "rising", "other")] == [
+        [0, 1, 1], [0, 0, 1], [None] * 3]
+    (worst,) = made_up([calm(), motion(0, 9.0), motion(1, 2.0), motion(1, 3.0)]).named()["other"]
     assert (worst.contact, worst.dynamic_factor) == (1, 3.0)
 
 
 def test_the_history_decides_up_to_the_speeds_from_which_on_every_motion_separates():
-    apart, either = [motion(1, 2.0)], [motion(1, 2.0), motion(0, 1.0)]
-    free = [motion(0, 1.0)]
+    apart, either, free = [motion(1, 2.0)], [motion(1, 2.0), calm()], [calm()]
     (window,) = windows(free, apart, apart, either, either, apart, free)
     assert (window.start, window.stop, window.history) == (200, 600, (300, 600))
     assert [window.history for window in windows(free, either, either, free)] == [(200, 300)]
@@ -299,27 +285,26 @@ def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed(
         Peak(300.0, 3.0), Peak(600.0, 8.0), Peak(800.0, 4.0), Peak(1000.0, 5.0), Peak(1200.0, 6.0))
 
 
-def between(*motions: list[Motion], limit: float = np.inf):
-    return speeds_between(made_up(*motions), severity, limit)
+def calm() -> Motion:
+    return motion(0, 1.0)
 
 
-def test_speeds_are_added_where_something_changes():
-    quiet = [[motion(0, 1.0)] for _ in range(3)]
-    assert between(*quiet) == []
-    assert between([motion(0, 1.0)], [motion(0, 1.0)], [motion(1, 2.0)]) == [250]  # an edge
-    near = [motion(0, 1.2, compression=0.1)]
-    assert between([motion(0, 1.0)], near, [motion(0, 1.0)]) == [150, 250]  # the teeth may separate at the tip
-    assert between([motion(0, 1.0)], [motion(0, 1.2, compression=0.45)], [motion(0, 1.0)]) == []
-    assert between([motion(0, 1.0)], [motion(0, 3.0)], [motion(0, 1.0)], limit=4) == [150, 250]
-    assert between([motion(0, 1.0)], [motion(0, 1.2)], [motion(0, 1.0)], limit=4) == []
-    ends = [motion(1, 2.0)], [motion(1, 2.0)], [motion(1, 3.0)], [motion(1, 2.0)], [motion(1, 2.0)]
-    assert between(*ends) == [250, 350]  # about the largest force of a range
-    lost = between([motion(0, 1.0), motion(0, 2.0)], [motion(0, 1.0)], [motion(0, 1.0)])
-    assert lost == [150]  # a motion that the next speed lacks
+@pytest.mark.parametrize(("motions", "added", "limit"), [
+    ([[calm()], [calm()], [calm()]], [], np.inf),
+    ([[calm()], [calm()], [motion(1, 2.0)]], [250], np.inf),  # an edge
+    ([[calm()], [motion(0, 1.2, compression=0.1)], [calm()]], [150, 250], np.inf),  # may separate at the tip
+    ([[calm()], [motion(0, 1.2, compression=0.45)], [calm()]], [], np.inf),
+    ([[calm()], [motion(0, 3.0)], [calm()]], [150, 250], 4),
+    ([[calm()], [motion(0, 1.2)], [calm()]], [], 4),
+    ([[motion(1, factor)] for factor in (2.0, 2.0, 3.0, 2.0, 2.0)], [250, 350], np.inf),  # the largest force of a range
+    ([[calm(), motion(0, 2.0)], [calm()], [calm()]], [150], np.inf),  # a motion that the next speed lacks
+])
+def test_speeds_are_added_where_something_changes(motions, added, limit):
+    assert speeds_between(made_up(*motions), severity, limit) == added
 
 
 def test_a_gap_between_motions_that_do_not_lead_to_each_other_is_looked_for():
-    found = made_up(*([motion(0, 1.0), motion(1, factor)] for factor in (2.0, 2.0, 2.0, 3.0)))
+    found = made_up(*([calm(), motion(1, factor)] for factor in (2.0, 2.0, 2.0, 3.0)))
     assert speeds_between(found, severity, np.inf) == [350]  # about the largest force
     found.at[100.0][1].leads_to[200.0] = found.at[200.0][0]
     assert speeds_between(found, severity, np.inf) == [350]  # reached from above
@@ -329,7 +314,7 @@ def test_a_gap_between_motions_that_do_not_lead_to_each_other_is_looked_for():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")  # random designs are unusual
-@pytest.mark.parametrize("number", [0, 1, *(pytest.param(n, marks=pytest.mark.exhaustive) for n in (2, 3, 4))])
+@pytest.mark.parametrize("number", [3, *(pytest.param(n, marks=pytest.mark.exhaustive) for n in (0, 1, 2, 4))])
 def test_a_sample_of_random_designs_is_not_contradicted(number):
     found = trial(number, load=2)
     assert found["contradictions"] == [] and found["coarse"] == ""

@@ -1,7 +1,5 @@
 """Tooth pairs that share the load: their contacts by definition, at rest, and in the limits with a closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -35,27 +33,35 @@ def on_path(pairs: gc.ToothPairStiffness, x: float) -> tuple[float, float]:
 
 def touching(pairs: gc.ToothPairStiffness, phase: float, side: int) -> list[tuple[float, float]]:
     """Stiffness and gap of the pairs that can touch on one flank, sorted."""
-    found = []
-    for j in range(-3, 6):
-        x = (phase + j) / pairs.contact_ratio
-        if side < 0:
-            x = 0.5 - (phase + j - pairs.contact_ratio / 2 - pairs.back_phase) / pairs.contact_ratio
-        if 0 < x < 1:
-            found.append(on_path(pairs, x))
-    return sorted(found)
+    ratio = pairs.contact_ratio
+    paths = ((phase + j) / ratio if side > 0 else 0.5 - (phase + j - ratio / 2 - pairs.back_phase) / ratio
+             for j in range(-3, 6))
+    return sorted(on_path(pairs, x) for x in paths if 0 < x < 1)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_contacts_are_those_of_the_pairs_on_their_paths(seed):
-    pairs = random_pairs(seed)
+def flow_of(model: gc.MeshModel, w: np.ndarray, periods: int) -> np.ndarray:
+    """The states (d, L) after so many periods of one model."""
+    return ExactFlow(switched_system(vary(model, {}))).advance(w, periods, points=np.zeros(w.shape[1], int)).w
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_contacts_and_the_deflection_at_rest_are_those_of_the_pairs_on_their_paths(seed):
+    pairs, rng = random_pairs(seed), np.random.default_rng(seed)
     contacts = pairs.contacts(pairs.numbers(), 1)
-    for phase in np.random.default_rng(seed).uniform(0, 1, 50):
+    for phase in rng.uniform(0, 1, 50):
         n = np.searchsorted(contacts.edges[0], phase, side="right") - 1
         gap = contacts.gap[0, :, n] @ (phase - contacts.edges[0, n]) ** np.arange(3)
         for side in (1, -1):
             present = (contacts.sides == side) & (contacts.stiffness[0, :, n] > 0)
             found = sorted(zip(contacts.stiffness[0, present, n], gap[present], strict=True))
             assert np.allclose(found, touching(pairs, phase, side), atol=1e-12)
+    phases, forces = rng.uniform(0, 1, 12), rng.uniform(0.01, 2, 3)
+    for force, row in zip(forces, static_deflection(pairs, forces, phases), strict=True):
+        for phase, z in zip(phases, row, strict=True):
+            def excess(z: float, phase: float = phase, force: float = force) -> float:
+                return sum(k * max(0.0, z - 1 - gap) for k, gap in touching(pairs, phase, 1)) - force
+
+            assert z == pytest.approx(brentq(excess, 0.9, 50), abs=1e-9)
 
 
 @pytest.mark.parametrize("values", [
@@ -74,35 +80,30 @@ def test_a_point_has_the_same_bits_beside_any_others(values):
         assert np.array_equal(together[:, i], alone.advance(w[:, :1], 5).w[:, 0])
 
 
-def test_without_gaps_the_sum_is_the_prescribed_stiffness():
+@pytest.mark.parametrize("law", ["always", "contact"])
+def test_without_gaps_the_sum_is_the_prescribed_stiffness(law):
     pairs = gc.ToothPairStiffness((0.7, 1.0, 0.7), (0.0, 0.375, 0.625), contact_ratio=1.6, back_phase=0.0)
-    steps = gc.SteppedStiffness((1.4, 1.0), (0.0, 0.6))
     assert pairs.parts(pairs.numbers()) == pytest.approx(np.array([(0.0, 1.4), (0.6, 1.0)]))
+    model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.3, eps1=0.05, damping_law=law, stiffness=pairs)
+    steps = replace(model, stiffness=gc.SteppedStiffness((1.4, 1.0), (0.0, 0.6)))
     w = np.array([[1.4, 0.5, 1.0], [0.3, 0.9, -0.2]])
-    for law in ("always", "contact"):
-        found = []
-        for stiffness in (pairs, steps):
-            model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.3, eps1=0.05, damping_law=law,
-                                    stiffness=stiffness)
-            flow = ExactFlow(switched_system(vary(model, {})))
-            found.append(flow.advance(w, 8, points=np.zeros(3, int)).w)
-        assert np.abs(found[0] - found[1]).max() < 1e-12
+    assert np.abs(flow_of(model, w, 8) - flow_of(steps, w, 8)).max() < 1e-12
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_exchanged_wheels_meet_the_same_pairs_backwards(seed):
     """With the path, and so the reliefs, from the other end both deflections and motions run backwards in time."""
-    pairs, rng = random_pairs(seed), np.random.default_rng(seed)
+    pairs = random_pairs(seed)
     other = replace(
         pairs, levels=pairs.levels[::-1], starts=(0.0, *(1 - start for start in pairs.starts[:0:-1])),
         relief1=pairs.relief2, relief2=pairs.relief1, relief_length1=pairs.relief_length2,
         relief_length2=pairs.relief_length1, back_phase=0.0)
-    phases = rng.uniform(0, 1, 20)
+    phases = np.random.default_rng(seed).uniform(0, 1, 20)
     backwards = static_deflection(other, 0.4, pairs.contact_ratio - phases)
     assert static_deflection(pairs, 0.4, phases) == pytest.approx(backwards, rel=1e-12)
-    both = [vary(gc.MeshModel.of(kind="single", omega=0.9, zeta=0.0, q0=0.4, stiffness=s), {}) for s in (
-        replace(pairs, contact_ratio=2.0, back_phase=0.0), replace(other, contact_ratio=2.0))]
-    first, second = map(switched_system, both)
+    first, second = (switched_system(vary(gc.MeshModel.of(
+        kind="single", omega=0.9, zeta=0.0, q0=0.4, stiffness=replace(each, contact_ratio=2.0, back_phase=0.0)), {}))
+        for each in (pairs, other))
     w = np.array([[1.5], [0.1]])
     there, back = ExactFlow(reversed_in_time(first)).advance(w, 2).w, ExactFlow(second).advance(w, 2).w
     assert np.abs(there - back).max() < 1e-11
@@ -111,40 +112,24 @@ def test_exchanged_wheels_meet_the_same_pairs_backwards(seed):
 @pytest.mark.parametrize("relief", [0.0, 0.3])
 def test_one_pair_alone_is_one_spring_with_its_gap(relief):
     pairs = gc.ToothPairStiffness((0.8,), (0.0,), 1.0, relief, relief, 0.25, 0.25)
-    phases = np.array([0.05, 0.3, 0.6, 0.9])
     gap = relief * np.array([0.8, 0.0, 0.0, 0.6])
-    assert static_deflection(pairs, 0.2, phases) == pytest.approx(1 + gap + 0.25, rel=1e-12)
+    assert static_deflection(pairs, 0.2, [0.05, 0.3, 0.6, 0.9]) == pytest.approx(1 + gap + 0.25, rel=1e-12)
     model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.2, stiffness=pairs)
     assert quasi_static_ratio(model) == pytest.approx(1.0)
     if not relief:
-        steps = replace(model, stiffness=gc.SteppedStiffness((0.8,), (0.0,)))
-        found = [ExactFlow(switched_system(vary(each, {}))).advance(np.array([[1.4], [0.3]]), 6).w for each in (
-            model, steps)]
-        assert np.abs(found[0] - found[1]).max() < 1e-12
+        steps, w = replace(model, stiffness=gc.SteppedStiffness((0.8,), (0.0,))), np.array([[1.4], [0.3]])
+        assert np.abs(flow_of(model, w, 6) - flow_of(steps, w, 6)).max() < 1e-12
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_motion_and_its_reverse_end_where_they_began(seed):
     model = gc.MeshModel.of(kind="single", omega=0.9, zeta=0.02, q0=0.2, eps1=0.1, damping_law="contact",
                             stiffness=random_pairs(seed))
     system = switched_system(vary(model, {}))
     w = np.random.default_rng(seed).uniform(-1.5, 1.5, (2, 6))
     sign, points = velocity_signs(system.names)[:, None], np.zeros(6, int)
-    there = ExactFlow(system).advance(w, 2, points=points).w
-    back = ExactFlow(reversed_in_time(system)).advance(sign * there, 2, points=points).w
+    back = ExactFlow(reversed_in_time(system)).advance(sign * flow_of(model, w, 2), 2, points=points).w
     assert np.abs(sign * back - w).max() < 1e-10
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_deflection_at_rest_balances_the_force(seed):
-    pairs, rng = random_pairs(seed), np.random.default_rng(seed)
-    phases, forces = rng.uniform(0, 1, 12), rng.uniform(0.01, 2, 3)
-    for force, row in zip(forces, static_deflection(pairs, forces, phases), strict=True):
-        for phase, z in zip(phases, row, strict=True):
-            def excess(z: float, phase: float = phase, force: float = force) -> float:
-                return sum(k * max(0.0, z - 1 - gap) for k, gap in touching(pairs, phase, 1)) - force
-
-            assert z == pytest.approx(brentq(excess, 0.9, 50), abs=1e-9)
 
 
 @pytest.mark.parametrize(("values", "message"), [
@@ -190,13 +175,10 @@ def test_the_peak_at_a_jump_is_the_force_of_all_pairs_that_touch_there():
 
 def test_a_relief_of_one_wheel_may_be_as_long_as_the_path():
     assert gc.ToothPairStiffness(relief1=0.3, relief_length1=1.0).relief_length1 == 1.0
-    with pytest.raises(gc.InputError, match="relief_length"):
-        gc.ToothPairStiffness(relief1=0.3, relief_length1=1.0, relief2=0.1)
 
 
 @pytest.mark.parametrize(("values", "field"), [
-    ({"relief1": -0.1}, "relief1"),
-    ({"relief1": 0.1, "relief2": 0.1, "relief_length1": 0.7, "relief_length2": 0.5}, "relief_length"),
+    ({"relief1": -0.1}, "relief1"), ({"relief1": 0.3, "relief_length1": 1.0, "relief2": 0.1}, "relief_length"),
     ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 2.5}, "contact_ratio"),
     ({"levels": (0.7, 0.0), "starts": (0.0, 0.5)}, "stiffness.levels"), ({"starts": (0.2,)}, "stiffness.starts"),
 ])

@@ -1,8 +1,5 @@
 """Gear trains in closed form, and as pairs that they are."""
 
-from __future__ import annotations
-
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -12,21 +9,14 @@ import pytest
 import gearchaos as gc
 from gearchaos.gears.operating import as_model
 from gearchaos.studies.initial_value_problems import initial_value_problems
+from tests.closed_forms.linear_gears import loose_train
 
 STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}
-LOOSE: dict[str, Any] = {"between": ("driver", "loose"), "teeth": (20, 30), "base_radii": (0.03, 0.045),
-                         "stiffness": 2e8, "damping": 60.0, "backlash": 0.12e-3}
 
 
 def mesh(a: str, b: str, z1: int, z2: int, **values: Any) -> gc.Mesh:
     return gc.Mesh(between=(a, b), teeth=(z1, z2), base_radii=(z1 * 1e-3, z2 * 1e-3),
                    **{"stiffness": STEPS, "damping": 600.0, "backlash": 1e-4, "error_amplitudes": [5e-6], **values})
-
-
-def loose_wheel(torque: float, law: str = "contact", **values: Any) -> gc.Train:
-    driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
-    loose = gc.Body(name="loose", inertia=5e-4, torque=torque)
-    return gc.Train(speed=800.0, bodies=[driver, loose], meshes=[gc.Mesh(**{**LOOSE, **values})], damping_law=law)
 
 
 def deflections(train: gc.Train, periods: int = 6) -> np.ndarray:
@@ -57,23 +47,10 @@ def test_one_mesh_is_a_gear_pair(law):
     assert found.meshes["a/b"]["force_peak"] == pytest.approx(expected.mesh_force_peak * pair.scales.force, rel=1e-10)
 
 
-@pytest.mark.parametrize("law", ["always", "contact"])
-def test_a_loose_wheel_loses_contact_where_its_inertia_exceeds_the_drag(law):
-    m, c, w = 5e-4 / 0.045**2, 60.0, 2 * 800 * 2 * math.pi / 60
-    onset = 0.045 * m * 0.03 * 300 * 2e8 / abs(2e8 - m * w**2 + 1j * c * w)
-    assert onset == pytest.approx(0.1000035, abs=5e-8)
-    assert gc.regime(loose_wheel(-onset * (1 + 1e-5), law)).contact == "permanent"
-    assert gc.regime(loose_wheel(-onset * (1 - 1e-5), law)).contact == "one-sided"
-
-
-def test_with_steps_of_the_stiffness_contact_is_lost_at_a_larger_drag():
-    assert gc.regime(loose_wheel(-0.12, stiffness={"levels": [2.5e8, 1.5e8], "starts": [0.0, 0.5]})).contact != (
-        "permanent")
-
-
 def test_two_loose_wheels_on_one_driver_are_each_a_pair_of_their_own():
-    one = loose_wheel(-0.05)
-    other = gc.Mesh(**{**LOOSE, "between": ("driver", "second"), "teeth": (20, 40), "base_radii": (0.03, 0.06)})
+    one = loose_train()
+    other = replace(one.meshes[0], between=("driver", "second"), name="driver/second", teeth=(20, 40),
+                    base_radii=(0.03, 0.06))
     second = gc.Body(name="second", inertia=9e-4, torque=-0.08)
     alone = gc.Train(speed=800.0, bodies=[one.bodies[0], second], meshes=[other])
     both = gc.Train(speed=800.0, bodies=[*one.bodies, second], meshes=[*one.meshes, other])
@@ -82,38 +59,39 @@ def test_two_loose_wheels_on_one_driver_are_each_a_pair_of_their_own():
     assert np.abs(found[:, 1] - deflections(alone, 1)[:, 0]).max() < 1e-15
 
 
+def idler(inertia: float = 4e-4) -> gc.Train:
+    return gc.Train(speed=5000.0, meshes=[mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0)], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="i", inertia=inertia),
+        gc.Body(name="b", inertia=2e-3, torque=-30.0)])
+
+
 def test_the_order_of_bodies_and_meshes_has_no_effect():
-    bodies = [gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="i", inertia=4e-4),
-              gc.Body(name="b", inertia=2e-3, torque=-30.0)]
-    meshes = [mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0)]
-    one = gc.Train(speed=5000.0, bodies=bodies, meshes=meshes)
-    other = gc.Train(speed=5000.0, bodies=[bodies[0], bodies[2], bodies[1]], meshes=meshes[::-1])
+    one = idler()
+    other = replace(one, bodies=[one.bodies[i] for i in (0, 2, 1)], meshes=one.meshes[::-1])
     assert np.abs(deflections(one) - deflections(other)[:, ::-1]).max() < 1e-15
 
 
 def test_an_idler_of_infinite_inertia_parts_the_train_into_two_pairs():
-    bodies = [gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="i", inertia=1e9),
-              gc.Body(name="b", inertia=2e-3, torque=-30.0)]
-    meshes = [mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0)]
-    whole = gc.Train(speed=5000.0, bodies=bodies, meshes=meshes)
-    first = gc.Train(speed=5000.0, bodies=[bodies[0], replace(bodies[1], torque=-25.0)], meshes=meshes[:1])
-    second = gc.Train(speed=4000.0, bodies=[replace(bodies[1], torque=25.0), bodies[2]], meshes=meshes[1:])
+    whole = idler(1e9)
+    (a, i, b), meshes = whole.bodies, whole.meshes
+    first = gc.Train(speed=5000.0, bodies=[a, replace(i, torque=-25.0)], meshes=meshes[:1])
+    second = gc.Train(speed=4000.0, bodies=[replace(i, torque=25.0), b], meshes=meshes[1:])
     found = deflections(whole)
     assert np.abs(found[:, 0] - deflections(first)[:, 0]).max() < 1e-13
     assert np.abs(found[:, 1] - deflections(second)[:, 0]).max() < 1e-13
 
 
 def test_a_shaft_that_is_nearly_rigid_makes_one_body():
+    motor, load = gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="load", inertia=4e-2, torque=-100.0)
+
     def reducer(stiffness: float) -> gc.Train:
         return gc.Train(speed=3000.0, shafts=[gc.Shaft(between=("wheel", "pinion"), stiffness=stiffness, damping=20.0)],
                         meshes=[mesh("motor", "wheel", 20, 40), mesh("pinion", "load", 20, 50)], bodies=[
-            gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
-            gc.Body(name="pinion", inertia=4e-4), gc.Body(name="load", inertia=4e-2, torque=-100.0)])
+            motor, gc.Body(name="wheel", inertia=2e-3), gc.Body(name="pinion", inertia=4e-4), load])
 
-    one = gc.Train(speed=3000.0, meshes=[mesh("motor", "wheel", 20, 40), mesh("wheel", "load", 20, 50)], bodies=[
-        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2.4e-3),
-        gc.Body(name="load", inertia=4e-2, torque=-100.0)])
-    rigid = deflections(one)[-1]
+    rigid = deflections(gc.Train(
+        speed=3000.0, meshes=[mesh("motor", "wheel", 20, 40), mesh("wheel", "load", 20, 50)],
+        bodies=[motor, gc.Body(name="wheel", inertia=2.4e-3), load]))[-1]
     far, near = (np.abs(deflections(reducer(k))[-1] - rigid).max() for k in (1e8, 1e9))
     assert near < 2e-9
     assert near == pytest.approx(far / 10, rel=0.1)  # it goes with the reciprocal of the stiffness
@@ -158,10 +136,9 @@ def test_a_common_period_is_that_of_all_orders():
 
 
 def test_results_of_one_motion_do_not_depend_on_others():
-    model = as_model(loose_wheel(-0.05))
-    values = {"loose.torque": np.array([-0.05, -0.2, -0.08])}
-    three = initial_value_problems(model, values)
-    one = initial_value_problems(model, {"loose.torque": np.array([-0.08])})
-    a, b = three.flow.advance(three.w, 50, measured=True), one.flow.advance(one.w, 50, measured=True)
+    model = as_model(loose_train())
+    three, one = (initial_value_problems(model, {"loose.torque": np.array(torques)})
+                  for torques in ([-0.05, -0.2, -0.08], [-0.08]))
+    a, b = (each.flow.advance(each.w, 50, measured=True) for each in (three, one))
     assert np.array_equal(a.w[:, 2], b.w[:, 0])
     assert np.array_equal(a.measures[:, 2], b.measures[:, 0])

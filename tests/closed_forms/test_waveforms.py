@@ -9,11 +9,9 @@ from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, mes
 
 def test_all_defaults_are_those_of_the_documentation():
     """As docs/model.md lists them."""
-    expected = {
-        "omega": 1.0, "zeta": 0.025, "J1": 2.0, "J2": 2.0, "q1": 0.1, "q2": 0.1, "beta1": 0.01, "beta2": 0.01,
-        "mu1": 4.0, "mu2": 4.0, "kappa1": 0.5, "kappa2": 0.5, "zeta_support1": 0.01, "zeta_support2": 0.01,
-        "eps1": 0.0, "theta1": 0.0, "chi1": 0.25, "chi2": 0.25, "contact_ratio": 1.5,
-    }
+    pairs = {"J": 2.0, "q": 0.1, "beta": 0.01, "mu": 4.0, "kappa": 0.5, "zeta_support": 0.01, "chi": 0.25}
+    expected = {"omega": 1.0, "zeta": 0.025, "eps1": 0.0, "theta1": 0.0, "contact_ratio": 1.5,
+                **{f"{name}{n}": value for name, value in pairs.items() for n in (1, 2)}}
     for kind in ("torsional", "full"):
         assert MeshModel(kind=kind).parameters() == expected
     assert MeshModel(kind="single").parameters() == {**expected, "beta1": 0.0, "beta2": 0.0}
@@ -21,13 +19,12 @@ def test_all_defaults_are_those_of_the_documentation():
 
 @pytest.mark.parametrize("name", ["q0", "J", "beta", "mu", "kappa", "zeta_support", "chi0"])
 def test_a_short_name_sets_both_of_its_pair_and_nothing_else(name):
-    changed = MeshModel.of(kind="full", **{name: 0.37}).parameters()
-    base = name.removesuffix("0")
-    both = {f"{base}1": 0.37, f"{base}2": 0.37}
-    assert changed == {**MeshModel(kind="full").parameters(), **both}
+    both = {f"{name.removesuffix('0')}{n}": 0.37 for n in (1, 2)}
+    full = MeshModel(kind="full").parameters()
+    assert MeshModel.of(kind="full", **{name: 0.37}).parameters() == {**full, **both}
 
 
-@pytest.mark.parametrize("phase", np.linspace(0, 2 * np.pi, 13))
+@pytest.mark.parametrize("phase", np.linspace(0, 6, 5))
 def test_a_stiffness_below_zero_at_any_phase_is_refused_with_its_least_value(phase):
     with pytest.raises(InputError) as refusal:
         HarmonicStiffness((1.2,), (phase,))
@@ -63,14 +60,10 @@ def test_waveforms_of_several_harmonics_and_their_second_derivative():
     model = MeshModel(omega=1.7, error=TransmissionError((0.1, 0.0, 0.05), (0.3, 0.0, 1.1)),
                       stiffness=HarmonicStiffness((0.2, 0.1), (0.5,)))
     tau, w = np.linspace(0, 9, 60), 1.7
-    first, third = w * tau - 0.3, 3 * w * tau - 1.1
-    expected = [
-        0.1 * np.cos(first) + 0.05 * np.cos(third),
-        -0.1 * w * np.sin(first) - 0.05 * 3 * w * np.sin(third),
-        -0.1 * w**2 * np.cos(first) - 0.05 * 9 * w**2 * np.cos(third),
-    ]
-    for derivative in (0, 1, 2):
-        np.testing.assert_allclose(transmission_error(model, tau, derivative), expected[derivative], atol=1e-13)
+    error = 0.1 * np.exp(1j * (w * tau - 0.3)), 0.05 * np.exp(1j * (3 * w * tau - 1.1))
+    for n in (0, 1, 2):
+        expected = (error[0] * (1j * w) ** n + error[1] * (3j * w) ** n).real
+        np.testing.assert_allclose(transmission_error(model, tau, n), expected, atol=1e-13)
     chi = 1 + 0.2 * np.cos(w * tau - 0.5) + 0.1 * np.cos(2 * w * tau)
     np.testing.assert_allclose(mesh_stiffness(model, tau), chi, atol=1e-14)
 
@@ -94,11 +87,8 @@ def test_a_start_in_z_replaces_one_in_x_and_the_other_way_round():
 
 
 def test_another_kind_keeps_what_was_chosen():
-    full = MeshModel.of(kind="full", beta1=0.03, kappa=0.7)
-    torsional = full.with_values({"kind": "torsional"})
+    torsional = MeshModel.of(kind="full", beta1=0.03, kappa=0.7).with_values({"kind": "torsional"})
     assert (torsional.beta1, torsional.beta2, torsional.kappa1) == (0.03, 0.01, 0.7)
-    single = MeshModel().with_values({"kind": "single"})
-    assert (single.beta1, single.beta2) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("values", ["0.1", b"0.1", 0.1, None])
