@@ -52,7 +52,7 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 # The manual, in build/docs. Tutorials and gallery are run; a second build runs only those that changed.
 .PHONY: docs
 docs: $(VENV)/.installed-docs
-	$(BIN)/gearchaos warmup
+	$(MAKE) kernels
 	$(BIN)/python -m sphinx -b html -W --keep-going -q -j 2 docs build/docs
 	$(BIN)/python docs/_ext/check_site.py build/docs
 
@@ -63,10 +63,10 @@ chromium:
 	command -v chromium || command -v chromium-browser \
 		|| ($(SUDO) apt-get update -q && $(SUDO) apt-get install -y -q --no-install-recommends chromium)
 
-# Compiled before the tests, each dimension in one process: every worker of pytest would compile all of them.
+# Kernels that most tests need, compiled side by side before them; the others are compiled by the tests that need them.
 .PHONY: kernels
-kernels: $(VENV)/.installed-test
-	$(BIN)/gearchaos warmup
+kernels: $(VENV)/.installed
+	$(BIN)/python -c "from gearchaos.studies.warmup import warmup; print(*warmup((2, 4)), sep='\n')"
 
 # --dist loadfile keeps the tests of a file in one process, or those of several files that share servers, stores and the
 # browser: tests/conftest.py. Three processes on two cores: that of the browser mostly waits.
