@@ -53,7 +53,7 @@ def test_a_verdict_has_its_meshes_in_si():
     assert one["impacts_per_second"] == 0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive  # its kernel, of 28 coordinates, is that of no other test
 def test_a_printed_section_has_the_deflections_of_six_meshes_in_80_columns():
     lines = run("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
     assert lines[0] == "Deflections of the meshes after each common period, last 2 of 2 periods"

@@ -72,8 +72,8 @@ def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
     assert found.static_force[:, 0] == pytest.approx(forces, rel=1e-13)
     assert model.train.torque == pytest.approx(0.075)
     assert model.with_values({"speed": 1200.0}).train.torque == pytest.approx(0.2)
-    scan = gc.rattle(model.train, "speed=600:1200:2")  # the table has no torque at other speeds
-    assert gc.physical(scan).mesh_peak_force.shape == (3, 2, 1)
+    scan = gc.rattle(model.train, "speed=1200:1200:1")  # the table has no torque at other speeds
+    assert gc.physical(scan).mesh_peak_force.shape == (3, 1, 1)
 
 
 def test_a_free_train_whose_load_does_not_balance_at_a_speed_is_refused():
