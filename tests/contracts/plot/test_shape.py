@@ -91,7 +91,8 @@ def narrow():
         plt.close("all")
 
 
-@pytest.mark.parametrize("units", [0, 1], ids=["dimensionless", "physical"])
+@pytest.mark.parametrize("units", [
+    pytest.param(0, marks=pytest.mark.exhaustive, id="dimensionless"), pytest.param(1, id="physical")])
 @pytest.mark.parametrize("name", PICTURES)
 def test_no_text_is_cut_in_a_narrow_figure(results, narrow, name, units):
     result, draw = PICTURES[name]
@@ -100,7 +101,8 @@ def test_no_text_is_cut_in_a_narrow_figure(results, narrow, name, units):
     assert ax.get_window_extent().width > 0.4 * ax.figure.bbox.width, "what is drawn still has most of the room"
 
 
-@pytest.mark.parametrize("style", ["paper", "slides", "dark"])
+@pytest.mark.parametrize("style", ["slides", *(
+    pytest.param(style, marks=pytest.mark.exhaustive) for style in ("paper", "dark"))])  # it has the largest letters
 @pytest.mark.parametrize("name", PICTURES)
 def test_no_text_is_cut_in_a_column_of_any_style(results, narrow, name, style):
     result, draw = PICTURES[name]
