@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +13,29 @@ from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.cli import app
-from gearchaos.cli.fit import print_fit
+from gearchaos.cli.fit import fit_document, print_fit
 from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
+from gearchaos.studies.fitted_motions import PairsAtSpeeds
+from gearchaos.studyfile import load_design
 
-PAIR = gc.GearPair(n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", chi1=0, chi2=0,
-                   k="2000 N*s/m", backlash="0.12 mm", M10="85 N*m", speed=4000, error_amplitudes=["2 um"])
+PAIR_KEYS = """
+n1 = 25
+n2 = 40
+I1 = 4.88e-4
+I2 = 3.2e-3
+R1 = "35.24 mm"
+R2 = "56.38 mm"
+c0 = "400 N/um"
+chi1 = 0
+chi2 = 0
+k = "2000 N*s/m"
+backlash = "0.12 mm"
+M10 = "85 N*m"
+speed = 4000
+error_amplitudes = ["2 um"]
+"""
+PAIR = gc.GearPair(**tomllib.loads(PAIR_KEYS))
 TABLE = "speed [rpm],order,amplitude [N]\n4000,25,68\n6000,25,166\n9000,25,464\n"
 VARY = ["error1=0.5:5 um"]
 
@@ -85,46 +104,67 @@ def test_a_record_has_all_of_a_fit(tmp_path):
     assert from_record(to_record(made)) == made
 
 
+DESIGN = """
+[design]
+teeth = [50, 50]
+module = "3 mm"
+face_width = "20 mm"
+bore = "30 mm"
+damping_ratio = 0.05
+backlash = { value = "0.12 mm", of = "line of action, total" }
+transmission_error = "from quality"
+quality = { standard = "ISO 1328-1:1995", grade = 6 }
+[operation]
+torque = 150
+"""  # without a speed: those measured count
+
+
+def measured_of(design: gc.GearDesign, error1: float) -> str:
+    """A table of the mesh force of a design with another first harmonic of its error, in permanent contact."""
+    pair, speeds = design.to_pair(), np.array([500.0, 700.0, 900.0, 1000.0])
+    pairs = PairsAtSpeeds([replace(pair, error_amplitudes=(error1, *pair.error_amplitudes[1:]))], speeds, "torsional")
+    force = pairs.harmonics(pairs.by_history().take(pairs.points), pairs.points, 1)[0]["mesh force"][:, 0]
+    rows = [f"{speed},50,{amplitude:.5g}\n" for speed, amplitude in zip(speeds, force, strict=True)]
+    return "".join(["speed [rpm],order,amplitude [N]\n", *rows, "1000,1,5\n"])
+
+
 @pytest.mark.slow
-def test_the_command_says_what_the_function_finds(tmp_path, capsys, monkeypatch):
-    run, known = gc.Fit.run, {}
-
-    def run_once(study, **options):
-        """The second command asks for the same fit."""
-        if repr(study) not in known:
-            known[repr(study)] = run(study, **options)
-        return known[repr(study)]
-
-    monkeypatch.setattr(gc.Fit, "run", run_once)
-    design = {"teeth": [50, 50], "module": "3 mm", "face_width": "20 mm", "bore": "30 mm", "damping_ratio": 0.05}
-    lines = [f"{name} = {json.dumps(value)}" for name, value in design.items()]
-    (tmp_path / "design.toml").write_text("\n".join([
-        "[design]", *lines, 'backlash = { value = "0.12 mm", of = "line of action, total" }',
-        'transmission_error = "from quality"', 'quality = { standard = "ISO 1328-1:1995", grade = 6 }', "[operation]",
-        "torque = 150", ""]))  # without a speed: those measured count
-    rows = [f"{speed},50,{amplitude}\n" for speed, amplitude in (
-        (1000, 630.0), (1800, 700.0), (2000, 800.0), (4500, 1800.0))]
-    (tmp_path / "orders.csv").write_text("".join(["speed [rpm],order,amplitude [N]\n", *rows, "1000,1,5\n"]))
+def test_the_command_says_what_the_function_finds(tmp_path, capsys):
+    (tmp_path / "design.toml").write_text(DESIGN)
+    (tmp_path / "orders.csv").write_text(measured_of(load_design(tmp_path / "design.toml").at(speed=1000.0), 6e-6))
     arguments = ["fit", str(tmp_path / "design.toml"), str(tmp_path / "orders.csv"), "--vary", "error1=1:20 um",
                  "--vary", "backlash=0.1:0.2 mm", "--starts", "1"]
     said = CliRunner().invoke(app, [*arguments, "--plot", str(tmp_path / "f.png"), "--out", str(tmp_path / "f.nc")])
     assert said.exit_code == 0, said.output
     assert (tmp_path / "f.png").stat().st_size > 0 and max(map(len, said.stdout.splitlines())) <= 80
-    document = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
     found = gc.load(tmp_path / "f.nc")
+    document = fit_document(found)
     value = document["estimates"]["error1"]
-    assert said.stdout.startswith(f"error1: {value['value']:.4g} um (")
+    assert said.stdout.startswith("error1: 6 um (") and value["value"] == pytest.approx(6, rel=1e-4)
     assert value["low"] < value["value"] < value["high"] and list(document["not_identified"]) == ["backlash"]
     assert value["value"] == found.estimate.values[0] and document["ignored"] == 1
     rms = np.sqrt(np.mean((found.computed_amplitude - found.measured_amplitude) ** 2))
-    assert document["residual_rms"] == pytest.approx(float(rms)) and document["unit"] == "N"
-    assert f"{document['residual_rms']:.4g} N rms, 4 amplitudes at 4 speeds" in said.stdout
+    assert document["residual_rms"] == pytest.approx(float(rms)) and document["over_measured"] < 1e-3
+    assert "N rms, 4 amplitudes at 4 speeds" in said.stdout and document["unit"] == "N"
     right = {"searches": 9, "searches_there": 9, "over_uncertainty": 1.0}
     for changed, wrong in (({}, False), ({"searches": 90}, True), ({"over_uncertainty": 1.5}, True)):
         print_fit(found, {**document, **right, **changed})
         assert ("A wrong minimum is likely" in capsys.readouterr().out) is wrong
     bare = CliRunner().invoke(app, arguments[:3])
     assert bare.exit_code == 2 and "--vary" in bare.stderr
+
+
+@pytest.mark.slow
+def test_a_fit_that_explains_nothing_says_so_first(tmp_path):
+    (tmp_path / "orders.csv").write_text(TABLE.replace("464", "9").replace("166", "3000"))
+    (tmp_path / "pair.toml").write_text(f"[gearpair]\n{PAIR_KEYS}")
+    said = CliRunner().invoke(app, ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"), "--vary", *VARY,
+                                    "--starts", "1"])
+    first = " ".join(said.stdout.split())
+    assert first.startswith("The model does not explain these amplitudes: the residual is 9"), said.output
+    document = json.loads(CliRunner().invoke(app, ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"),
+                                                   "--vary", *VARY, "--starts", "1", "--json"]).stdout)
+    assert 0.9 < document["over_measured"] < 1
 
 
 def test_the_picture_has_each_order_with_its_points_and_its_line(tmp_path):
