@@ -150,7 +150,7 @@ def test_intervals_cover_as_often_as_they_say(tmp_path, count):
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [2, pytest.param(20, marks=pytest.mark.exhaustive)])
 def test_intervals_cover_beside_contact_loss_and_jumps(count):
-    """Experiments of the benchmark; with 95 % each, fewer than 16 of 20 are covered once in 400, than both of 2 in 10."""
+    """Experiments of the benchmark; with 95 % each, fewer than 16 of 20 are covered once in 400, than 2 of 2 in 10."""
     trials = [trial(case, starts=2) for case in range(count)]
     for name in BOUNDS:
         rows = [(each["truth"][name], *each["intervals"][name]) for each in trials
