@@ -7,13 +7,16 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from functools import cache
 
 import pytest
 
 from gearchaos.explorer.jobs import worker
 from gearchaos.explorer.view import bounds
 from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import from_query
+from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -39,6 +42,9 @@ CALM = "x=omega=0.9:1.1&y=eps1=0.0:0.02"
 """A plane of one periodic motion, whose map is soon complete, for tests that look at other parts of the page."""
 
 START = presets()["2"].view
+FIRST = view_of(load_study(DESIGN).model)
+"""What a page of `DESIGN` shows first."""
+
 WAIT = 60_000
 
 
@@ -78,21 +84,28 @@ def visits(chromium, address, **options):
         one.close()
 
 
+@cache
+def context(chromium, size):
+    """What all pages of a size share: the window, and the scripts that the browser has compiled."""
+    width, height = SIZES[size]
+    found = chromium.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
+    found.grant_permissions(["clipboard-read", "clipboard-write"])
+    return found
+
+
 class Visit:
     """A page, what went wrong on it, and what it asked for elsewhere."""
 
     def __init__(self, chromium, url, size="laptop", first=START):
         self.first = first  # what the server shows first; its gears are those of the page
-        width, height = SIZES[size]
-        self.context = chromium.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        self.page, self.errors, self.strangers = self.context.new_page(), [], []
+        self.page, self.wrong = context(chromium, size).new_page(), []
         self.page.set_default_timeout(WAIT)
-        self.page.on("pageerror", lambda e: self.errors.append(str(e)))
+        self.page.on("pageerror", lambda e: self.wrong.append(str(e)))
         self.page.on("console", lambda m: (
-            self.errors.append(m.text) if m.type == "error" or "initial ranges" in m.text else None))
+            self.wrong.append(m.text) if m.type == "error" or "initial ranges" in m.text else None))
         home = re.match(r"http://[^/]+", url)[0]
-        self.page.on("request", lambda r: self.strangers.append(r.url) if not _own(r.url, home) else None)
+        own = (home, home.replace("http", "ws"), "data:", "blob:")
+        self.page.on("request", lambda r: None if r.url.startswith(own) else self.wrong.append(r.url))
         self.page.goto(url)
         self.settled()
 
@@ -122,7 +135,9 @@ class Visit:
 
     def spot(self, across, up):
         """A place on the screen by its shares of the map's frame."""
-        box = self.page.locator("#map-figure").bounding_box()
+        figure = self.page.locator("#map-figure")
+        figure.scroll_into_view_if_needed()
+        box = figure.bounding_box()
         return (box["x"] + 70 + across * (box["width"] - 120), box["y"] + 36 + (1 - up) * (box["height"] - 91))
 
     def type(self, name, text):
@@ -142,10 +157,22 @@ class Visit:
     def message(self):
         return self.page.wait_for_selector(".error").inner_text()
 
+    def copied(self, language):
+        """What an entry of the menu copies."""
+        self.export(f"copy as {language}")
+        self.page.wait_for_selector(f"#note:has-text('{language}')")
+        return self.page.evaluate("navigator.clipboard.readText()")
+
+    def saved(self, words, folder):
+        """Where the file is that an entry of the menu saves."""
+        with self.page.expect_download() as waiting:
+            self.export(words)
+        waiting.value.save_as(path := folder / waiting.value.suggested_filename)
+        return path
+
+    def is_as_wide_as_the_screen(self):
+        return self.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
     def close(self):
-        assert (self.errors, self.strangers) == ([], []), (self.errors, self.strangers)
-        self.context.close()
-
-
-def _own(address, home):
-    return address.startswith((home, home.replace("http", "ws"), "data:", "blob:"))
+        assert self.wrong == []
+        self.page.close()

@@ -59,11 +59,12 @@ def server(kernels):
 
 @pytest.fixture(scope="session")
 def design_server(kernels):
-    """The address of a running explorer of a gear design, with maps of few cells."""
+    """The address of a running explorer of a gear design that other machines can reach, with maps of few cells."""
     from tests.slow.browser import DESIGN, served
 
-    with served(DESIGN, few=True) as (url, _):
-        yield url
+    with served(DESIGN, "--host", "0.0.0.0", few=True) as (url, said):
+        assert any(line.startswith("warning: ") for line in said)
+        yield url.replace("0.0.0.0", "127.0.0.1")
 
 
 @pytest.fixture(scope="session")
@@ -84,4 +85,13 @@ def visit(chromium, server):
     from tests.slow.browser import visits
 
     with visits(chromium, server) as begin:
+        yield begin
+
+
+@pytest.fixture
+def visit_design(chromium, design_server):
+    """The same with the gear design."""
+    from tests.slow.browser import FIRST, visits
+
+    with visits(chromium, design_server, first=FIRST) as begin:
         yield begin

@@ -10,17 +10,13 @@ import gearchaos as gc
 from gearchaos.explorer.jobs.orbits import skeleton
 from gearchaos.explorer.panels.diagram import BRANCH_COLOUR as BRANCH
 from gearchaos.explorer.panels.map import CURVE_COLOURS as CURVES
-from gearchaos.explorer.view.state import view_of
-from gearchaos.studyfile import load_study
-from tests.slow.browser import DESIGN, NEEDED, Visit
+from tests.slow.browser import NEEDED, visits
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
 QUERY = "?q0=0.1&x=omega=2.0:2.4&y=eps1=0.0:0.1&at=2.2,0.02"
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin; soon computed."""
 
-CHAOTIC = "?q0=0.1&x=omega=0.9:1.1&y=eps1=0.2:0.25&at=1.0,0.23"
-GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 PLACE = """([name, x, y]) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
   const {left, top} = view.el.getBoundingClientRect()
@@ -45,11 +41,10 @@ EVENT = """() => {
 
 
 @pytest.fixture(scope="module")
-def design_page(chromium, design_server):
-    """A page of a gear design, whose map is complete."""
-    one = Visit(chromium, design_server + GEARS, "laptop", view_of(load_study(DESIGN).model))
-    yield one
-    one.close()
+def one(chromium, server):
+    """A page that the tests share."""
+    with visits(chromium, server) as begin:
+        yield begin(QUERY)
 
 
 def pixels(one):
@@ -78,9 +73,9 @@ def rgb(colour):
 
 def follow(one):
     one.page.wait_for_function(IMAGE)
+    one.page.wait_for_selector(".follow button:not([disabled])")
     one.page.click("[data-press=follow]")
     one.page.wait_for_selector("#branch .words")
-    one.page.wait_for_timeout(300)
 
 
 def show_curves(one, period="1"):
@@ -88,11 +83,9 @@ def show_curves(one, period="1"):
     one.page.locator("select[name=select-skeleton-period]").select_option(period)
     one.page.click("[data-press=skeleton]")
     one.page.wait_for_selector("#skeleton [data-complete='1']", state="attached")
-    one.page.wait_for_timeout(300)
 
 
-def test_a_branch_is_drawn_where_the_motion_is_and_goes_with_its_button_and_its_line(visit):
-    one = visit(QUERY)
+def test_a_branch_is_drawn_where_the_motion_is_says_what_lies_at_its_event_and_goes_with_its_button_and_line(one):
     follow(one)
     shown, scroll = pixels(one), one.page.evaluate("scrollY")
     for omega in (2.18, 2.25, 2.35):  # stable
@@ -101,6 +94,11 @@ def test_a_branch_is_drawn_where_the_motion_is_and_goes_with_its_button_and_its_
         assert not near(shown, one.page.evaluate(PLACE, ["line", omega, z + 0.05]), BRANCH, scroll)
     text = one.page.locator("#branch").inner_text()
     assert "Branch of 1T orbits along ω from 2 to 2.4" in text and "Stable from 2.14" in text and "flip (1)" in text
+    one.page.locator("#line").scroll_into_view_if_needed()
+    one.page.mouse.move(*one.page.evaluate(PLACE, ["line", *one.page.evaluate(EVENT)]))
+    one.page.wait_for_selector(".bk-tooltip-row-value")
+    found = one.page.locator(".bk-tooltip-row-value").all_inner_texts()
+    assert found[0] == "flip of 1T" and found[1].startswith("ω = 2.1") and found[2].startswith("−1, ")
     one.page.click("[data-press=drop-branch]")
     one.page.wait_for_function("document.getElementById('branch').innerText === ''")
     assert count(one, "line", BRANCH) == 0
@@ -111,33 +109,16 @@ def test_a_branch_is_drawn_where_the_motion_is_and_goes_with_its_button_and_its_
     assert count(one, "line", BRANCH) == 0
 
 
-def test_what_lies_at_an_event_is_said_beside_the_pointer(visit):
-    one = visit(QUERY)
-    follow(one)
-    one.page.locator("#line").scroll_into_view_if_needed()
-    one.page.mouse.move(*one.page.evaluate(PLACE, ["line", *one.page.evaluate(EVENT)]))
-    one.page.wait_for_selector(".bk-tooltip-row-value")
-    found = one.page.locator(".bk-tooltip-row-value").all_inner_texts()
-    assert found[0] == "flip of 1T" and found[1].startswith("ω = 2.1") and found[2].startswith("−1, ")
-
-
-def test_another_motion_than_a_periodic_one_has_a_button_that_says_why_not(visit):
-    page = visit(CHAOTIC).page
-    button = page.locator("[data-press=follow]")
-    assert button.is_disabled()
-    assert "this one is chaotic" in page.locator(".follow").get_attribute("title")
-
-
-def test_bifurcation_curves_are_drawn_where_the_kinds_of_motion_change_and_go(visit):
-    one = visit(QUERY)
+def test_bifurcation_curves_are_drawn_where_the_kinds_of_motion_change_and_go(one):
+    one.page.locator("#map-figure").scroll_into_view_if_needed()
     show_curves(one)
     curve = next(c for c in list(skeleton(one.view, 1))[-1].curves if c.kind == "flip" and c.x.max() > 2.1)
-    shown = pixels(one)
+    shown, scroll = pixels(one), one.page.evaluate("scrollY")
     for height in (0.01, 0.03, 0.05):
         i = int(np.argmin(abs(curve.y - height)))
         place = one.page.evaluate(PLACE, ["map", curve.x[i], curve.y[i]])
-        assert near(shown, place, CURVES["flip"])
-        assert not near(shown, (place[0] + 25, place[1]), CURVES["flip"])
+        assert near(shown, place, CURVES["flip"], scroll)
+        assert not near(shown, (place[0] + 25, place[1]), CURVES["flip"], scroll)
     button = one.page.locator("[data-press=skeleton]")
     sync_api.expect(button).to_have_attribute("aria-pressed", "true")
     button.click()
@@ -145,39 +126,8 @@ def test_bifurcation_curves_are_drawn_where_the_kinds_of_motion_change_and_go(vi
     assert count(one, "map", CURVES["flip"]) == 0 and one.page.locator("#skeleton .entry").count() == 0
     button.click()
     one.page.wait_for_selector("#skeleton [data-complete='1']", state="attached")
-    one.page.wait_for_timeout(300)
     assert count(one, "map", CURVES["flip"]) > 100
     one.page.mouse.move(*one.spot(0.5, 0.5))
     one.after(lambda: one.page.mouse.wheel(0, -300))  # another window
     sync_api.expect(button).to_have_attribute("aria-pressed", "false")
     assert one.page.locator("#skeleton .entry").count() == 0
-
-
-@pytest.mark.parametrize("size", ["phone", "laptop"])
-def test_nothing_is_wider_than_the_page_with_branch_and_curves(visit, size):
-    one = visit(QUERY, size)
-    show_curves(one)
-    follow(one)
-    assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    for name in ("skeleton", "branch"):
-        box, outer = one.page.locator(f"#{name}").bounding_box(), one.page.locator("main").bounding_box()
-        assert outer["x"] <= box["x"] and box["x"] + box["width"] <= outer["x"] + outer["width"]
-
-
-def test_a_branch_of_gears_is_in_their_units_also_after_these_were_switched(design_page):
-    one = design_page
-    follow(one)
-    assert "along n₁ from 2800 to 3200 rpm" in one.page.locator("#branch").inner_text()
-    shown, scroll = pixels(one), one.page.evaluate("scrollY")
-    motion = gc.regime(one.view.point.with_values({"speed": 3100.0}))
-    z = motion.section["z"][0] * one.view.gears.to_pair().scales.length * 1e6
-    assert near(shown, one.page.evaluate(PLACE, ["line", 3100.0, z]), BRANCH, scroll)
-    one.after(lambda: one.page.click("button:has-text('physical units')"))
-    one.page.wait_for_selector(".verdict:has-text('Δω₀')")
-    one.page.wait_for_function("""() => [...Bokeh.index.roots].find((root) => root.model.name === "line")
-      .model.left[0].axis_label.endsWith("[Δ]")""")
-    one.page.wait_for_selector("#branch .words")
-    one.page.wait_for_selector(".busy.idle")
-    one.page.wait_for_timeout(300)
-    shown, scroll = pixels(one), one.page.evaluate("scrollY")
-    assert near(shown, one.page.evaluate(PLACE, ["line", 3100.0, motion.section["z"][0]]), BRANCH, scroll)

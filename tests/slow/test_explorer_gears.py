@@ -1,18 +1,17 @@
-"""The explorer of a gear design in a browser: units, sliders, links, files, pixels."""
+"""The explorer of a gear design in a browser: units, sizes, sliders, links, files, pixels."""
 
 import numpy as np
 import pytest
 
 import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import DESIGN, NEEDED, SIZES, Visit, visits
+from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit, visits
+from tests.slow.test_explorer_curves import BRANCH, PLACE, follow, near, pixels, show_curves
 from tests.slow.test_explorer_pixels import picture
 
-pytest.importorskip("playwright.sync_api")
+sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-FIRST = view_of(load_study(DESIGN).model)
 LABELS = """(name) => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
   return [...view.model.below, ...view.model.left, ...view.model.above].map((axis) => axis.axis_label ?? "")
@@ -49,22 +48,24 @@ OUTSIDE = """() => {
 }"""
 """Labels longer than their axis: Bokeh clears only the height of an axis before it draws a vertical label again."""
 
+GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 CALM = "?x=speed=400.0:500.0&y=torque=200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
 
 
-@pytest.fixture
-def visit_design(chromium, design_server):
-    """Opens a page of that server; whatever goes wrong on it fails the test."""
+@pytest.fixture(scope="module")
+def one(chromium, design_server):
+    """A page that the tests share; none of them depends on what the ones before have set."""
     with visits(chromium, design_server, first=FIRST) as begin:
-        yield begin
+        yield begin(CALM)
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_axes_have_units_no_menu_is_cut_and_no_panel_is_empty_at_every_size(visit_design, size):
-    page = visit_design(size=size).page
+    one = visit_design(size=size)
+    page = one.page
     page.wait_for_selector("[data-stride]", state="attached")
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert one.is_as_wide_as_the_screen()
     assert page.evaluate(LABELS, "map") == ["speed n₁ [rpm]", "torque M₁ [N m]"]
     page.wait_for_function(f"({LABELS})('line')[0] !== ''")
     assert page.evaluate(LABELS, "line") == ["speed n₁ [rpm]", "displacement z [µm]"]
@@ -90,16 +91,39 @@ def test_axes_have_units_no_menu_is_cut_and_no_panel_is_empty_at_every_size(visi
     assert titles and all(title.endswith("]") for title in titles)
 
 
-def test_a_group_of_fields_stays_open_or_folded_when_the_form_changes(visit_design):
-    one = visit_design(CALM)
+@pytest.mark.parametrize("size", ["laptop", "phone"])
+def test_nothing_is_wider_than_the_page_whatever_was_asked_for(visit_design, size):
+    one = visit_design("?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100&run=1000.0:2000.0,0.8,up", size)
+    page = one.page
+    assert page.locator("#run").bounding_box()["height"] < (150 if size == "phone" else 60)
+    show_curves(one)
+    follow(one)
+    for name, text in (("assess", "#assessment-text"), ("tolerances", "#tolerances-text"), ("run", "#run-text")):
+        page.click(f"[data-press={name}]")
+        page.wait_for_selector(f"{text} *")
+    assert one.is_as_wide_as_the_screen()
+    outer = page.locator("main").bounding_box()
+    for part in ("#skeleton", "#branch", "#assessment .scroll", "#tolerances .plot", "#run", "#run .two"):
+        box = page.locator(part).first.bounding_box()
+        assert outer["x"] <= box["x"] and box["x"] + box["width"] <= outer["x"] + outer["width"], part
+        assert box["height"] > 20, part
+
+
+def test_a_group_of_fields_stays_open_or_folded_when_the_form_changes(one):
+    if one.view.model.kind != "torsional":
+        one.after(lambda: one.choose("preset", "the gears loaded"))
+    one.page.wait_for_selector(".field-speed")
     assert one.page.locator(".folded").get_attribute("open") is None
     one.page.click(".folded summary")
     one.after(lambda: one.choose("kind", "single: relative motion (2.17)"))
     one.page.wait_for_selector(".field-z")
     assert one.page.locator(".folded").get_attribute("open") is not None
-    one.after(lambda: one.choose("preset", presets()["4"].name))
+    view = one.after(lambda: one.choose("preset", presets()["4"].name))
+    assert view == presets()["4"].view  # a figure of the paper is dimensionless, and the gears come back
     one.page.wait_for_selector(".folded", state="detached")
-    one.after(lambda: one.choose("preset", "the gears loaded"))
+    one.page.wait_for_selector(".field-omega")
+    assert one.page.evaluate(LABELS, "map") == ["mesh frequency ω [ω₀]", "error amplitude ε₁ [–]"]
+    assert one.after(lambda: one.choose("preset", "the gears loaded")).point == FIRST.point
     one.page.wait_for_selector(".field-speed")
     assert one.page.locator(".folded").get_attribute("open") is not None
     one.page.click(".folded summary")
@@ -108,26 +132,28 @@ def test_a_group_of_fields_stays_open_or_folded_when_the_form_changes(visit_desi
     assert one.page.locator(".folded").get_attribute("open") is None
 
 
-def test_sliders_of_gears_change_the_map_and_the_verdict(visit_design):
-    one = visit_design(CALM)
-    one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
-    before = one.label(), one.page.locator(".verdict").inner_text()
+def test_sliders_of_gears_change_the_map_and_the_verdict_and_a_link_gives_the_same_page(visit_design):
+    one = visit_design(CALM + "&colour=v_rms")
+    before = one.page.locator(".verdict").inner_text()
     for name, value in (("speed", "480"), ("torque", "230"), ("backlash", "60"), ("zeta", "0.08"), ("grade", "12")):
         view = one.after(lambda name=name, value=value: one.type(name, value))
-        wanted = {"speed": view.at[0], "torque": view.at[1]}.get(name)
-        assert (wanted if wanted is not None else one.view.gears) is not None
-        one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
         assert one.label() == gc.regime(view.point).label
     assert view.at == (480.0, 230.0) and view.gears.damping_ratio == 0.08 and view.gears.quality.grade == 12
     assert view.gears.backlash_line_of_action == pytest.approx(60e-6)
     assert view.point.error.amplitudes[0] > 10 * FIRST.point.error.amplitudes[0]
-    assert before != (one.label(), one.page.locator(".verdict").inner_text())
+    has_its_unit_and_the_colours_of_its_values(one)
+    query, text = one.page.evaluate("location.search"), one.page.locator(".verdict").inner_text()
+    assert text != before
+    again = visit_design(query)
+    again.label()
+    assert again.page.evaluate("location.search") == query and again.page.locator(".verdict").inner_text() == text
+    assert again.page.locator(".field-grade input[type=text]").input_value() == "12"
     one.type("grade", "3.5")
     assert "must be a whole number" in one.message()
 
 
-def test_the_map_of_a_measure_has_its_unit_and_the_colours_of_its_values(visit_design):
-    one = visit_design(CALM + "&colour=v_rms")
+def has_its_unit_and_the_colours_of_its_values(one):
+    """The map of a measure."""
     one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
     assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single, train: z') V_RMS [mm/s]")
     pixels, frame, values = picture(one)
@@ -139,41 +165,48 @@ def test_the_map_of_a_measure_has_its_unit_and_the_colours_of_its_values(visit_d
     assert len(np.unique(inside, axis=0)) > 20  # a level, not one colour
 
 
-def test_a_link_gives_the_same_page_and_a_wrong_one_a_message(visit_design):
-    one = visit_design()
-    one.after(lambda: one.type("backlash", "80"))
-    one.after(lambda: one.type("grade", "8"))
-    one.label()
-    query, text = one.page.evaluate("location.search"), one.page.locator(".verdict").inner_text()
-    again = visit_design(query)
-    again.label()
-    assert again.page.evaluate("location.search") == query
-    assert again.page.locator(".verdict").inner_text() == text
-    assert again.page.locator(".field-grade input[type=text]").input_value() == "8"
-    wrong = visit_design("?speed=3000&quality=8")
-    assert wrong.message().startswith("The address cannot be shown: parameter must be one of")
+def test_a_branch_is_in_the_units_of_the_page_also_after_these_were_switched(visit_design):
+    one = visit_design(GEARS)
+    follow(one)
+    assert "along n₁ from 2800 to 3200 rpm" in one.page.locator("#branch").inner_text()
+    shown, scroll = pixels(one), one.page.evaluate("scrollY")
+    motion = gc.regime(one.view.point.with_values({"speed": 3100.0}))
+    z = motion.section["z"][0] * one.view.gears.to_pair().scales.length * 1e6
+    assert near(shown, one.page.evaluate(PLACE, ["line", 3100.0, z]), BRANCH, scroll)
+    one.after(lambda: one.page.click("button:has-text('physical units')"))
+    one.page.wait_for_selector(".verdict:has-text('Δω₀')")
+    one.page.wait_for_function(f"({LABELS})('line')[1].endsWith('[Δ]')")
+    one.page.wait_for_selector("#branch .words")
+    one.page.wait_for_selector(".busy.idle")
+    place = one.page.evaluate(PLACE, ["line", 3100.0, motion.section["z"][0]])
+    assert near(pixels(one), place, BRANCH, one.page.evaluate("scrollY"))
 
 
-def test_an_export_gives_the_point_of_the_design(visit_design, tmp_path):
-    one = visit_design()
-    view = one.after(lambda: one.type("grade", "9"))
-    one.export("copy as TOML")
-    one.page.wait_for_selector("#note:has-text('TOML')")
-    path = tmp_path / "design.toml"
-    path.write_text(one.page.evaluate("navigator.clipboard.readText()"), encoding="utf-8")
+def test_what_is_saved_and_copied_is_in_the_units_of_the_page_and_of_the_same_motion(one, tmp_path):
+    one.after(lambda: one.choose("preset", presets()["4"].name))
+    one.after(lambda: one.choose("preset", "the gears loaded"))
+    one.page.wait_for_selector(".verdict:has-text('mm/s')")
+    sync_api.expect(one.page.locator("[data-press=units]")).to_have_attribute("aria-pressed", "true")
+    one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
+    one.settled()
+    motion = gc.load(one.saved("motion data", tmp_path)).load()
+    assert gc.load(one.saved("map data", tmp_path))["v_rms"].attrs["units"] == "mm/s"
+    one.after(lambda: one.page.click("button:has-text('physical units')"))
+    one.page.wait_for_selector(".verdict:has-text('Δω₀')")
+    assert not one.view.physical and "mm/s" not in one.page.locator(".verdict").inner_text()
+    sync_api.expect(one.page.locator("[data-press=units]")).to_have_attribute("aria-pressed", "false")
+    plain, scales = gc.load(one.saved("motion data", tmp_path)).load(), one.view.gears.to_pair().scales
+    assert motion["z"].values == pytest.approx(plain["z"].values * scales.length * 1e6, rel=1e-12)
+    assert motion["tau"].values == pytest.approx(plain["tau"].values * scales.time * 1e3, rel=1e-12)
+    assert motion["z"].attrs["units"] == "µm" and one.page.locator(".error").count() == 0
+    view, path = one.after(lambda: one.type("grade", "9")), tmp_path / "design.toml"
+    path.write_text(one.copied("TOML"), encoding="utf-8")
     assert load_study(path).model == view.point and load_study(path).model.gears.quality.grade == 9
-
-
-def test_a_figure_of_the_paper_is_dimensionless_and_the_gears_come_back(visit_design):
-    one = visit_design()
-    assert one.after(lambda: one.choose("preset", presets()["4"].name)) == presets()["4"].view
-    one.page.wait_for_selector(".field-omega")
-    assert one.page.evaluate(LABELS, "map") == ["mesh frequency ω [ω₀]", "error amplitude ε₁ [–]"]
-    assert one.after(lambda: one.choose("preset", "the gears loaded")).point == FIRST.point
 
 
 def test_a_notebook_shows_a_design(chromium, kernels):
     shown = gc.explore(load_design(DESIGN))
+    assert shown.url in shown._repr_html_()
     one = Visit(chromium, shown.url, first=FIRST)
     assert one.view.point == FIRST.point and "N m" in one.settled().inner_text()
     one.close()

@@ -11,7 +11,7 @@ import gearchaos as gc
 from gearchaos.explorer.jobs.map import COARSE
 from gearchaos.explorer.view.state import COLOURS
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
-from tests.slow.browser import NEEDED
+from tests.slow.browser import NEEDED, visits
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
@@ -91,18 +91,26 @@ def first_map(one, colour="motion"):
     one.page.wait_for_selector(f"[data-colour={colour}]{coarse}", state="attached")
 
 
-@pytest.mark.parametrize("colour", COLOURS)
-def test_every_colouring_from_the_address_bar_is_drawn_in_its_colours(visit, colour):
+@pytest.fixture(scope="module")
+def one(chromium, server):
+    """A page that the tests share."""
+    with visits(chromium, server) as begin:
+        yield begin(PLANE)
+
+
+@pytest.mark.parametrize("colour", ["v_rms", "attractors"])
+def test_a_colouring_from_the_address_bar_is_drawn_in_its_colours(visit, colour):
     one = visit(f"{PLANE}&colour={colour}")
     first_map(one, colour)
     looks_right(one, colour)
 
 
-def test_every_colouring_is_drawn_in_its_colours_whatever_was_shown_before(visit):
-    one = visit(PLANE)
+def test_every_colouring_is_drawn_in_its_colours_whatever_was_shown_before(one):
     first_map(one)
-    order = ("v_rms", "contact", "motion", "contact", "contact_fraction", "dynamic_factor", "v_rms", "dynamic_factor",
-             "contact_fraction", "motion", "dynamic_factor", "attractors", "motion")
+    looks_right(one, "motion")
+    order = ("v_rms", "contact", "motion", "contact_fraction", "dynamic_factor", "v_rms", "attractors", "contact",
+             "dynamic_factor", "motion")
+    assert {*order} == {*COLOURS}
     for colour in order:
         one.after(lambda colour=colour: one.choose("colour", COLOURS[colour]))
         first_map(one, colour)
@@ -118,8 +126,8 @@ def said(one, across, up):
     return {name.strip(": "): value for name, value in rows}
 
 
-def test_what_lies_under_the_pointer_is_said_in_words_and_units(visit):
-    one = visit(f"{PLANE}&colour=v_rms")
+def test_what_lies_under_the_pointer_is_said_in_words_and_units(one):
+    one.after(lambda: one.choose("colour", COLOURS["v_rms"]))
     first_map(one, "v_rms")
     one.page.wait_for_selector("[data-share='1.0000']", state="attached")
     found = said(one, 0.7, 0.3)
@@ -131,8 +139,7 @@ def test_what_lies_under_the_pointer_is_said_in_words_and_units(visit):
     assert said(one, 0.71, 0.3)["motion"] == gc.regime(model).label
 
 
-def test_a_ring_and_dotted_lines_to_all_edges_mark_the_point(visit):
-    one = visit(PLANE)
+def test_a_ring_and_dotted_lines_to_all_edges_mark_the_point(one):
     first_map(one)
     pixels, (left, top, width, height), _ = picture(one)
     x, y = round(left + 0.75 * width), round(top + 0.4 * height)

@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from gearchaos.explorer.view.state import view_of
-from gearchaos.studyfile import load_study
-from tests.slow.browser import DESIGN, NEEDED, SIZES, visits
+from tests.slow.browser import FIRST, NEEDED, visits
 from tests.slow.test_explorer_curves import FRAME, count, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-FIRST = view_of(load_study(DESIGN).model)
 QUERY = "?x=speed=900.0:2100.0&y=torque=90.0:110.0&speed=1000&torque=100&run="
 SOURCE = """([name, field]) => {
   const {model} = [...Bokeh.index.roots].find((root) => root.model.name === name)
@@ -19,9 +16,30 @@ SOURCE = """([name, field]) => {
 }"""
 """The speeds of the two lines of the response that are drawn, or of the last marker of a figure."""
 
-NOW = """() => [parseFloat(document.getElementById("run-now").value), document.getElementById("run-audio").currentTime,
+NOW = """() => [parseFloat(document.getElementById("run-now").value),
   [...Bokeh.index.roots].find((root) => root.model.name === "map").model.renderers.at(-1).data_source.data.x[0]]"""
-"""The instant on show, that of the sound, and the speed of the marker on the map."""
+"""The instant on show, and the speed of the marker on the map."""
+
+CLOCK_OF_SOUND = """() => {
+  window.instant = window.said = 0
+  const audio = document.getElementById("run-audio"), send = WebSocket.prototype.send
+  Object.defineProperty(audio, "currentTime", {get: () => window.instant, set: () => {}})
+  Object.defineProperty(audio, "ended", {get: () => false})
+  audio.addEventListener("play", () => { window.sounded = true })
+  WebSocket.prototype.send = function (...data) { window.said += 1; send.apply(this, data) }
+}"""
+"""From now on the clock of the sound stands at ``instant``, and ``said`` counts what is sent to the server."""
+
+CLOCK_OF_FRAMES = """() => {
+  window.instant = 0
+  const frame = window.requestAnimationFrame.bind(window), clock = performance.now, began = performance.now()
+  window.requestAnimationFrame = (draw) =>
+    frame((now) => draw(draw.name === "next_frame" ? began + 1000 * window.instant : now))
+  performance.now = () => began
+  document.querySelector("[data-press=run]").click()
+  performance.now = clock
+}"""
+"""Plays the run with a clock that stands at ``instant``."""
 
 INK = "#1d2b53"
 DECODED = """async () => {
@@ -32,11 +50,25 @@ DECODED = """async () => {
 """The duration in s and the largest sample of the sound, as the browser decodes it."""
 
 
-@pytest.fixture
-def visit_design(chromium, design_server):
-    """Opens a page of that server; whatever goes wrong on it fails the test."""
+@pytest.fixture(scope="module")
+def one(chromium, design_server):
+    """A page that the tests share."""
     with visits(chromium, design_server + QUERY, first=FIRST) as begin:
-        yield begin
+        yield begin("1000.0:2000.0,4.0,up,sound")
+
+
+def choose(one, **values):
+    """Set the run: fields by their names, the way, and whether it has a sound."""
+    wanted = one.view.with_run(**values).run
+    if wanted.sound != one.view.run.sound:
+        one.page.click("[data-press=run-sound]")
+    one.page.select_option("[data-set=run-way]", wanted.way)
+    for name in ("start", "stop", "duration"):
+        one.page.fill(f"[data-set=run-{name}]", f"{getattr(wanted, name):g}")
+        one.page.press(f"[data-set=run-{name}]", "Enter")
+    one.page.wait_for_function("(words) => decodeURIComponent(location.search).includes(words)",
+                               arg=f"{wanted.start}:{wanted.stop},{wanted.duration},{wanted.way}")
+    assert one.view.run == wanted
 
 
 def begin(one):
@@ -46,53 +78,61 @@ def begin(one):
 
 
 def wait_for(one, instant):
-    one.page.wait_for_function("t => parseFloat(document.getElementById('run-now').value) >= t", arg=instant)
+    """Set the clock, and wait until the page shows that instant."""
+    one.page.evaluate("instant => { window.instant = instant }", instant)
+    one.page.wait_for_function("t => parseFloat(document.getElementById('run-now').value) === t", arg=instant)
 
 
 def wait_for_end(one):
     one.page.wait_for_selector("[data-press=run][aria-pressed=false]")
 
 
-def test_a_run_is_played_by_the_clock_of_its_sound_and_asks_nothing_of_the_server(visit_design):
-    one = visit_design("1000.0:2000.0,4.0,up,sound")
+def test_a_run_is_played_by_the_clock_of_its_sound_and_asks_nothing_of_the_server(one):
     one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
     begin(one)
     one.page.wait_for_selector(".busy.idle")
-    said = one.page.evaluate("""() => {
-      window.said = 0
-      const send = WebSocket.prototype.send
-      WebSocket.prototype.send = function (...data) { window.said += 1; send.apply(this, data) }
-      return window.said
-    }""")
     wait_for_end(one)
+    assert one.page.evaluate(NOW)[0] == 4.0
+    one.page.evaluate(CLOCK_OF_SOUND)
     one.page.click("[data-press=run]")  # it is there, so the page plays it by itself
-    wait_for(one, 1)
-    drawn, (first, _) = count(one, "run", INK), one.page.evaluate(SOURCE, ["run", "lines"])
-    before, heard, speed = one.page.evaluate(NOW)
-    assert heard == pytest.approx(before, abs=0.3) and speed == pytest.approx(1000 + 250 * before, abs=20)
-    wait_for(one, 3)
-    after, heard, faster = one.page.evaluate(NOW)
-    assert heard == pytest.approx(after, abs=0.3) and faster == pytest.approx(1000 + 250 * after, abs=20)
-    assert after > before and max(one.page.evaluate(SOURCE, ["run", "lines"])[0]) > first[-1]
-    assert count(one, "run", INK) > 1.5 * drawn
+    one.page.wait_for_function("window.sounded")
+    drawn = []
+    for instant in (1.0, 3.0):
+        wait_for(one, instant)
+        assert one.page.evaluate(NOW) == [instant, 1000 + 250 * instant]
+        drawn += one.page.evaluate(SOURCE, ["run", "lines"])[:1]
+    assert max(drawn[0]) < 1250 < 1700 < max(drawn[1]) < 1750
+    wait_for(one, 4.0)
     wait_for_end(one)
-    assert one.page.evaluate(SOURCE, ["run", "lines"])[0][-1] > 1990 and one.page.evaluate(NOW)[0] == 4.0
-    assert one.page.evaluate("window.said") == said == 0
+    assert one.page.evaluate(SOURCE, ["run", "lines"])[0][-1] > 1990 and one.page.evaluate("window.said") == 0
+    one.page.evaluate("window.instant = 0")
+    one.page.click("[data-press=run]")
+    inked = []
+    for instant in (1.0, 3.0):
+        wait_for(one, instant)
+        inked.append(count(one, "run", INK))  # after a picture of the page its figures tell the server their sizes
+        assert one.page.evaluate(NOW)[0] == instant  # however long all this took
+    assert inked[1] > 1.5 * inked[0]
+    wait_for(one, 4.0)
+    wait_for_end(one)
     duration, largest = one.page.evaluate(DECODED)
     assert duration == pytest.approx(4.0, abs=0.005) and largest == pytest.approx(1.0, abs=1e-3)
     assert one.page.evaluate("document.getElementById('run-audio').duration") == pytest.approx(duration, abs=1e-3)
 
 
-def test_without_sound_it_takes_as_long_and_comes_back_along_the_second_line(visit_design):
-    one = visit_design("1000.0:2000.0,1.5,down")
+def test_without_sound_it_takes_as_long_and_comes_back_along_the_second_line(one):
+    choose(one, start=1000.0, stop=2000.0, duration=1.5, way="down", sound=False)
     begin(one)
     began = one.page.evaluate("performance.now()")
-    wait_for(one, 1.7)
-    up, down = one.page.evaluate(SOURCE, ["run", "lines"])
-    assert max(up) > 1990 and min(down) > 1500 and max(down) > 1990
-    shown, scroll = pixels(one), one.page.evaluate("scrollY")
     wait_for_end(one)
     assert one.page.evaluate("performance.now()") - began > 2500
+    one.page.evaluate(CLOCK_OF_FRAMES)
+    wait_for(one, 1.7)
+    up, down = one.page.evaluate(SOURCE, ["run", "lines"])
+    assert max(up) > 1990 and max(down) > 1990 and min(down) == pytest.approx(2000 - 1000 * 0.2 / 1.5, abs=10)
+    shown, scroll = pixels(one), one.page.evaluate("scrollY")
+    wait_for(one, 3.0)
+    wait_for_end(one)
     left, top, width, height = (round(v) for v in one.page.evaluate(FRAME, "waterfall"))
     part = [each[top + scroll : top + scroll + height, left : left + width] for each in (shown, pixels(one))]
     assert (abs(part[0] - part[1]).max(axis=2) > 24).sum() > height  # the line moved
@@ -102,8 +142,8 @@ def test_without_sound_it_takes_as_long_and_comes_back_along_the_second_line(vis
     assert "Jumps, speed rising: 1" in text and "Jumps, speed falling: 1" in text and "quasi-static ratio" in text
 
 
-def test_a_run_can_be_stopped_while_it_is_computed_and_goes_with_the_torque(visit_design):
-    one = visit_design("1000.0:7000.0,30.0,up")
+def test_a_run_can_be_stopped_while_it_is_computed_and_goes_with_the_torque(one):
+    choose(one, start=1000.0, stop=7000.0, duration=30.0, way="up", sound=False)
     button = one.page.locator("[data-press=run]")
     button.click()
     one.page.wait_for_selector(".busy:has-text('run-up')")
@@ -112,12 +152,7 @@ def test_a_run_can_be_stopped_while_it_is_computed_and_goes_with_the_torque(visi
     one.page.wait_for_selector(".busy:not(:has-text('run-up'))")
     sync_api.expect(button).to_have_attribute("aria-pressed", "false")
     assert "play" in button.inner_text()
-    for name, value in (("run-stop", "2000"), ("run-duration", "1")):
-        def fill(name=name, value=value):
-            one.page.fill(f"[data-set={name}]", value)
-            one.page.press(f"[data-set={name}]", "Enter")
-        assert "run=" in one.page.url and one.after(fill).run is not None
-    assert (one.view.run.stop, one.view.run.duration) == (2000.0, 1.0)
+    choose(one, stop=2000.0, duration=1.0)
     begin(one)
     assert one.page.locator("#run .plot").first.bounding_box()["height"] > 150
     one.after(lambda: one.type("torque", "95"))
@@ -126,8 +161,8 @@ def test_a_run_can_be_stopped_while_it_is_computed_and_goes_with_the_torque(visi
     assert one.page.locator("#run .plot").first.bounding_box()["height"] == 0
 
 
-def test_what_the_gears_do_not_allow_is_said_and_the_button_is_free_again(visit_design):
-    one = visit_design("100.0:2000.0,0.2,up")
+def test_what_the_gears_do_not_allow_is_said_and_the_button_is_free_again(one):
+    choose(one, start=100.0, stop=2000.0, duration=0.2, way="up")
     one.page.click("[data-press=run]")
     assert "at most 5 % within a period" in one.message()
     wait_for_end(one)
@@ -135,17 +170,3 @@ def test_what_the_gears_do_not_allow_is_said_and_the_button_is_free_again(visit_
     one.page.press("[data-set=run-duration]", "Enter")
     one.page.wait_for_selector(".error:has-text('must lie in (0, 30] s')")
     assert one.page.input_value("[data-set=run-duration]") == "0.2"
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_nothing_is_wider_than_the_page_while_it_is_played(visit_design, size):
-    one = visit_design("1000.0:2000.0,2.0,up", size)
-    one.page.wait_for_selector("#run .plot", state="attached")
-    assert one.page.locator("#run").bounding_box()["height"] < (150 if size == "phone" else 60)
-    begin(one)
-    wait_for(one, 1)
-    assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    run, outer = one.page.locator("#run").bounding_box(), one.page.locator("main").bounding_box()
-    assert outer["x"] <= run["x"] and run["x"] + run["width"] <= outer["x"] + outer["width"]
-    wait_for_end(one)
-    assert count(one, "run", INK) > 100

@@ -1,12 +1,11 @@
 """The explorer of a gear train in a browser: the menu of meshes, the table of meshes, what is left out."""
 
-
 import pytest
 
 from gearchaos.explorer.view.state import view_of
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.slow.browser import NEEDED, Visit, served
+from tests.slow.browser import NEEDED, SIZES, Visit, served
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
@@ -15,18 +14,19 @@ TRAIN = str(EXAMPLES / "train_idler.toml")
 
 def test_a_train_opens_with_a_menu_of_its_meshes_and_a_table_of_them(chromium, kernels):
     with served(TRAIN, few=True) as (url, _):
-        for size in ("desk", "phone"):
-            visit = Visit(chromium, url, size, view_of(load_study(TRAIN).model))
-            page = visit.page
-            page.wait_for_selector("#legend [data-colour=contact]", state="attached")
-            assert page.evaluate("document.documentElement.scrollWidth") == page.viewport_size["width"]
-            assert page.locator("select").evaluate_all("menus => menus.map(menu => menu.dataset.set)") == [
-                "run-way", "x", "y", "colour", "mesh", "skeleton-period", "line"]
-            assert visit.after(lambda shown=visit: shown.choose("mesh", "idler/pump")).mesh == "idler/pump"
-            page.wait_for_selector("#legend :text('of idler/pump')")
-            page.wait_for_selector("#verdict :text('The figures of the motion are those of idler/pump')")
-            visit.after(lambda shown=visit: shown.page.mouse.click(*shown.spot(0.5, 0.6)))
-            visit.settled()
-            rows = page.locator("#verdict .meshes tr").evaluate_all("all => all.map(row => row.innerText.split('\\t'))")
-            assert [row[0] for row in rows] == ["mesh", "motor/idler", "idler/pump"] and {*map(len, rows)} == {7}
-            visit.close()
+        one = Visit(chromium, url, "phone", view_of(load_study(TRAIN).model))
+        page = one.page
+        page.wait_for_selector("#legend [data-colour=contact]", state="attached")
+        assert page.evaluate("document.documentElement.scrollWidth") == page.viewport_size["width"]
+        assert page.locator("select").evaluate_all("menus => menus.map(menu => menu.dataset.set)") == [
+            "run-way", "x", "y", "colour", "mesh", "skeleton-period", "line"]
+        assert one.after(lambda: one.choose("mesh", "idler/pump")).mesh == "idler/pump"
+        page.wait_for_selector("#legend :text('of idler/pump')")
+        page.wait_for_selector("#verdict :text('The figures of the motion are those of idler/pump')")
+        one.after(lambda: page.mouse.click(*one.spot(0.5, 0.6)))
+        one.settled()
+        rows = page.locator("#verdict .meshes tr").evaluate_all("all => all.map(row => row.innerText.split('\\t'))")
+        assert [row[0] for row in rows] == ["mesh", "motor/idler", "idler/pump"] and {*map(len, rows)} == {7}
+        page.set_viewport_size(dict(zip(("width", "height"), SIZES["desk"], strict=True)))
+        page.wait_for_function("document.documentElement.scrollWidth === innerWidth")
+        one.close()

@@ -3,7 +3,7 @@
 import contextvars
 import json
 import threading
-from types import SimpleNamespace
+from dataclasses import replace
 
 import pytest
 
@@ -12,29 +12,24 @@ from gearchaos.datasheet.verdict import rows, usable_in_words, verdict, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs.assessment import assessed
-from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
 from gearchaos.explorer.panels.style import Units, empty_figure
-from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.web.session import Session
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Page as Computed
-from tests.contracts.explorer.test_computations import Worker
+from tests.contracts.explorer.test_computations import GEARS as FIRST
+from tests.contracts.explorer.test_computations import TRAIN, Put, session
+from tests.contracts.explorer.test_computations import VIEW as PAPER
 
 pytestmark = pytest.mark.slow
 
 SPUR = EXAMPLES / "spur_50_50.toml"
-FIRST = view_of(load_study(SPUR).model)
 VIEW = FIRST.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
 LINE = SpeedLine(VIEW)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
-TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
-PAPER = presets()["2"].view
 
 
 @pytest.fixture(scope="module")
@@ -118,70 +113,6 @@ def test_pairs_and_trains_come_back_to_their_torque(view):
     assert line.goes_through(back) and back.at[1] == torque and back.at[0] == pytest.approx(1.1 * view.at[0], rel=1e-3)
 
 
-# --- what a page asks for ------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def page():
-    """A page that asks for its assessment."""
-    one = Computed(VIEW)
-    one.computations.ask_assessment()
-    return one
-
-
-def test_it_says_how_far_it_is_and_shows_what_is_found(page, found):
-    job, shown = page.branches.jobs["assessment"], page.display.shown
-    assert job.function.args == (LINE,) and shown["show_assessment"] == [(LINE, None)]
-    assert "assessment" in shown["show_busy"][-1][0]
-    job.show(0.42)
-    assert "assessment (motions from random states 42 %)" in shown["show_busy"][-1][0]
-    job.show(1.0)  # edges are located
-    assert "assessment" in shown["show_busy"][-1][0]
-    job.show(found)
-    job.end(None)
-    assert shown["show_assessment"][-1] == (LINE, found) and "clear_assessment" not in shown
-
-
-def test_a_second_press_cancels_it_and_a_third_asks_anew(page):
-    page.computations.ask_assessment()
-    assert page.branches.jobs == {} and len(page.display.shown["clear_assessment"]) == 1
-    page.computations.ask_assessment()
-    assert "assessment" in page.branches.jobs and page.display.shown["show_assessment"][-1] == (LINE, None)
-
-
-def test_a_refusal_is_a_message_and_ends_the_wait(page):
-    page.branches.jobs["assessment"].end("speed must be lower")
-    assert page.display.shown["show_message"][-1] == ("assessment: speed must be lower",)
-    assert len(page.display.shown["clear_assessment"]) == 1
-    one = Computed(PAPER)
-    one.computations.ask_assessment()
-    assert one.branches.asked == [] and "menu of presets" in one.display.shown["show_message"][-1][0]
-    assert len(one.display.shown["clear_assessment"]) == 1
-
-
-@pytest.mark.parametrize("complete", [False, True])
-@pytest.mark.parametrize(("change", "goes"), [
-    (lambda view: view.with_value("torque", 120.0), False), (lambda view: view.with_value("speed", 3000.0), False),
-    (lambda view: view.with_value("zeta", 0.08), True), (lambda view: PAPER, True),
-])
-def test_it_stays_with_another_torque_and_goes_with_other_gears(page, found, complete, change, goes):
-    if complete:
-        page.branches.jobs["assessment"].show(found)
-        page.branches.jobs["assessment"].end(None)
-    page.move(change(VIEW))
-    shown = page.display.shown
-    assert ("clear_assessment" in shown) == goes and (page.computations.assessment is found) == (complete and not goes)
-    if goes:
-        assert "assessment" not in page.branches.jobs
-    elif complete:  # for the new point
-        assert shown["show_assessment"][-2:] == [(LINE, found)] * 2
-
-
-def test_of_what_there_is_none_nothing_is_saved(page):
-    page.computations.ask_file("assessment", "json")
-    assert page.display.shown["show_message"][-1] == ("There is nothing to save yet.",)
-
-
 # --- shown and saved -----------------------------------------------------------------------------------------------
 
 
@@ -199,10 +130,7 @@ def test_words_and_rows_are_those_of_the_command(found):
     for number, _ in text.usable:
         part = at.usable[number - 1]
         assert part.start < middles[number] < part.stop
-
-
-def test_another_torque_is_said(found):
-    for torque in (120.0, 100.5):
+    for torque in (120.0, 100.5):  # another one is said
         view = VIEW.with_value("torque", torque)
         other = assessment_text(found, LINE, view, Units(view.gears, True)).other
         assert other.startswith(f"Of the torque 100 N m, not that of the point, {torque:g} N m")
@@ -210,8 +138,7 @@ def test_another_torque_is_said(found):
 
 def drawn(found, view):
     """The data of the bars, of the stripes and of the line that are drawn."""
-    put = {}
-    line = AssessedLine(empty_figure(), lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
+    line = AssessedLine(empty_figure(), put := Put())
     line.show(found, LINE, view)
     return [put[source.id]["data"] for source in (line.avoided, line.striped, line.scanned)]
 
@@ -228,31 +155,30 @@ def test_bars_over_the_map_are_at_the_ranges_and_their_torque(found):
     assert (bars["y0"], bars["y1"], bars["x0"]) == ([start], [stop], [100.0])
     for view in (VIEW.with_axis("x", "zeta"), VIEW.with_axis("y", "zeta").with_value("torque", 120.0)):
         assert all(not part["x0"] for part in drawn(found, view))
-
-
-def test_where_the_history_does_not_decide_there_are_no_stripes():
-    one = gc.assess(load_design(SPUR), "540:570:8", 100, starts=0)
-    assert [window.depends_on_history for _, window in one.avoid] == [False]
+    (at,) = found.at  # there are no stripes where the history does not decide
+    one = replace(found, at=(replace(at, windows=tuple(replace(each, history=None) for each in at.windows)),))
     bars, stripes, _ = drawn(one, VIEW)
     assert len(bars["x0"]) == 1 and stripes["x0"] == []
 
 
 def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
-    document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
-    session = Session(VIEW.with_value("torque", 120.0), Workers(*(Worker() for _ in range(4))), document, FIRST)
-    act = session.page.messages.act
+    opened, _ = session(VIEW.with_value("torque", 120.0), FIRST)
+    page, act = opened.page, opened.page.messages.act
     act("range", 0)
-    assert session.page.view.at == (788.0, 120.0)  # nothing is listed
-    session.page.show_assessment(LINE, found)
+    assert page.view.at == (788.0, 120.0)  # nothing is listed
+    page.show_assessment(LINE, found)
     for number in (-1, 99, "0", None):
         act("range", number)
-        assert session.page.view.at == (788.0, 120.0)
+        assert page.view.at == (788.0, 120.0)
     act("range", 0)
     ((_, window),) = found.avoid
-    assert session.page.view.at == (pytest.approx((window.start + window.stop) / 2, abs=0.06), 100.0)
+    assert page.view.at == (pytest.approx((window.start + window.stop) / 2, abs=0.06), 100.0)
 
 
-def test_the_json_is_that_of_the_command_and_has_the_study_file(found, tmp_path):
+def test_it_is_saved_as_pictures_and_as_the_json_of_the_command_with_the_study_file(found, tmp_path):
+    for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
+        (content, _, name), = export.assessment(suffix, found, LINE)
+        assert content.startswith(begins) and name == f"gearchaos-assessment.{suffix}"
     (content, media, name), = export.assessment("json", found, LINE)
     document = json.loads(content)
     (tmp_path / "study.toml").write_text(document.pop("study_file"))
@@ -268,9 +194,3 @@ def test_a_train_has_no_quasi_static_ratio_and_its_json_is_strict():
     assert json.loads(content, parse_constant=pytest.fail)["quasi_static_ratio"] == [None]
     text = assessment_text(one, SpeedLine(view), view, Units(view.gears, True))
     assert len(text.sentences) == 2
-
-
-@pytest.mark.parametrize(("suffix", "first"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
-def test_it_is_saved_as_a_picture(found, suffix, first):
-    (content, _, name), = export.assessment(suffix, found, LINE)
-    assert content.startswith(first) and name == f"gearchaos-assessment.{suffix}"

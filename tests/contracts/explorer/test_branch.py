@@ -22,6 +22,7 @@ from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
+from tests.contracts.explorer.test_computations import Put
 
 VIEW = view_of(gc.MeshModel.of(omega=2.2, q0=0.1, eps1=0.05), gc.Axis("omega", 2.0, 2.4, 2), gc.Axis("eps1", 0, 0.1, 2))
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin."""
@@ -93,13 +94,10 @@ def test_only_periodic_motions_can_be_followed_and_the_page_says_why():
         periodic_motion(found)
 
 
-def test_where_no_orbit_is_found_there_is_a_message():
+def test_where_no_orbit_is_found_and_along_initial_values_there_is_a_message():
     motion = PeriodicMotion(VIEW.point, "3T", 3, (("x1", 1.2), ("x1_dot", 0.0), ("x2", 0.0), ("x2_dot", 0.0)))
     with pytest.raises(InputError, match=r"^motion must lie on an orbit of minimal period 3 .* The nearest"):
         next(branch(VIEW, motion))
-
-
-def test_a_line_of_initial_values_has_neither_branch_nor_curves():
     view = view_of(VIEW.point, gc.Axis("x1", 0.5, 1.5, 2), gc.Axis("eps1", 0, 0.1, 2))
     with pytest.raises(InputError, match="line must vary a parameter"):
         next(branch(view, periodic_motion(first_motion(VIEW))))
@@ -131,8 +129,7 @@ def test_along_the_frequency_of_gears_diagram_and_branch_stay_on_the_axis_of_the
 
 
 def test_the_diagram_makes_room_for_a_branch_and_takes_it_back(followed):
-    sent = {}
-    figure = BifurcationFigure(lambda model, **values: sent.setdefault(model.id, {}).update(values))
+    figure = BifurcationFigure(sent := Put())
     (diagram,) = (d for d in point_studies.bifurcation(VIEW, 20) if d)
     figure.show(diagram, Units())
     limits = dict(sent[figure.figure.y_range.id])
@@ -149,8 +146,7 @@ def test_the_diagram_makes_room_for_a_branch_and_takes_it_back(followed):
 
 
 def test_events_have_a_marker_on_every_point_of_their_orbit_and_say_what_they_are(followed):
-    sent = {}
-    figure = BifurcationFigure(lambda model, **values: sent.setdefault(model.id, {}).update(values))
+    figure = BifurcationFigure(sent := Put())
     figure.show_branch(followed, Units())
     data = sent[figure.branch.events.id]["data"]
     assert len(data["x"]) == followed["event_section_z"].size
@@ -159,8 +155,13 @@ def test_events_have_a_marker_on_every_point_of_their_orbit_and_say_what_they_ar
     assert data["marker"][flip] == "square"
 
 
-def test_a_flip_curve_separates_motions_of_one_and_two_periods():
-    found = list(skeleton(VIEW, 1))
+@pytest.fixture(scope="module")
+def curves_found():
+    return list(skeleton(VIEW, 1))
+
+
+def test_a_flip_curve_separates_motions_of_one_and_two_periods(curves_found):
+    found = curves_found
     assert found[0].curves == () and found[0].searched == 0
     last = found[-1]
     assert last.searched == last.lines and [s.searched for s in found] == sorted(s.searched for s in found)
@@ -176,16 +177,15 @@ def test_a_flip_curve_separates_motions_of_one_and_two_periods():
     assert not skeleton_text(None).complete
 
 
-def test_curves_are_drawn_by_their_kind_and_grazes_dotted():
-    sent = {}
-    drawn = SkeletonCurves(empty_figure(), lambda model, **values: sent.update({model.id: values["data"]}))
-    curves = list(skeleton(VIEW, 1))[-1].curves
+def test_curves_are_drawn_by_their_kind_and_grazes_dotted(curves_found):
+    drawn = SkeletonCurves(empty_figure(), sent := Put())
+    curves = curves_found[-1].curves
     drawn.show(curves)
-    solid, dotted = sent[drawn.solid.id], sent[drawn.dotted.id]
+    solid, dotted = sent[drawn.solid.id]["data"], sent[drawn.dotted.id]["data"]
     assert len(dotted["xs"]) == sum(c.kind == "graze" for c in curves) > 0
     assert len(solid["xs"]) == len(curves) - len(dotted["xs"]) > 0
     drawn.show(())
-    assert sent[drawn.solid.id]["xs"] == sent[drawn.dotted.id]["xs"] == []
+    assert sent[drawn.solid.id]["data"]["xs"] == sent[drawn.dotted.id]["data"]["xs"] == []
 
 
 @pytest.mark.parametrize("work", [

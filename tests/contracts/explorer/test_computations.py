@@ -10,10 +10,20 @@ import xarray as xr
 from gearchaos.explorer.jobs.computations import Computations
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.point import PointMotion
+from gearchaos.explorer.jobs.runup import RunUpResult
+from gearchaos.explorer.jobs.tolerances import Cloud
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.view.speed_line import SpeedLine
+from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.web.session import Session
+from gearchaos.studies.assess import Assessment
+from gearchaos.studyfile import load_study
+from tests import EXAMPLES
 
 VIEW = presets()["2"].view
+GEARS = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
+TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
 NOTHING = np.zeros(0)
 
 
@@ -42,6 +52,13 @@ class Display:
         return lambda *values: self.shown.setdefault(name, []).append(values)
 
 
+class Put(dict):
+    """What is set of each model of Bokeh, by its id."""
+
+    def __call__(self, model, **attributes):
+        self.setdefault(model.id, {}).update(attributes)
+
+
 class Page:
     """The computations of a page, between its workers and a display."""
 
@@ -53,9 +70,13 @@ class Page:
         self.computations.start()
 
     def move(self, view):
+        """Move to another view, but for the rest of it."""
         before, self.view = self.view, view
         self.computations.update(view)
         return before
+
+    def moved(self, view):
+        self.computations.update_rest(self.move(view))
 
     def map(self, stride, share):
         self.slow.jobs["map"].show(Map(xr.Dataset({"label": ("x", NOTHING)}), NOTHING, NOTHING, NOTHING, stride, share))
@@ -65,6 +86,13 @@ class Page:
         label = f"{period}T" if period else "chaotic"
         verdict = SimpleNamespace(section=section, label=label, period=period, periods_spent=1)
         self.quick.jobs["motion"].show(PointMotion(self.view.point, verdict, final, trajectory))
+
+
+def session(view, start):
+    """A page whose computations are kept, with its workers."""
+    workers = Workers(*(Worker() for _ in range(4)))
+    document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
+    return Session(view, workers, document, start), workers
 
 
 @pytest.fixture
@@ -79,10 +107,16 @@ def open_page(page):
     return page
 
 
-def test_a_new_page_asks_for_its_motion_and_its_map_only(page):
+def test_after_a_coarse_map_come_a_coarse_diagram_and_other_motions_and_after_the_whole_one_a_fine_diagram(page):
     assert page.quick.asked == ["motion"] and page.slow.asked == ["map"]
     page.map(16, 0.01)
     assert page.slow.asked == ["map"]
+    page.map(8, 0.1)
+    page.map(1, 0.9)
+    assert page.slow.asked == ["map", "diagram", "other motions"]
+    assert page.slow.jobs["diagram"].function.args == (VIEW, 4)
+    page.map(1, 1.0)
+    assert page.slow.asked.count("diagram") == 2 and page.slow.jobs["diagram"].function.args == (VIEW, 1)
 
 
 def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page, monkeypatch):
@@ -93,18 +127,6 @@ def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page
         page.move(VIEW.with_value("zeta", zeta))
         waited.append(page.slow.jobs["map"].delay > 0)
     assert waited == [False, True, True, False]
-
-
-def test_the_coarse_diagram_and_the_other_motions_follow_a_coarse_map(open_page):
-    assert open_page.slow.asked == ["map", "diagram", "other motions"]
-    assert open_page.slow.jobs["diagram"].function.args == (VIEW, 4)
-
-
-def test_the_fine_diagram_follows_the_complete_map(open_page):
-    open_page.map(1, 0.9)
-    assert open_page.slow.asked.count("diagram") == 1
-    open_page.map(1, 1.0)
-    assert open_page.slow.asked.count("diagram") == 2 and open_page.slow.jobs["diagram"].function.args == (VIEW, 1)
 
 
 def test_what_waits_for_a_map_comes_without_one_if_it_fails(page):
@@ -125,19 +147,15 @@ def test_basins_wait_for_a_first_map_and_for_the_point(page):
     assert page.slow.jobs["basins"].function.args == (page.view,)
 
 
-def test_a_point_that_moves_along_the_line_leaves_map_and_diagram(open_page):
+def test_a_point_that_moves_along_the_line_leaves_map_and_diagram_which_another_model_does_not(open_page):
     asked = list(open_page.slow.asked)
     before = open_page.move(VIEW.moved(1.0, VIEW.at[1]))
     assert open_page.quick.asked == ["motion", "motion"] and open_page.slow.asked == asked
     open_page.computations.update_rest(before)
     assert open_page.slow.asked == [*asked, "other motions"]
     assert len(open_page.display.shown["clear_point_studies"]) == 2
-
-
-def test_another_model_has_another_map(open_page):
-    asked = list(open_page.slow.asked)
     open_page.move(VIEW.with_value("zeta", 0.05))
-    assert open_page.slow.asked == [*asked, "map"] and open_page.computations.map is None
+    assert open_page.slow.asked == [*asked, "other motions", "map"] and open_page.computations.map is None
 
 
 def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
@@ -163,8 +181,9 @@ def test_a_map_without_the_present_colouring_is_not_shown(page):
 
 
 def test_there_is_a_message_instead_of_a_file_of_nothing(page):
-    page.computations.ask_file("motion", "png")
-    assert page.display.shown["show_message"] == [("There is nothing to save yet.",)]
+    for what, suffix in (("motion", "png"), ("map", "nc"), ("runup", "nc"), ("assessment", "json")):
+        page.computations.ask_file(what, suffix)
+    assert page.display.shown["show_message"] == [("There is nothing to save yet.",)] * 4
 
 
 def test_the_page_says_what_is_computed_and_how_much_of_the_map_is_known(page):
@@ -215,29 +234,17 @@ def test_any_other_motion_is_not_followed_and_there_is_a_message(open_page):
     assert not open_page.branches.asked
 
 
-def moved(page, view):
-    before = page.move(view)
-    page.computations.update_rest(before)
-
-
-def test_a_branch_stays_while_the_point_moves_along_its_line(periodic_page):
-    periodic_page.computations.ask_branch()
-    cleared = len(periodic_page.display.shown["clear_branch"])
-    moved(periodic_page, VIEW.moved(1.0, VIEW.at[1]))
-    assert "branch" in periodic_page.branches.jobs
-    assert len(periodic_page.display.shown["clear_branch"]) == cleared
-
-
-@pytest.mark.parametrize("change", [
-    lambda view: view.moved(view.at[0], 0.1), lambda view: view.with_value("zeta", 0.05),
-    lambda view: replace(view, line="y"), lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)),
+@pytest.mark.parametrize(("change", "goes"), [
+    (lambda view: view.moved(1.0, view.at[1]), False), (lambda view: view.moved(view.at[0], 0.1), True),
+    (lambda view: view.with_value("zeta", 0.05), True), (lambda view: replace(view, line="y"), True),
+    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
 ])
-def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_page, change):
+def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_page, change, goes):
     periodic_page.computations.ask_branch()
     cleared = len(periodic_page.display.shown["clear_branch"])
-    moved(periodic_page, change(VIEW))
-    assert "branch" not in periodic_page.branches.jobs
-    assert len(periodic_page.display.shown["clear_branch"]) == cleared + 1
+    periodic_page.moved(change(VIEW))
+    assert ("branch" not in periodic_page.branches.jobs) == goes
+    assert len(periodic_page.display.shown["clear_branch"]) == cleared + goes
 
 
 def test_a_branch_that_is_asked_for_while_the_point_moves_is_that_of_the_new_point(periodic_page):
@@ -249,30 +256,21 @@ def test_a_branch_that_is_asked_for_while_the_point_moves_is_that_of_the_new_poi
     assert periodic_page.branches.jobs["branch"].function.args[1].period == 3
 
 
-def test_bifurcation_curves_begin_when_the_map_is_complete(open_page):
+def test_bifurcation_curves_begin_once_the_map_is_complete_or_failed(open_page):
+    jobs, asked = open_page.curves.jobs, open_page.curves.asked
     open_page.computations.ask_skeleton(2)
-    assert not open_page.curves.asked and open_page.computations.skeleton_period == 2
-    assert open_page.display.shown["show_skeleton"] == [(None,)]
     open_page.map(1, 0.9)
-    assert not open_page.curves.asked
+    assert not asked and open_page.computations.skeleton_period == 2
+    assert open_page.display.shown["show_skeleton"] == [(None,)]
+    for _ in range(2):
+        open_page.map(1, 1.0)
+        assert asked == ["bifurcation curves"] and jobs["bifurcation curves"].function.args == (VIEW, 2)
+    jobs["bifurcation curves"].show("curves")
     open_page.map(1, 1.0)
-    assert open_page.curves.jobs["bifurcation curves"].function.args == (VIEW, 2)
-    open_page.map(1, 1.0)
-    assert open_page.curves.asked == ["bifurcation curves"]
-    open_page.curves.jobs["bifurcation curves"].show("curves")
-    open_page.map(1, 1.0)
-    open_page.slow.jobs["map"].end(None)
-    assert open_page.display.shown["show_skeleton"][-1] == ("curves",)
-    assert open_page.curves.asked == ["bifurcation curves"]
-
-
-def test_bifurcation_curves_come_at_once_over_a_map_that_is_complete_or_failed(open_page):
-    open_page.map(1, 1.0)
-    open_page.computations.ask_skeleton(1)
-    assert open_page.curves.asked == ["bifurcation curves"]
     open_page.slow.jobs["map"].end("no memory")
+    assert open_page.display.shown["show_skeleton"][-1] == ("curves",) and len(asked) == 1
     open_page.computations.ask_skeleton(4)
-    assert open_page.curves.jobs["bifurcation curves"].function.args == (VIEW, 4)
+    assert len(asked) == 2 and jobs["bifurcation curves"].function.args == (VIEW, 4)
 
 
 @pytest.mark.parametrize(("change", "goes"), [
@@ -283,9 +281,133 @@ def test_bifurcation_curves_come_at_once_over_a_map_that_is_complete_or_failed(o
 def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, change, goes):
     open_page.map(1, 1.0)
     open_page.computations.ask_skeleton(2)
-    moved(open_page, change(VIEW))
+    open_page.moved(change(VIEW))
     assert ("bifurcation curves" not in open_page.curves.jobs) == goes
     assert ("clear_skeleton" in open_page.display.shown) == goes
     assert open_page.computations.skeleton_period == (0 if goes else 2)
     open_page.map(1, 1.0)
     assert open_page.curves.asked == ["bifurcation curves"]
+
+
+# --- what a press of a button computes for gears -------------------------------------------------------------------
+
+
+RUN = GEARS.with_run(start=1000.0, stop=2000.0, duration=0.8, way="down", sound=True)
+FOUND = {"run-up": RunUpResult(xr.Dataset(), b""), "assessment": Assessment.__new__(Assessment),
+         "tolerances": Cloud(xr.Dataset(), 1.0, "separation", ())}
+"""What the tasks that a button begins find; the page only passes it on."""
+
+
+class Pressed(Page):
+    """A page whose button for one of these tasks was pressed."""
+
+    def __init__(self, task, view=RUN):
+        super().__init__(view)
+        self.task, self._name = task, task.replace("-", "_")
+        self.press()
+
+    def press(self):
+        getattr(self.computations, f"ask_{self._name}")()
+
+    @property
+    def job(self):
+        return self.branches.jobs.get(self.task)
+
+    @property
+    def found(self):
+        return getattr(self.computations, {"tolerances": "cloud"}.get(self.task, self._name))
+
+    def shows(self):
+        return self.display.shown.get(f"show_{self._name}", [])
+
+    def clears(self):
+        return len(self.display.shown.get(f"clear_{self._name}", []))
+
+
+@pytest.fixture(params=FOUND)
+def pressed(request):
+    return Pressed(request.param)
+
+
+@pytest.mark.parametrize(("task", "asked", "shown", "share"), [
+    ("run-up", (RUN.operating_point, RUN.run, ""), (), "run-up 42 %"),
+    ("assessment", (SpeedLine(RUN),), (SpeedLine(RUN),), "assessment (motions from random states 42 %)"),
+    ("tolerances", (RUN,), (), "tolerances 42 %"),
+])
+def test_a_page_says_how_far_its_task_is_and_shows_what_is_found(task, asked, shown, share):
+    page = Pressed(task)
+    assert page.job.function.args == asked and page.shows() == ([] if task == "run-up" else [(*shown, None)])
+    page.job.show(0.42)
+    assert share in page.display.shown["show_busy"][-1][0]
+    page.job.show(1.0)
+    assert task in " ".join(page.display.shown["show_busy"][-1][0])
+    page.job.show(FOUND[task])
+    page.job.end(None)
+    assert page.shows()[-1] == (*shown, FOUND[task]) and page.clears() == 0 and page.found is FOUND[task]
+
+
+def test_a_run_that_is_there_is_not_computed_again():
+    page = Pressed("run-up")
+    page.job.show(FOUND["run-up"])
+    page.job.end(None)
+    page.press()
+    assert page.branches.asked == ["run-up"]
+
+
+@pytest.mark.parametrize("late", [lambda page, job: job.show(FOUND[page.task]), lambda page, job: job.end(None)])
+def test_a_second_press_cancels_a_third_asks_anew_and_what_comes_from_the_first_touches_nothing(pressed, late):
+    stopped = pressed.job
+    pressed.press()
+    assert pressed.job is None and pressed.clears() == 1
+    pressed.press()
+    shown = len(pressed.shows())
+    late(pressed, stopped)
+    assert pressed.job is not None and pressed.found is None and (len(pressed.shows()), pressed.clears()) == (shown, 1)
+    pressed.press()  # the second is still being computed
+    assert pressed.job is None and pressed.clears() == 2
+
+
+def test_a_refusal_is_a_message_and_ends_the_wait(pressed):
+    pressed.job.end("torque must be positive")
+    assert pressed.display.shown["show_message"][-1] == (f"{pressed.task}: torque must be positive",)
+    assert pressed.clears() == 1 and pressed.found is None
+
+
+@pytest.mark.parametrize(("task", "view", "words"), [
+    ("run-up", VIEW, "menu of presets"), ("assessment", VIEW, "menu of presets"),
+    ("tolerances", VIEW, "pair of gears"), ("tolerances", TRAIN, "pair of gears"),
+])
+def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, words):
+    page = Pressed(task, view)
+    assert not page.branches.asked and words in page.display.shown["show_message"][-1][0] and page.clears() == 1
+
+
+@pytest.mark.parametrize("complete", [False, True])
+@pytest.mark.parametrize(("change", "going"), [
+    (lambda view: view.with_value("torque", 120.0), {"run-up", "tolerances"}),
+    (lambda view: view.with_value("zeta", 0.08), {*FOUND}), (lambda view: VIEW, {*FOUND}),
+    (lambda view: view.with_value("speed", 2000.0), {"tolerances"}),
+    (lambda view: view.with_axis("x", "zeta"), {"run-up"}), (lambda view: view.with_run(stop=2100.0), {"run-up"}),
+    (lambda view: view.zoomed((900.0, 1500.0), (50.0, 150.0)), set()), (lambda view: view.with_other_units(), set()),
+    (lambda view: view.with_run(sound=False), set()),
+])
+def test_each_goes_with_what_it_depends_on(pressed, complete, change, going):
+    goes = pressed.task in going
+    if complete:
+        pressed.job.show(FOUND[pressed.task])
+        pressed.job.end(None)
+    pressed.move(change(RUN))
+    assert pressed.clears() == goes and (pressed.found is not None) == (complete and not goes)
+    assert complete or (pressed.job is None) == goes
+    if pressed.task == "assessment" and complete and not goes:  # for the new point
+        assert pressed.shows()[-2:] == [(SpeedLine(RUN), FOUND["assessment"])] * 2
+
+
+@pytest.mark.parametrize(("first", "sound", "views", "stays"), [
+    (RUN.with_run(sound=False), b"", [RUN], False), (RUN, b"RIFF", [RUN.with_run(sound=False), RUN], True)])
+def test_a_run_goes_when_sound_is_asked_for_that_it_does_not_have(first, sound, views, stays):
+    page = Pressed("run-up", first)
+    page.job.show(RunUpResult(xr.Dataset(), sound))
+    for view in views:
+        page.move(view)
+    assert (page.found is not None) == stays and page.clears() == (not stays)

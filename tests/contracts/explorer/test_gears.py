@@ -11,57 +11,41 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
 from gearchaos.explorer.jobs.map import MapGrid, physical_measures
 from gearchaos.explorer.jobs.point import point_motion
+from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text, wheels_of
 from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
-from gearchaos.explorer.view.presets import preset_of, presets
+from gearchaos.explorer.view.presets import preset_of
 from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
-from gearchaos.explorer.web.page import field_values, parameter_form
+from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.web.page import Page, field_values, parameter_form
 from gearchaos.gears.operating import OperatingModel, operating_model
+from gearchaos.plot import CONTACT_CLASSES
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
+from tests.contracts.explorer.test_computations import GEARS as DESIGN
+from tests.contracts.explorer.test_computations import VIEW as FIRST
+from tests.contracts.explorer.test_computations import Put
 
 pytestmark = pytest.mark.slow
 
-DESIGN = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
-FIRST = presets()["2"].view
-
-CHANGES = {
-    "none": lambda view: view,
-    "point": lambda view: view.moved(2543.2, 77.1),
-    "speed": lambda view: view.with_value("speed", 3333.3),
-    "torque": lambda view: view.with_value("torque", 61.7),
-    "backlash": lambda view: view.with_value("backlash", 87.3),
-    "zeta": lambda view: view.with_value("zeta", 0.031),
-    "axis omega": lambda view: view.with_axis("x", "omega"),
-    "speed, axis omega": lambda view: view.with_axis("x", "omega").with_value("speed", 5000.0),
-    "dimensionless axes": lambda view: view.with_axis("x", "omega").with_axis("y", "q0").moved(1.05, 0.21),
-    "axis zeta": lambda view: view.with_axis("y", "zeta").moved(3100.0, 0.07),
-    "error": lambda view: view.with_value("eps1", 0.3),
-    "error, backlash": lambda view: view.with_value("theta1", 0.3).with_value("backlash", 99.0),
-    "single": lambda view: view.with_kind("single"),
-    "harmonics": lambda view: view.with_stiffness("harmonics").with_value("c1", 0.2),
-    "steps": lambda view: view.with_stiffness("steps"),
-    "initial": lambda view: view.with_value("x1", 0.4),
-    "dimensionless units": lambda view: replace(view, physical=False, colour="v_rms", line="y"),
-}
-
 
 @pytest.fixture(params=["design", "pair"])
 def first(request):
     return {"design": DESIGN, "pair": PAIR}[request.param]
 
 
-def test_the_first_map_is_over_speed_and_torque_in_physical_units(first):
+def test_a_page_of_gears_begins_with_contact_over_speed_and_torque_around_the_operating_point(first):
     assert (first.x.name, first.y.name, first.physical) == ("speed", "torque", True)
-    speed = first.model.value("speed")
+    speed, torque = (first.model.value(name) for name in ("speed", "torque"))
     assert (first.x.start, first.x.stop) == pytest.approx((0.1 * speed, 2.5 * speed), rel=1e-3)
-    assert (first.y.start, first.y.stop) == (0.1 * first.at[1], 2.5 * first.at[1])
+    assert (first.y.start, first.y.stop) == (0.1 * torque, 2.5 * torque) and first.at[1] == torque
     assert axis_names(first.model)[:2] == ["speed", "torque"] and {"omega", "q0"} < set(axis_names(first.model))
-    assert preset_of(first) == ""
+    assert preset_of(first) == "" and first.colour == "contact" and FIRST.colour == "motion"
+    assert from_query("speed=3000", first).colour == "contact" == from_query(to_query(first), first).colour
+    assert from_query("speed=3000&colour=motion", first).colour == "motion"
 
 
 def test_the_ranges_of_a_study_file_are_those_of_speed_and_torque():
@@ -72,77 +56,6 @@ def test_the_ranges_of_a_study_file_are_those_of_speed_and_torque():
     assert view.x.start == pytest.approx(0.2 * pair.omega0 / pair.n1 * 30 / np.pi)
     assert view.y.stop == pytest.approx(0.3 * pair.scales.torque1)
     assert _view(loaded, [gc.Axis("omega", 0.5, 1, 9), gc.Axis("eps1", 0, 0.1, 9)], False).x.name == "omega"
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_the_address_restores_the_gears_and_what_was_set_apart_from_them(first, change):
-    view = CHANGES[change](first)
-    again = from_query(to_query(view), first)
-    assert again.point == view.point and to_query(again) == to_query(view)
-    assert (again.x, again.y, again.at, again.physical) == (view.x, view.y, view.at, view.physical)
-    if "ax" not in change:
-        assert again.map_key == view.map_key and again.line_key == view.line_key
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_a_copied_study_file_and_script_give_the_point(first, change, tmp_path):
-    view, path = CHANGES[change](first), tmp_path / "gears.toml"
-    path.write_text(as_toml(view), encoding="utf-8")
-    study, names = load_study(path), {}
-    found, wanted = study.model.parameters(), view.point.parameters()
-    assert {n: found[n] for n in wanted} == pytest.approx(wanted, rel=1e-12)
-    assert study.model.initial == view.point.initial and study.model.kind == view.point.kind
-    assert study.study(Zones).x.count == view.x.count
-    exec(as_python(view).partition("verdict = ")[0], names)
-    assert names["model"] == view.point and ("physical" in as_python(view)) == view.physical
-
-
-def test_a_study_file_of_a_design_is_one_of_the_design(tmp_path):
-    view, path = DESIGN.with_value("grade", 9.0).moved(2500.0, 60.0), tmp_path / "design.toml"
-    path.write_text(as_toml(view), encoding="utf-8")
-    assert "[operation]" in path.read_text(encoding="utf-8")
-    study = load_study(path)
-    assert study.model == view.point and study.options == {"x": view.x, "y": view.y}
-    path.write_text(as_toml(view.with_value("eps1", 0.3)), encoding="utf-8")
-    assert "[gearpair]" in path.read_text(encoding="utf-8")
-
-
-def test_every_address_of_gears_has_their_values_by_name():
-    query = to_query(DESIGN.moved(2500.0, 60.0).with_value("grade", 9.0))
-    for part in ("speed=2500.0", "torque=60.0", "backlash=120.0", "grade=9.0", "zeta=0.05", "units=physical"):
-        assert part in query.split("&")
-    assert from_query("speed=450&torque=220", DESIGN).point.value("torque") == 220.0  # far below the resonance
-    assert from_query("torque=60", DESIGN).point.value("speed") == pytest.approx(3000.0)
-
-
-def test_a_dimensionless_address_stays_one_on_a_server_with_gears(first):
-    assert from_query(to_query(FIRST), first) == FIRST
-
-
-@pytest.mark.parametrize(("query", "field"), [
-    ("speed=fast", "speed"), ("speed=1e9", "speed"), ("speed=0", "speed"), ("torque=-5", "torque"),
-    ("torque=nan", "torque"), ("backlash=0", "backlash"), ("backlash=1e9", "backlash"), ("grade=3.5", "quality.grade"),
-    ("grade=13", "grade"), ("speed=3000&zeta=-1", "zeta"), ("speed=3000&wobble=1", "parameter"),
-    ("speed=3000&kind=cubic", "kind"), ("speed=3000&stiffness=soft", "stiffness"), ("x=speed=0:100", "speed"),
-    ("x=speed=1:100", "omega"), ("speed=3000&x=speed=1000:2000&y=omega=1:2", "axes"),
-    ("speed=3000&eps9=0.1", "eps9"), ("speed=3000&q0=1000", "q0"),
-])
-def test_an_absurd_address_of_gears_is_refused_by_its_field(query, field):
-    with pytest.raises(InputError) as caught:
-        from_query(query, DESIGN)
-    assert caught.value.field.startswith(field)
-
-
-@pytest.mark.parametrize("query", ["speed=3000", "torque=10", "backlash=100", "grade=5", "x=speed=1000:2000"])
-def test_values_of_gears_are_refused_in_words_without_gears(query):
-    with pytest.raises(InputError, match="needs gears"):
-        from_query(query, FIRST)
-
-
-def test_a_pair_has_no_grade():
-    with pytest.raises(InputError, match="grade must be a value of the gears loaded"):
-        from_query("grade=5", PAIR)
-    assert "grade" not in field_values(PAIR) and field_values(DESIGN)["grade"] == 6.0
 
 
 def test_the_error_follows_from_the_grade_and_the_scales_from_the_backlash():
@@ -160,10 +73,7 @@ def test_what_was_set_apart_from_the_gears_stays_unless_the_gears_determine_it_a
     finer = set_apart.with_value("grade", 4.0)
     assert finer.point.stiffness.chi1 == 0.2
     assert finer.point.error == operating_model(finer.gears).error
-
-
-def test_damping_of_gears_is_a_ratio():
-    assert DESIGN.with_value("zeta", 0.08).gears.damping_ratio == 0.08
+    assert DESIGN.with_value("zeta", 0.08).gears.damping_ratio == 0.08  # damping is a ratio
     assert PAIR.with_value("zeta", 0.08).point.zeta == pytest.approx(0.08, rel=1e-12)
 
 
@@ -176,8 +86,11 @@ def test_the_form_has_speed_and_torque_in_place_of_omega_and_q0(first):
     units = {f.name: f.unit for g in (*form.groups, *form.folded) for f in g.fields}
     assert (units["speed"], units["torque"], units["backlash"]) == ("rpm", "N m", "µm")
     assert all(units.values()) and units["x1_dot"] == "Δω₀" and units["theta1"] == "rad" and units["eps1"] == "–"
-    omega = first.with_axis("x", "omega")
-    assert "omega" in field_values(omega)
+    assert "omega" in field_values(first.with_axis("x", "omega"))
+    assert field_values(first).get("grade") == {DESIGN: 6.0, PAIR: None}[first]
+    page = Page(first, first)
+    page.show_view()
+    assert page.messages._values["alike"] == (first is DESIGN)  # the wheels of the pair are not
     plain = parameter_form(FIRST, (), FIRST)
     assert not plain.folded and not any(f.unit for g in plain.groups for f in g.fields)
 
@@ -237,8 +150,7 @@ def test_every_number_of_the_verdict_has_its_unit():
 
 
 def test_the_mesh_force_is_shown_over_time_and_roll_angle():
-    put = {}
-    figure = ForceFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
+    figure = ForceFigure(put := Put())
     trajectory = list(point_motion(DESIGN.point))[-1].trajectory
     units = Units(DESIGN.gears, True)
     figure.show(units.scaled(trajectory), *times(trajectory), units, wheels_of(DESIGN))
@@ -270,33 +182,18 @@ def test_an_axis_of_omega_moves_the_speed():
         PAIR.with_value("omega", 1.0)
 
 
-@pytest.mark.parametrize("view", [DESIGN, PAIR])
-def test_a_page_of_gears_begins_with_contact_around_the_operating_point(view):
-    speed, torque = (view.model.value(name) for name in ("speed", "torque"))
-    assert view.colour == "contact" and FIRST.colour == "motion"
-    assert (view.x.start, view.x.stop) == pytest.approx((0.1 * speed, 2.5 * speed), rel=1e-2)
-    assert (view.y.start, view.y.stop) == pytest.approx((0.1 * torque, 2.5 * torque), rel=1e-2)
-    assert from_query("speed=3000", view).colour == "contact" == from_query(to_query(view), view).colour
-    assert from_query("speed=3000&colour=motion", view).colour == "motion"
-
-
 def test_the_map_of_contact_has_the_classes_of_the_states():
-    from gearchaos.explorer.panels.map import MapFigure
-    from gearchaos.plot import CONTACT_CLASSES
-
-    sent = []
-    figure = MapFigure(lambda model, **values: sent.append((model, values)))
+    figure = MapFigure(put := Put())
     study = Zones(DESIGN.model, replace(DESIGN.x, count=8), replace(DESIGN.y, count=6))
     grid, cells = MapGrid(8, 6), np.arange(24)
     grid.put(study.compute(cells), cells)
     grid.show(cells, 1)
     figure.show(grid.map(study, 1), "contact", Units(None, True))
-    image = next(v["data"]["image"][0] for m, v in sent if m is figure.image)
+    image = put[figure.image.id]["data"]["image"][0]
     known = grid.found["contact"][:24]
     np.testing.assert_array_equal(image.ravel()[:24], known)
     assert set(known) > {0} and (image.ravel()[24:] == 255).all()  # the rest is not computed
-    palette = next(v["palette"] for m, v in sent if m is figure.mapper)
-    assert palette[:4] == [c.colour for c in CONTACT_CLASSES]
+    assert put[figure.mapper.id]["palette"][:4] == [c.colour for c in CONTACT_CLASSES]
     assert [name for _, name in figure.legend.entries] == [CONTACT_CLASSES[i].name for i in sorted(set(known))]
 
 

@@ -3,9 +3,7 @@
 import base64
 import contextvars
 import io
-import re
 import threading
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,21 +18,15 @@ from gearchaos.execute.progress import on_progress
 from gearchaos.explorer.jobs.export import exported
 from gearchaos.explorer.jobs.runup import RunUpResult, _wav, run_up
 from gearchaos.explorer.panels.runup import played, run_up_text
-from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.run import Run
 from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.explorer.web.page import Page
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.sound import write_wav
-from gearchaos.studyfile import load_study
-from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Page as Computed
+from tests.contracts.explorer.test_computations import GEARS as FIRST
+from tests.contracts.explorer.test_computations import RUN as VIEW
 
 pytestmark = pytest.mark.slow
-
-FIRST = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
-VIEW = FIRST.with_run(start=1000.0, stop=2000.0, duration=0.8, way="down", sound=True)
 
 
 @pytest.fixture(scope="module")
@@ -49,37 +41,10 @@ def found():
 
 def test_the_first_run_is_over_the_axis_of_the_speed_or_over_its_slider():
     assert FIRST.run == Run(FIRST.x.start, FIRST.x.stop) and not FIRST.run.sound
-    model = load_study(EXAMPLES / "spur_50_50.toml").model
-    own = view_of(model, gc.Axis("speed", 900.0, 1700.0, 2), gc.Axis("torque", 50.0, 90.0, 2))
-    other = view_of(model, gc.Axis("zeta", 0.01, 0.1, 2), gc.Axis("torque", 50.0, 90.0, 2))
+    torque = gc.Axis("torque", 50.0, 90.0, 2)
+    own = view_of(FIRST.model, gc.Axis("speed", 900.0, 1700.0, 2), torque)
+    other = view_of(FIRST.model, gc.Axis("zeta", 0.01, 0.1, 2), torque)
     assert own.run == Run(900.0, 1700.0) and other.run == FIRST.run
-
-
-@pytest.mark.parametrize("values", [{"start": 512.3}, {"way": "down", "sound": True}, {"duration": 1 / 3}])
-def test_the_address_has_the_run_once_it_is_set(values):
-    view = FIRST.with_run(**values)
-    assert "run=" in to_query(view, FIRST) and "run=" not in to_query(FIRST, FIRST)
-    assert from_query(to_query(view, FIRST), FIRST).run == view.run
-    assert from_query(to_query(FIRST, FIRST), FIRST).run == FIRST.run
-
-
-@pytest.mark.parametrize(("text", "words"), [
-    ("500:6000", "must read"), ("500,10,up", "must read"), ("500:6000,10,up,loud", "must read"),
-    ("500:6000,10,left", "left"), ("6000:500,10,up", "to a higher speed"),
-    ("0:500,10,up", "must lie in"), ("500:6000,0,up", "must lie in"),
-    ("500:6000,nan,up", "finite"), ("500:6000,30.1,up", "must lie in (0, 30]"),
-    ("500:6000,15.1,down", "must lie in (0, 15]"),
-    ("500:1e99,10,up", "must lie in"), ("x:6000,10,up", "number"),
-])
-def test_an_absurd_run_is_refused(text, words):
-    with pytest.raises(InputError, match=re.escape(words)):
-        from_query(f"run={text}&speed=3000", FIRST)
-
-
-def test_a_dimensionless_model_has_no_run():
-    assert presets()["2"].view.run is None and from_query("q0=0.1", FIRST).run is None
-    with pytest.raises(InputError, match="needs gears"):
-        from_query("q0=0.1&run=500:6000,10,up", FIRST)
 
 
 # --- computed ------------------------------------------------------------------------------------------------------
@@ -95,15 +60,14 @@ def test_the_run_is_that_of_runup_and_sounds_like_it(found, tmp_path):
     assert shares == sorted(shares) and all(0 <= share <= 1 for share in shares)
 
 
-def test_progress_goes_up_and_a_run_can_be_stopped():
-    run = Run(3000.0, 6000.0, 15.0, "down")
+def test_progress_goes_up_over_both_ways_and_a_run_can_be_stopped():
     stop = threading.Event()
 
     def stopped():
         cancel_event.set(stop)
-        steps = run_up(FIRST.operating_point, run, "")
+        steps = run_up(FIRST.operating_point, Run(3000.0, 6000.0, 15.0, "down"), "")
         shares = [next(steps)]
-        while len(shares) < 40 and shares[-1] < 0.05:
+        while len(shares) < 40 and shares[-1] < 0.01:
             shares.append(next(steps))
         stop.set()
         with pytest.raises(StoppedError):
@@ -111,22 +75,19 @@ def test_progress_goes_up_and_a_run_can_be_stopped():
         return shares
 
     shares = contextvars.copy_context().run(stopped)
-    assert shares[-1] >= 0.05 and shares == sorted(shares) and shares[-1] < 0.5  # two runs
-
-
-def test_the_whole_way_is_the_run_up_and_its_run_down():
+    assert shares[-1] >= 0.01 and shares == sorted(shares) and shares[-1] < 0.5
     done = []
 
     def run():
         on_progress.set(done.append)
-        gc.RunUp(VIEW.operating_point, "speed=1000:2000", 0.8, down=True).run(progress=True)
+        gc.RunUp(FIRST.operating_point, "speed=1000:1100", 0.2, down=True).run(progress=True)
 
     contextvars.copy_context().run(run)
     assert done == sorted(done) and done[-1] == 1 and len(done) >= 2
 
 
 def test_without_sound_there_is_none():
-    *_, last = run_up(VIEW.operating_point, replace(VIEW.run, sound=False, way="up"), "")
+    *_, last = run_up(FIRST.operating_point, Run(1000.0, 1100.0, 0.2), "")
     assert last.sound == b"" and "signal_force" not in last.dataset and last.dataset.sizes["direction"] == 1
 
 
@@ -135,94 +96,10 @@ def test_what_the_gears_do_not_allow_is_refused_in_words():
         next(run_up(FIRST.operating_point, Run(100.0, 7000.0, 1.0), ""))
 
 
-@pytest.fixture
-def page():
-    """A page that asks for its run-up."""
-    one = Computed(VIEW)
-    one.computations.ask_run_up()
-    return one
-
-
-def test_play_computes_the_run_and_shows_how_far_it_is(page):
-    job = page.branches.jobs["run-up"]
-    assert job.function.args == (VIEW.operating_point, VIEW.run, "")
-    job.show(0.42)
-    assert "run-up 42 %" in page.display.shown["show_busy"][-1][0]
-    result = RunUpResult(VIEW, b"")
-    job.show(result)
-    job.end(None)
-    assert page.display.shown["show_run_up"] == [(result,)] and "clear_run_up" not in page.display.shown
-    page.computations.ask_run_up()  # it is there
-    assert page.branches.asked == ["run-up"]
-
-
-def test_a_second_press_cancels_it_and_a_third_asks_anew(page):
-    page.computations.ask_run_up()
-    assert page.branches.jobs == {} and len(page.display.shown["clear_run_up"]) == 1
-    page.computations.ask_run_up()
-    assert "run-up" in page.branches.jobs
-
-
-def test_a_refusal_is_a_message_and_ends_the_wait(page):
-    page.branches.jobs["run-up"].end("duration must be longer")
-    assert page.display.shown["show_message"][-1] == ("run-up: duration must be longer",)
-    assert len(page.display.shown["clear_run_up"]) == 1
-    one = Computed(presets()["2"].view)
-    one.computations.ask_run_up()
-    assert one.branches.asked == [] and "menu of presets" in one.display.shown["show_message"][-1][0]
-    assert len(one.display.shown["clear_run_up"]) == 1
-
-
-@pytest.mark.parametrize(("change", "goes"), [
-    (lambda view: view.with_value("torque", 120.0), True), (lambda view: view.with_value("zeta", 0.08), True),
-    (lambda view: view.with_run(stop=2100.0), True), (lambda view: view.with_axis("x", "zeta"), True),
-    (lambda view: presets()["2"].view, True), (lambda view: view.with_value("speed", 2000.0), False),
-    (lambda view: view.zoomed((900.0, 1500.0), (50.0, 150.0)), False), (lambda view: view.with_other_units(), False),
-    (lambda view: view.with_run(sound=False), False),
-])
-def test_a_run_goes_with_what_it_depends_on(page, change, goes):
-    page.branches.jobs["run-up"].show(RunUpResult(VIEW, b""))
-    page.move(change(VIEW))
-    assert (page.computations.run_up is None) == goes and ("clear_run_up" in page.display.shown) == goes
-
-
-def test_a_run_without_sound_goes_when_sound_is_asked_for():
-    silent = VIEW.with_run(sound=False)
-    page = Computed(silent)
-    page.computations.ask_run_up()
-    page.branches.jobs["run-up"].show(RunUpResult(silent, b""))
-    page.move(VIEW)
-    assert page.computations.run_up is None
-
-
-def test_a_run_with_its_sound_stays_when_this_is_switched_off_and_on():
-    page = Computed(VIEW)
-    page.computations.ask_run_up()
-    page.branches.jobs["run-up"].show(RunUpResult(VIEW, b"RIFF"))
-    for view in (VIEW.with_run(sound=False), VIEW):
-        page.move(view)
-    assert page.computations.run_up is not None and "clear_run_up" not in page.display.shown
-
-
 def test_a_force_that_does_not_vary_is_shown_without_sound():
     dims = ("direction", "instant")
     constant = xr.Dataset({"signal_time": (dims, [[0.0, 0.5, 1.0]]), "signal_force": (dims, [[1.0, 1.0, 1.0]])})
     assert _wav(constant) == b""
-
-
-@pytest.mark.parametrize("late", [lambda job: job.show(RunUpResult(VIEW, b"")), lambda job: job.end(None)])
-def test_what_comes_from_a_stopped_run_does_not_touch_the_one_begun_after_it(late):
-    page = Computed(VIEW)
-    page.computations.ask_run_up()
-    stopped = page.branches.jobs["run-up"]
-    page.computations.ask_run_up()
-    page.computations.ask_run_up()
-    cleared = len(page.display.shown["clear_run_up"])
-    late(stopped)
-    assert page.computations.run_up is None and "show_run_up" not in page.display.shown
-    assert len(page.display.shown["clear_run_up"]) == cleared
-    page.computations.ask_run_up()  # stops the second, which is still being computed
-    assert len(page.display.shown["clear_run_up"]) == cleared + 1
 
 
 # --- sent and saved ------------------------------------------------------------------------------------------------
@@ -239,6 +116,7 @@ def sent(found, view):
 def test_the_browser_gets_lines_in_the_order_of_time_images_and_sound(found):
     _, last = found
     run, ds = sent(last, VIEW), last.dataset
+    assert sent(last, VIEW.with_axis("x", "zeta"))["axis"] == ""  # the speed is not on the map: nothing is marked there
     (up, up_factor), (down, down_factor) = run["lines"]
     assert up == ds["speed"].values.tolist() and down == up[::-1]
     assert up_factor == ds["dynamic_factor"].sel(direction="up").values.tolist()
@@ -280,23 +158,17 @@ def test_jumps_are_dots_in_the_order_of_time_and_in_words(found):
     assert "mesh damping in contact alone" in text.sentences  # stands beside every dynamic factor
 
 
-def test_without_the_speed_on_the_map_nothing_is_marked_there(found):
-    _, last = found
-    assert sent(last, VIEW.with_axis("x", "zeta"))["axis"] == ""
-    assert sent(last, VIEW.with_axis("x", "torque"))["axis"] == "y"
-
-
-def test_the_longest_run_that_can_be_asked_for_is_a_few_megabytes():
-    speeds, orders = np.linspace(500.0, 6000.0, 400), np.arange(5000.0)
-    names = {"dynamic_factor": ("direction", "speed"), "order_force": ("direction", "speed", "order")}
-    ds = gc.runup(VIEW.operating_point.with_values({"speed": 1000.0}), "speed=1000:2000", 0.8, down=True)
+def test_the_longest_run_that_can_be_asked_for_is_a_few_megabytes(found):
     sizes = {"direction": 2, "speed": 400, "order": 5000}
-    large = ds.drop_vars([*names, "mesh_force_peak", "contact", "z_peak_to_peak"]).drop_dims(["speed", "order"])
-    large = large.assign_coords(speed=("speed", speeds, ds["speed"].attrs), order=("order", orders, ds["order"].attrs))
+    names = {"dynamic_factor": ("direction", "speed"), "order_force": ("direction", "speed", "order")}
+    ds, page = found[1].dataset, Page(FIRST, VIEW)
+    axes = {n: (n, values, ds[n].attrs) for n, values in (
+        ("speed", np.linspace(500.0, 6000.0, 400)), ("order", np.arange(5000.0)))}
+    large = ds.drop_vars([n for n, v in ds.variables.items() if {"speed", "order"} & {*v.dims}]).assign_coords(axes)
     large = large.assign({n: (over, np.ones([sizes[d] for d in over], np.float32), ds[n].attrs)
                           for n, over in names.items()})
     run = played(RunUpResult(large, bytes(44 + 2 * 44_100 * 30)), large, VIEW, "dynamic_factor",
-                 Page(FIRST, VIEW).waterfall.show(large, Page(FIRST, VIEW).units(VIEW)), {})
+                 page.waterfall.show(large, page.units(VIEW)), {})
     total = len(run["sound"]) + sum(each["image"][0].nbytes for each in run["images"])
     assert 3.5e6 < total < 4.5e6
 

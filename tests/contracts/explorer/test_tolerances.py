@@ -1,7 +1,7 @@
 """What tolerances do at the point of the explorer, without a browser: numbers, inputs, words, cloud, when it goes."""
 
 from dataclasses import replace
-from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -11,33 +11,30 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasheet.scatter import answer, scatter_document
 from gearchaos.errors import InputError
+from gearchaos.explorer.jobs import tolerances as jobs
 from gearchaos.explorer.jobs.tolerances import assumed, tolerances
-from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text, most_followed
-from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.explorer.web.page import Page
-from gearchaos.explorer.web.session import Session
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Page as Computed
-from tests.contracts.explorer.test_computations import Worker
+from tests.contracts.explorer.test_computations import GEARS as FIRST
+from tests.contracts.explorer.test_computations import TRAIN, Put, session
+from tests.contracts.explorer.test_computations import VIEW as PAPER
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 DESIGN = load_design(SPUR)
-FIRST = view_of(load_study(SPUR).model)
 VIEW = FIRST.moved(3000.0, 100.0)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
-TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
-PAPER = presets()["2"].view
 ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "backlash=0.084:0.156 mm")
 
 
-def computed(view):
+def computed(view, designs=512):
     """What tolerances do at the point of a view."""
-    *shares, last = tolerances(view)
+    with patch.object(jobs, "_DESIGNS", designs):
+        *shares, last = tolerances(view)
     assert all(0 <= share <= 1 for share in shares)
     return last
 
@@ -51,7 +48,7 @@ def found():
 def with_lists():
     """That of a pair whose study file has inputs of its own, of which the grade decides."""
     return computed(replace(VIEW, vary=("stiffness=ISO 6336-1,potential energy", "quality.grade=3,9",
-                                        "damping_ratio=0.04:0.07")))
+                                        "damping_ratio=0.04:0.07")), 64)
 
 
 # --- numbers and inputs --------------------------------------------------------------------------------------------
@@ -71,27 +68,21 @@ def test_the_gears_as_they_are_have_the_motion_of_the_point(found):
     assert found.values == (None, None, pytest.approx(0.05), pytest.approx(0.12))  # no deviations; ζ; mm
 
 
-@pytest.mark.parametrize(("change", "expected"), [
-    ({}, ASSUMED), ({"transmission_error": "from quality (typical)"}, ASSUMED[1:]),
-    ({"transmission_error": "none"}, ASSUMED[1:]),
-    ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6, "deviations": [0.4, 0]}}, ASSUMED[1:]),
-    ({"backlash": {"value": "10 arcmin", "of": "angle of wheel 1"}}, (*ASSUMED[:2], "backlash=0.002036:0.003782")),
-    ({"backlash": {"tooth_thickness_allowances": ["-60 um", "-80 um"]}}, ASSUMED[:2]),
-])
-def test_inputs_are_assumed_that_the_design_gives_and_scatter_takes(change, expected):
-    design = replace(DESIGN, **change)
-    assert assumed(design) == expected
-    gc.Scatter(design.at(speed=3000), expected, "speed=3000:3000:1", [100], samples=32)
-
-
-def test_a_pair_varies_its_damping_and_backlash():
-    assert assumed(PAIR.gears) == ("k=371:689 N*s/m", "backlash=0.084:0.156 mm")
-    gc.Scatter(PAIR.operating_point, assumed(PAIR.gears), "speed=3000:3000:1", samples=32)
-
-
-def test_inputs_follow_the_page():
-    changed = VIEW.with_value("zeta", 0.1).with_value("backlash", 200.0)
-    assert assumed(changed.gears)[1:] == ("damping_ratio=0.07:0.13", "backlash=0.14:0.26 mm")
+@pytest.mark.parametrize(("gears", "expected"), [
+    (DESIGN, ASSUMED), (replace(DESIGN, transmission_error="from quality (typical)"), ASSUMED[1:]),
+    (replace(DESIGN, transmission_error="none"), ASSUMED[1:]),
+    (replace(DESIGN, quality={"standard": "ISO 1328-1:1995", "grade": 6, "deviations": [0.4, 0]}), ASSUMED[1:]),
+    (replace(DESIGN, backlash={"value": "10 arcmin", "of": "angle of wheel 1"}),
+     (*ASSUMED[:2], "backlash=0.002036:0.003782")),
+    (replace(DESIGN, backlash={"tooth_thickness_allowances": ["-60 um", "-80 um"]}), ASSUMED[:2]),
+    (PAIR.gears, ("k=371:689 N*s/m", "backlash=0.084:0.156 mm")),
+    (VIEW.with_value("zeta", 0.1).with_value("backlash", 200.0).gears,  # inputs follow the page
+     (ASSUMED[0], "damping_ratio=0.07:0.13", "backlash=0.14:0.26 mm")),
+], ids=range(8))
+def test_inputs_are_assumed_that_the_gears_give_and_scatter_takes(gears, expected):
+    assert assumed(gears) == expected
+    at_point = gears.at(speed=3000) if gears is not PAIR.gears else PAIR.operating_point
+    gc.Scatter(at_point, expected, "speed=3000:3000:1", [100], samples=32)
 
 
 @pytest.mark.parametrize(("change", "name"), [
@@ -119,70 +110,11 @@ speed = "speed=1500:5500:3"
     assert from_query("?kind=single", view).vary == ()
 
 
-# --- what a page asks for ------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def page():
-    """A page that asks what tolerances do."""
-    one = Computed(VIEW)
-    one.computations.ask_tolerances()
-    return one
-
-
-def test_it_says_how_far_it_is_and_shows_what_is_found(page, found):
-    job, shown = page.branches.jobs["tolerances"], page.display.shown
-    assert job.function.args == (VIEW,) and shown["show_tolerances"] == [(None,)]
-    job.show(0.42)
-    assert "tolerances 42 %" in shown["show_busy"][-1][0]
-    job.show(found)
-    job.end(None)
-    assert shown["show_tolerances"][-1] == (found,) and "clear_tolerances" not in shown
-    assert page.computations.cloud is found
-
-
-def test_a_second_press_cancels_it_and_a_third_asks_anew(page):
-    page.computations.ask_tolerances()
-    assert page.branches.jobs == {} and len(page.display.shown["clear_tolerances"]) == 1
-    page.computations.ask_tolerances()
-    assert "tolerances" in page.branches.jobs and page.display.shown["show_tolerances"] == [(None,)] * 2
-
-
-def test_a_refusal_is_a_message_and_ends_the_wait(page):
-    page.branches.jobs["tolerances"].end("torque must be positive")
-    assert page.display.shown["show_message"][-1] == ("tolerances: torque must be positive",)
-    assert len(page.display.shown["clear_tolerances"]) == 1
-
-
-@pytest.mark.parametrize("complete", [False, True])
-@pytest.mark.parametrize(("change", "goes"), [
-    (lambda view: view.moved(3000.0, 110.0), True), (lambda view: view.with_value("speed", 3100.0), True),
-    (lambda view: view.with_value("zeta", 0.08), True), (lambda view: PAPER, True),
-    (lambda view: view.with_other_units(), False), (lambda view: view.zoomed((2000.0, 4000.0), (50.0, 150.0)), False),
-])
-def test_it_goes_with_another_point_or_other_gears(page, found, complete, change, goes):
-    if complete:
-        page.branches.jobs["tolerances"].show(found)
-        page.branches.jobs["tolerances"].end(None)
-    page.move(change(VIEW))
-    assert ("clear_tolerances" in page.display.shown) == goes
-    assert (page.computations.cloud is found) == (complete and not goes)
-    assert ("tolerances" in page.branches.jobs) == (not goes)
-
-
-@pytest.mark.parametrize("view", [PAPER, TRAIN])
-def test_a_train_and_a_dimensionless_model_have_none(view):
-    one = Computed(view)
-    one.computations.ask_tolerances()
-    assert one.branches.asked == [] and "pair of gears" in one.display.shown["show_message"][-1][0]
-    assert "cloud" not in Page(view, view).roots()
-
-
-def test_pairs_have_the_figure_and_the_button_asks():
-    assert all("cloud" in Page(view, view).roots() for view in (VIEW, PAIR))
-    workers = Workers(*(Worker() for _ in range(4)))
-    document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
-    Session(VIEW, workers, document, FIRST).page.messages.act("press", "tolerances")
+def test_pairs_have_the_figure_and_a_button_that_asks():
+    for view, has in ((VIEW, True), (PAIR, True), (PAPER, False), (TRAIN, False)):
+        assert ("cloud" in Page(view, view).roots()) == has
+    opened, workers = session(VIEW, FIRST)
+    opened.page.messages.act("press", "tolerances")
     assert workers.branches.asked == ["tolerances"]
 
 
@@ -212,8 +144,7 @@ def test_words_say_whose_inputs_they_are(with_lists):
 
 def drawn(found):
     """What is set of the designs, the gears as they are, their level, and the axes."""
-    put = {}
-    figure = CloudFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
+    figure = CloudFigure(put := Put())
     figure.show(found)
     parts = (figure.designs, figure.own, figure.level, figure.figure.xaxis[0], figure.figure.x_range)
     return [put[part.id] for part in parts]
@@ -234,7 +165,7 @@ def test_each_design_is_a_point_in_the_colour_of_its_contact(found):
 
 @pytest.mark.slow
 def test_the_gears_as_they_are_are_marked_at_their_value():
-    one = computed(replace(VIEW.moved(700.0, 100.0), vary=("damping_ratio=0.03:0.1",)))
+    one = computed(replace(VIEW.moved(700.0, 100.0), vary=("damping_ratio=0.03:0.1",)), 64)
     _, own, _, axis, _ = drawn(one)
     assert own["data"] == {"x": [pytest.approx(0.05)], "y": [one.factor]} and axis["axis_label"] == "damping_ratio"
 

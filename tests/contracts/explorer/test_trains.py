@@ -15,11 +15,11 @@ from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import verdict_text, wheels_of
 from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import axis_names
-from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
 from gearchaos.explorer.web.page import Page, field_values, parameter_form, plane_menus
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
+from tests.contracts.explorer.test_computations import Put
 
 
 def opened(name):
@@ -49,39 +49,10 @@ def test_a_train_opens_over_its_speed_and_a_torque(name, axes, cells):
     assert all(field.low < field_values(view)[field.name] < field.high for field in fields) and not form.menus
 
 
-CHANGES = {
-    "none": lambda view: view,
-    "point": lambda view: view.moved(4000.0, 12.0),
-    "load": lambda view: view.moved(4000.0, 12.0).with_axis("y", "idler_pump.backlash"),
-    "part": lambda view: view.with_value("idler.inertia", 5e-4),
-    "mesh": lambda view: replace(view, mesh="idler/pump", colour="dynamic_factor", line="y"),
-}
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_address_study_file_and_script_give_the_point_of_a_train(change, tmp_path):
-    view, path, names = CHANGES[change](IDLER), tmp_path / "train.toml", {}
-    again = from_query(to_query(view, IDLER), IDLER)
-    assert again.point == view.point and to_query(again, IDLER) == to_query(view, IDLER)
-    assert replace(again, model=view.model) == view
-    path.write_text(as_toml(view), encoding="utf-8")
-    assert load_study(path).model.parameters() == view.point.parameters()
-    exec(as_python(view).partition("verdict = ")[0], names)
-    assert names["model"].parameters() == view.point.parameters()
-
-
-@pytest.mark.parametrize(("query", "field"), [
-    ("kind=full", "kind"), ("omega=1", "parameter"), ("mesh=third", "mesh"), ("speed=0", "speed"),
-    ("motor.torque=30", "body pump: torque"), ("idler.inertia=-1", "body idler: inertia"),
-    ("x=motor.torque=1:2&y=speed=1000:2000", "motor.torque"),
-])
-def test_what_a_train_does_not_have_is_refused_in_words(query, field):
-    with pytest.raises(InputError) as caught:
-        from_query(query, IDLER)
-    assert caught.value.field.startswith(field), caught.value
-    for change in (lambda view: view.with_kind("full"), lambda view: view.with_stiffness("steps")):
-        with pytest.raises(InputError, match="must be a single pair"):
-            change(IDLER)
+@pytest.mark.parametrize("change", [lambda view: view.with_kind("full"), lambda view: view.with_stiffness("steps")])
+def test_what_only_a_pair_has_is_refused_in_words(change):
+    with pytest.raises(InputError, match="must be a single pair"):
+        change(IDLER)
 
 
 def test_the_menu_of_meshes_changes_the_colours_of_the_map_to_those_of_a_mesh():
@@ -89,9 +60,8 @@ def test_the_menu_of_meshes_changes_the_colours_of_the_map_to_those_of_a_mesh():
     study, grid, cells = Zones(IDLER.model, x, y), MapGrid(4, 3), np.arange(12)
     grid.put(study.compute(cells), cells)
     grid.show(cells, 1)
-    found, put = grid.map(study, 1), {}
-    figure = MapFigure(lambda model, **attributes: put.setdefault(model.id, {}).update(attributes))
-    colours = {}
+    found, colours = grid.map(study, 1), {}
+    figure = MapFigure(put := Put())
     for mesh in ("", *IDLER.model.mesh_names):
         expected = of_mesh(found.dataset, mesh) if mesh else found.dataset
         for colour in ("contact", "dynamic_factor", "contact_fraction"):

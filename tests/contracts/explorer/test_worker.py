@@ -19,6 +19,7 @@ from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
 
 START = presets()["2"].view
+MODEL = gc.MeshModel.of(omega=1.0, eps1=0.05)
 
 
 class Recorder:
@@ -42,8 +43,8 @@ class Recorder:
         self.message = message
         self.over.set()
 
-    def job(self, delay=0.0):
-        return Job(self.work, self.shown.append, self.end, delay)
+    def job(self):
+        return Job(self.work, self.shown.append, self.end)
 
 
 def test_a_job_is_shown_step_by_step_and_ends():
@@ -52,38 +53,26 @@ def test_a_job_is_shown_step_by_step_and_ends():
     assert one.over.wait(10) and one.shown == [0, 1, 2] and one.message is None
 
 
-def test_the_newest_request_of_a_task_wins_and_the_older_is_left_between_steps():
+def test_the_newest_request_of_a_task_wins_and_the_older_and_those_of_a_closed_page_are_left_between_steps():
     worker, gate = Worker("test"), threading.Event()
-    old, new = Recorder(1000, gate), Recorder(2)
+    old, gone, new = Recorder(1000, gate), Recorder(1000, gate), Recorder(2)
     worker.submit("a", "map", old.job())
+    worker.submit("b", "map", gone.job())
     worker.submit("a", "map", new.job())
+    worker.cancel("b")
     gate.set()
     assert new.over.wait(10) and new.shown == [0, 1]
-    assert old.taken <= 1 and old.shown == [] and not old.over.is_set()
+    assert old.taken <= 1 and gone.taken <= 1 and old.shown == gone.shown == [] and not old.over.is_set()
 
 
 def test_sessions_take_turns():
     worker, gate, order = Worker("test"), threading.Event(), []
-    jobs = {}
-    for name in ("a", "b"):
-        jobs[name] = Recorder(4, gate)
-        job = jobs[name].job()
-        job.show = lambda _, name=name: order.append(name)
-        worker.submit(name, "map", job)
+    jobs = {name: Recorder(4, gate) for name in "ab"}
+    for name, one in jobs.items():
+        worker.submit(name, "map", Job(one.work, lambda _, name=name: order.append(name), one.end))
     gate.set()
     assert all(j.over.wait(10) for j in jobs.values())
     assert max(len(run) for run in "".join(order).replace("ab", "-").split("-")) <= 1
-
-
-def test_a_page_that_was_closed_is_forgotten():
-    worker, gate = Worker("test"), threading.Event()
-    gone, other = Recorder(1000, gate), Recorder(1)
-    worker.submit("a", "map", gone.job())
-    worker.submit("b", "map", other.job())
-    worker.cancel("a")
-    gate.set()
-    assert other.over.wait(10)
-    assert gone.taken <= 1 and gone.shown == []
 
 
 @pytest.mark.parametrize(("error", "message"), [
@@ -94,6 +83,7 @@ def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message
     worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
     worker.submit("a", "map", bad.job())
     assert bad.over.wait(10) and message in bad.message and "secret" not in bad.message
+    worker.submit("a", "other motions", Job(Recorder().work, lambda _: 1 / 0, lambda _: None))  # a page that fails
     worker.submit("a", "map", good.job())
     assert good.over.wait(10) and good.message is None
 
@@ -116,13 +106,6 @@ def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_no
     assert last.over.wait(10) and closed == ["test"]
 
 
-def test_a_page_that_fails_does_not_end_the_thread(caplog):
-    worker, good = Worker("test"), Recorder(1)
-    worker.submit("a", "map", Job(Recorder().work, lambda _: 1 / 0, lambda _: None))
-    worker.submit("b", "map", good.job())
-    assert good.over.wait(10)
-
-
 # --- a process of its own ------------------------------------------------------------------------------------------
 
 
@@ -135,15 +118,13 @@ def place():
 
 @pytest.mark.slow
 def test_another_process_finds_the_same(place):
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    here, there = list(point_motion(model)), list(place.run(partial(point_motion, model)))
+    here, there = list(point_motion(MODEL)), list(place.run(partial(point_motion, MODEL)))
     assert [d.verdict for d in here] == [d.verdict for d in there] and len(here) == len(there)
     assert here[1].trajectory.identical(there[1].trajectory)
 
 
 def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
-    first, second = place.run(partial(point_motion, model)), place.run(partial(point_motion, model))
+    first, second = (place.run(partial(point_motion, MODEL)) for _ in range(2))
     assert next(first).trajectory is None and next(second).trajectory is None
     first.close()
     assert next(first, None) is None and next(second).trajectory is not None
@@ -159,13 +140,10 @@ def test_a_step_under_way_there_is_left_at_once(place):
             pass
     assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
     work.close()
-
-
-def test_a_work_left_before_it_begins_does_nothing_there(place):
-    work = place.run(partial(maps.successive_maps, START))
-    work.cancel()
-    with pytest.raises(StoppedError):
-        next(work)
+    unborn = place.run(partial(maps.successive_maps, START))
+    unborn.cancel()
+    with pytest.raises(StoppedError):  # left before it begins, it does nothing
+        next(unborn)
 
 
 def test_what_is_wrong_there_is_told_here(place):
@@ -193,10 +171,9 @@ def test_the_page_says_that_kernels_are_compiled_first():
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
-    model = gc.MeshModel.of(omega=1.0, eps1=0.05)
     worker.submit("a", "map", Job(partial(maps.successive_maps, START), lambda _: place._process.kill(), hurt.end))
     assert hurt.over.wait(60) and "went wrong" in hurt.message
-    worker.submit("a", "motion", Job(partial(point_motion, model), well.shown.append, well.end))
+    worker.submit("a", "motion", Job(partial(point_motion, MODEL), well.shown.append, well.end))
     assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"
     worker.stop()
     place._process.wait(10)
@@ -223,11 +200,14 @@ input()
 def test_a_process_on_demand_starts_with_its_first_step():
     place = WorkerProcess(low_priority=True, on_demand=True)
     assert place._process is None
-    work = place.run(partial(point_motion, gc.MeshModel.of(omega=1.0, eps1=0.05)))
+    work = place.run(partial(point_motion, MODEL))
     next(work)
     assert place._process is not None
     place.end()
     assert place._process.poll() is not None
+    never = WorkerProcess(on_demand=True)
+    Worker("curves", never).stop()
+    assert never._process is None
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the threads of a process have the same priority")
@@ -235,10 +215,3 @@ def test_the_first_step_of_an_urgent_job_alone_has_full_priority(place):
     niceness = partial(eval, "(__import__('os').nice(0) for _ in range(3))")
     for urgent, expected in ((False, [15, 15, 15]), (True, [0, 15, 15]), (False, [15, 15, 15])):
         assert list(place.run(niceness, urgent=urgent)) == expected
-
-
-@pytest.mark.slow
-def test_a_process_on_demand_that_was_never_asked_ends_too():
-    place = WorkerProcess(on_demand=True)
-    Worker("curves", place).stop()
-    assert place._process is None
