@@ -6,6 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from hashlib import sha256
 from importlib import import_module
@@ -22,16 +23,20 @@ from tests.mutation.trial import PLAIN, Outcome, attempt, in_process
 
 SOURCES = ROOT / "src" / "gearchaos"
 FIRST_TESTS = {
-    "quantities": ("quantities", "model"), "validation.py": ("limits", "model"),
-    "model": ("model", "waveforms", "switched", "coordinates"),
-    "gears": ("gearpair", "plot_units"), "dynamics": ("verdict", "reading", "spectrum", "motion"),
-    "studies": ("refine", "sweeps", "catalogue", "boundary", "coordinates", "records", "limits", "studies"),
-    "store": ("objects", "store_layout", "stores", "store_damage", "engines"),
+    "quantities": ("model/test_quantities", "model/test_model"),
+    "validation.py": ("cli/test_limits", "model/test_model"),
+    "model": ("model/test_model", "test_waveforms", "test_switched", "test_coordinates"),
+    "gears": ("gears/test_pair", "plot/test_units"),
+    "dynamics": ("test_verdict", "test_reading", "test_spectrum", "test_motion"),
+    "studies": ("test_refine", "test_sweeps", "test_catalogue", "test_boundary", "studies/test_records",
+                "cli/test_limits", "studies/test_studies"),
+    "store": ("contracts/store/",),
 }
 """The mutated packages, each with the test files that are run first because they kill most of its mutants."""
 
-_EXCLUDED = ("app", "explorer", "paper", "cache", "docs", "fuzz", "full_disk", "exports", "doctests", "dependencies")
-"""Test files whose names begin so are not used: they are too slow, or test other packages."""
+_EXCLUDED = ("explorer", "test_paper", "test_cache", "test_docs", "test_fuzz", "test_full_disk", "test_exports.py",
+             "test_doctests", "test_dependencies")
+"""Test files whose paths have this in them are not used: they are too slow, or test other packages."""
 
 _PRELOADED = (
     "numba", "scipy.stats", "scipy.signal", "scipy.ndimage", "xarray", "zarr", "h5netcdf", "matplotlib.pyplot", "pint",
@@ -82,14 +87,15 @@ def _known(record: Path, again: bool) -> dict[str, dict[str, Any]]:
 
 def _measured(out: Path) -> CoverageMap:
     """Which tests execute which lines, measured again for a test file if it or any source has changed."""
-    found, sources = CoverageMap(), b"".join(f.read_bytes() for f in sorted(SOURCES.rglob("*.py")))
-    for tests in sorted((ROOT / "tests").rglob("test_*.py")):
-        path = out / f"{tests.stem}-{sha256(sources + tests.read_bytes()).hexdigest()[:16]}.json"
-        if tests.stem[5:].startswith(_EXCLUDED):
-            continue
-        if not path.is_file():
-            typer.echo(f"measuring which lines {tests.name} runs")
-            in_process(partial(_measure, tests, path))
+    sources = b"".join(f.read_bytes() for f in sorted(SOURCES.rglob("*.py")))
+    paths = {tests: out / f"{tests.stem}-{sha256(sources + tests.read_bytes()).hexdigest()[:16]}.json"
+             for tests in sorted((ROOT / "tests").rglob("test_*.py")) if not any(e in str(tests) for e in _EXCLUDED)}
+    missing = [each for each in paths.items() if not each[1].is_file()]
+    typer.echo(f"measuring which lines {len(missing)} test files run")
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(lambda each: in_process(partial(_measure, *each)), missing))
+    found = CoverageMap()
+    for path in paths.values():
         found.add(CoverageMap.read(path))
     return found
 
@@ -128,7 +134,7 @@ def _tested(mutant: Mutant, coverage_map: CoverageMap, out: Path, seconds: float
 def _first_and_others(mutant: Mutant, coverage_map: CoverageMap) -> tuple[list[str], list[str]]:
     """The tests that execute the line of a mutant: those of `FIRST_TESTS`, and the others."""
     tests, own = coverage_map.tests(mutant.path, mutant.line), FIRST_TESTS[mutant.path.relative_to(SOURCES).parts[0]]
-    first = [t for t in tests if Path(t.split("::")[0]).stem[5:] in own]
+    first = [t for t in tests if any(name in t for name in own)]
     return first, [t for t in tests if t not in first]
 
 
