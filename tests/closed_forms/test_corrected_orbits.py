@@ -24,6 +24,8 @@ MODELS = {
     "d4": gc.MeshModel.of(kind="full", kappa=0.5, omega=1.2, q0=0.1, eps1=0.05),
     "d7": gc.MeshModel.of(kind="full", beta1=0.02, kappa1=0.4, omega=1.2, q0=0.1, eps1=0.05),
 }
+NAMES = pytest.mark.parametrize("name", [
+    "d2", "contact", "d4", pytest.param("d7", marks=pytest.mark.exhaustive)])  # a kernel that no other test needs
 AXIS = (0.7, 2.3)
 SPANS = (2.3, 0.25)
 KINDS = {"d2": {"flip", "graze"}, "contact": {"flip", "graze"}, "d4": {"fold"}, "d7": {"fold"}}
@@ -50,7 +52,7 @@ def check_same(quick: Point, slow: Point, weights: np.ndarray) -> None:
     assert np.sum(weights * quick.tangent * slow.tangent) == pytest.approx(1.0, abs=1e-7)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@NAMES
 def test_orbits_of_branches_are_those_of_python(name):
     for branch in branches(name):
         equations = CycleEquations(branch.family, branch.period, 0.7)
@@ -71,7 +73,7 @@ def test_orbits_of_branches_are_those_of_python(name):
             np.testing.assert_allclose(quick.data.switches, slow.data.switches, atol=1e-7)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@NAMES
 def test_events_along_two_parameters_are_those_of_python(name):
     both = ParameterFamily(MODELS[name], ("omega", "eps1"))
     kinds = set()

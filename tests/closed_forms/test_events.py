@@ -212,6 +212,7 @@ HIDDEN_START = {
     "y2": -0.03999085659358606, "y2_dot": 0.037150380199150256}
 
 
+@pytest.mark.exhaustive  # the kernel that corrects orbits of five coordinates is that of no other test
 def test_a_bifurcation_next_to_a_neutral_saddle_is_found():
     ds = gc.branch(gc.MeshModel.of(**HIDDEN), "q0=-0.3:0.4", period=1, start=HIDDEN_START)
     for kind, value in (("neimark-sacker", -0.0191027271), ("neutral-saddle", -0.0190924917)):

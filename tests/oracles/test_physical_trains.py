@@ -15,9 +15,9 @@ from gearchaos.studies.initial_value_problems import initial_value_problems
 from tests.oracles.physical_trains import Contacts, Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
-QUICK = [("chain", 1), ("chain", 3), ("branched", 0), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0),
-         ("driven", 1), ("driven", 3), ("pairs", 0), ("star", 1), ("planetary", 3)]
-"""Shapes and seeds whose states have 4, 5, 7 or 9 dimensions, since each dimension is compiled for itself."""
+QUICK = [("chain", 3), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0), ("driven", 1), ("driven", 3),
+         ("pairs", 0), ("star", 1)]
+"""Shapes and seeds whose states have 4 or 9 dimensions, since each dimension is compiled for itself."""
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), [
-    ("chain", 1), ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1), ("planetary", 3)])
+    ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1)])
 def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed):
     rng = np.random.default_rng([seed, SHAPES.index(shape)])
     train = random_train(shape, rng)

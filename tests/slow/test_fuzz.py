@@ -14,7 +14,7 @@ from tests.slow.fuzzing import cases
 from tests.slow.fuzzing.runner import CommandResult, CommandRunner
 
 SEED = int(os.environ.get("GEARCHAOS_SEED", "0"))
-FEW = {"command_line": 60, "operating_point": 8, "study_file": 30, "store": 25}
+FEW = {"command_line": 30, "operating_point": 5, "study_file": 15, "store": 12}
 MANY = {"command_line": 800, "operating_point": 500, "study_file": 500, "store": 400}
 """How many cases of each kind are tried, in every run of the tests and in ``make slow``."""
 
