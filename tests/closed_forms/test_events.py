@@ -249,6 +249,7 @@ def test_events_of_small_test_functions_are_located_as_well():
     assert found.u[-1] == pytest.approx(root, rel=1e-13)
 
 
+@pytest.mark.exhaustive  # that of seven coordinates, too
 def test_a_neimark_sacker_point_at_a_high_frequency_has_multipliers_of_modulus_one():
     model = gc.MeshModel.of(
         kind="full", beta1=1e-4, beta2=2e-4, zeta=1e-3, zeta_support=5e-4, omega=12.0, q0=1.0, eps1=1e-3, c1=0.45,
