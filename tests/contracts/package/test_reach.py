@@ -8,7 +8,7 @@ from tests.reach import distances
 @pytest.mark.parametrize(("changed", "near", "far", "apart"), [
     ("src/gearchaos/gears/units.py", "gears/test_units", "studies/test_assess", "store/test_objects"),
     ("src/gearchaos/studies/assess.py", "studies/test_assess", "cli/test_gear", "gears/test_units"),  # as gc.assess
-    ("src/gearchaos/explorer/web/templates/page.html", "explorer/test_runup", "cli/test_cli", "store/test_layout"),
+    ("src/gearchaos/explorer/web/templates/page.html", "explorer/test_state", "cli/test_cli", "plot/test_shape"),
     ("tests/contracts/store/stores.py", "store/test_damage", "store/test_layout", "store/test_objects"),
 ])
 def test_a_change_reaches_the_tests_that_import_it(changed, near, far, apart):
