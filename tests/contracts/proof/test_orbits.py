@@ -21,6 +21,7 @@ from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import at_phase, prove_orbit
 
 EIGHT = ("--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
+EIGHT_MODEL = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
 KEYS = {
     "format", "version", "theorem", "model", "coordinates", "phase", "period", "points", "radius", "bits", "switches",
     "stability", "margins", "versions", "sha256",
@@ -37,7 +38,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def eight():
     """The proof of the paper's 8T motion."""
-    result = gc.prove(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
+    result = gc.prove(EIGHT_MODEL)
     assert isinstance(result, Certificate)
     return result
 
@@ -48,27 +49,11 @@ def test_certificate_has_the_documented_form(eight):
     assert (document["format"], document["version"]) == ("gearchaos certificate", 1)
     assert document["sha256"] == checksum(document)
     assert (document["period"], document["coordinates"], document["phase"]) == (8, ["z", "z_dot"], "0x0p+0")
-    assert np.shape(document["points"]) == (8, 2)
-    assert np.shape(document["stability"]["Q"]) == (8, 2, 2)
+    assert np.shape(document["points"]) == (8, 2) and np.shape(document["stability"]["Q"]) == (8, 2, 2)
     assert len(document["switches"]) == 8
     assert (document["stability"]["inside"], document["stability"]["outside"]) == (2, 0)
     assert set(document["margins"]) == {"existence", "separation", "contact", "stability"}
     assert all(from_text(value) > 0 for value in document["margins"].values())
-
-
-def test_windows_are_in_order_and_alternate(eight):
-    """Contact is made from free flight and lost to it, at the same flank."""
-    states = []
-    for switches in eight.document["switches"]:
-        last = Fraction(0)
-        for switch in switches:
-            middle, radius = map(from_text, switch["time"])
-            assert radius > 0 and middle - radius > last and middle + radius < 1
-            last = middle + radius
-            states.append((switch["into"], switch["flank"]))
-    for (before, flank), (after, other) in zip(states, states[1:] + states[:1], strict=True):
-        assert before != after
-        assert before == "free" or flank == other
 
 
 def test_theorem_in_words(eight):
@@ -79,12 +64,8 @@ def test_theorem_in_words(eight):
     assert "It repeats after no smaller number of mesh periods." in eight.theorem
     stable = "All 2 of its multipliers lie inside the unit circle: it is stable in these coordinates."
     assert eight.theorem.endswith(stable)
-
-
-def test_verdict_and_orbit_give_the_same_theorem(eight):
-    verdict = gc.regime(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206))
-    assert gc.prove(verdict).theorem == eight.theorem
-    assert gc.prove(gc.orbit(verdict.model)).theorem == eight.theorem
+    verdict = gc.regime(EIGHT_MODEL)
+    assert gc.prove(verdict).theorem == gc.prove(gc.orbit(verdict.model)).theorem == eight.theorem
 
 
 @pytest.mark.slow
@@ -92,13 +73,12 @@ def test_verdict_and_orbit_give_the_same_theorem(eight):
 def test_orbits_of_the_single_model(period, stable, unstable):
     """All orbits of the paper's figure 4, and the saddles beside them."""
     found = [gc.prove(orbit) for orbit in gc.orbits(gc.MeshModel.of(**SINGLE), period=period)]
-    assert all(isinstance(result, Certificate) and result.period == period for result in found)
+    assert all(found) and all(isinstance(result, Certificate) and result.period == period for result in found)
     assert sorted(result.outside for result in found) == [0] * stable + [1] * unstable
     assert all("unstable" in result.theorem for result in found if result.outside)
 
 
 @pytest.mark.parametrize("values", [
-    {"kind": "full", "kappa": 0.5, "omega": 1.05, "q0": 0.1, "eps1": 0.03},
     {"kind": "full", "kappa": 1.0, "omega": 1.0, "q0": 0.17, "eps1": 0.1},
     {"kind": "full", "kappa1": 0.5, "kappa2": 0.6, "beta1": 0.02, "omega": 1.05, "q0": 0.1, "eps1": 0.03},
     {"kind": "full", "kappa1": 0.5, "kappa2": 0.6, "omega": 1.05, "q0": 0.1, "eps1": 0.03},
@@ -107,7 +87,10 @@ def test_orbits_of_the_single_model(period, stable, unstable):
     {"omega": 1.0, "q0": 0.1, "eps1": 0.1, "c1": 0.2, "c2": 0.05, "alpha1": 0.5},
     {"omega": 1.0, "q0": 0.1, "eps1": 0.05, "eps4": 0.02, "theta4": 1.0},
     {"omega": 1.3, "q0": 0.1, "eps1": 0.05, "stiffness": SteppedStiffness((1.25, 0.7, 1.1), (0.1, 0.4, 0.8))},
-], ids=["full 1T", "full 11T", "d=7", "d=6", "d=5", "d=3", "fourier", "two harmonics", "steps"])
+    {"omega": 1.2, "q0": 0.2, "error": TransmissionError(tuple(0.02 / j for j in range(1, 13)))},
+    {"omega": 1.2, "q0": 0.2, "eps1": 0.02, "stiffness": HarmonicStiffness(tuple(0.1 / j for j in range(1, 9)))},
+], ids=["full 11T", "d=7", "d=6", "d=5", "d=3", "fourier", "two harmonics", "steps", "12 harmonics",
+        "series of 8"])
 def test_all_kinds_of_models(values):
     result = gc.prove(gc.MeshModel.of(**values))
     assert isinstance(result, Certificate), result
@@ -117,26 +100,21 @@ def test_symmetry_decided_on_fractions():
     """β1/J1 = β2/J2 holds to rounding but not exactly: the proof has a coordinate more than the computation."""
     model = gc.MeshModel.of(J1=3.0, J2=1.5, q1=0.3, q2=0.15, beta1=0.3, beta2=0.15 + 3e-17, omega=1.3, eps1=0.05)
     assert gc.regime(model).period == 1
-    result = gc.prove(model)
-    assert isinstance(result, Certificate)
-    assert result.document["coordinates"] == ["z", "z_dot", "x2_dot"]
+    assert gc.prove(model).document["coordinates"] == ["z", "z_dot", "x2_dot"]
 
 
 def test_section_on_the_contact_boundary():
     """If z = 1 at the section of an orbit, another phase is chosen."""
-    model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     points = np.array([[1.0, 0.3]])
-    result = prove_orbit(model, points)
+    result = prove_orbit(EIGHT_MODEL, points)
     assert isinstance(result, Unproved)
-    assert result.reason == "section on the contact boundary"
-    assert result.bits == 512
-    assert at_phase(model, points, 0.375).shape == (1, 2)
+    assert (result.reason, result.bits) == ("section on the contact boundary", 512)
+    assert at_phase(EIGHT_MODEL, points, 0.375).shape == (1, 2)
 
 
 def test_another_phase_proves_the_same_orbit(eight):
-    model = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
     points = np.array([[float.fromhex(v) for v in point] for point in eight.document["points"]])
-    result = prove_orbit(model, at_phase(model, points, 0.375), phase=0.375)
+    result = prove_orbit(EIGHT_MODEL, at_phase(EIGHT_MODEL, points, 0.375), phase=0.375)
     assert isinstance(result, Certificate)
     assert (result.period, result.inside, result.document["phase"]) == (8, 2, to_text(Fraction(3, 8)))
     assert sum(map(len, result.document["switches"])) == sum(map(len, eight.document["switches"]))
@@ -148,8 +126,7 @@ def test_more_bits_are_tried():
     model = gc.MeshModel.of(**SINGLE)
     orbit = gc.orbits(model, period=3)[0]
     points = np.stack([orbit.points["z"], orbit.points["z_dot"]], axis=1)
-    rough = prove_orbit(model, points + 1e-6)
-    assert isinstance(rough, Certificate)
+    assert isinstance(prove_orbit(model, points + 1e-6), Certificate)
     assert isinstance(prove_orbit(model, points, 53), (Certificate, Unproved))
     assert prove_orbit(model, points, 256).bits == 256
 
@@ -163,11 +140,10 @@ def test_precision_is_restored():
     assert ctx.prec == before
 
 
-@pytest.mark.parametrize("value", [0.1, 1.0, -3.5, 0.0, 1e-300, 5e-324, float(2**70 + 2**30), 0.0625])
-def test_numbers_as_text(value):
-    text = to_text(Fraction(value))
-    assert from_text(text) == Fraction(value)
-    assert float.fromhex(text) == value
+def test_numbers_as_text():
+    for value in (0.1, 1.0, -3.5, 0.0, 5e-324, float(2**70 + 2**30)):
+        text = to_text(Fraction(value))
+        assert from_text(text) == Fraction(value) and float.fromhex(text) == value
 
 
 def test_decimal_text_is_exact():
@@ -191,7 +167,7 @@ def test_unproved_is_data():
     result = Unproved("neutral", -0.5, 128)
     assert result.to_dict() == {
         "proved": False, "reason": "neutral", "meaning": REASONS["neutral"], "margin": -0.5, "bits": 128}
-    assert not result.proved
+    assert not result.proved and not result
     assert "not proved, neutral" in result.in_words()
 
 
@@ -205,14 +181,9 @@ def test_motions_that_are_not_periodic(values, label):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    ({"bits": 52}, "bits must be a whole number of at least 53"),
-    ({"bits": 5000}, "bits must be at most 800"),
-    ({"bits": 128.0}, "bits must be a whole number"),
-    ({"phase": 1.0}, "phase must be in"),
-    ({"phase": math.nan}, "phase must be in"),
-    ({"points": [1.0, 2.0]}, "points must be an array"),
-    ({"points": [[1.0, math.nan]]}, "points must be finite"),
-    ({"points": [[1.0, 2.0, 3.0, 4.0]]}, "points must have the 2 coordinates"),
+    ({"bits": 52}, "bits must be a whole number of at least 53"), ({"bits": 801}, "bits must be at most 800"),
+    ({"phase": 1.0}, "phase must be in"), ({"phase": math.nan}, "phase must be in"),
+    ({"points": [1.0, 2.0]}, "points must be an array"), ({"points": [[1.0, math.nan]]}, "points must be finite"),
     ({"points": [[1.0]]}, "points must have the 2 coordinates"),
 ])
 def test_misuse_is_named(arguments, words):
@@ -225,23 +196,20 @@ def test_bits_of_prove_are_checked_first():
         gc.prove(gc.MeshModel.of(), bits=10**6)
 
 
-def test_import_loads_no_flint():
-    code = "import sys, gearchaos, gearchaos.cli, gearchaos.studies.proofs; assert 'flint' not in sys.modules"
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
 def test_flint_missing_is_named(monkeypatch):
     monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
-        gc.prove(gc.MeshModel.of())
+    for prove in (gc.prove, lambda model: gc.Zones(model, "omega=1:2:2", "eps1=0:0.1:2", prove=True)):
+        with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
+            prove(gc.MeshModel.of())
     for command in (("regime", *EIGHT, "--prove"), ("verify", "x.json")):
         result = run(*command)
         assert (result.exit_code, result.stdout) == (2, "")
         assert 'pip install "gearchaos[proof]"' in result.stderr
 
 
-def test_flint_missing_is_named_by_the_package():
-    code = ("import sys; sys.modules['flint'] = None\n"
+def test_import_loads_no_flint_and_its_absence_is_named_by_the_package():
+    code = ("import sys, gearchaos, gearchaos.cli, gearchaos.studies.proofs; assert 'flint' not in sys.modules\n"
+            "sys.modules['flint'] = None\n"
             "try:\n    import gearchaos.proof.balls\nexcept ModuleNotFoundError as error:\n    print(error)")
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert 'pip install "gearchaos[proof]"' in found.stdout
@@ -280,21 +248,12 @@ def test_regime_says_why_there_is_no_proof(tmp_path):
     (("regime", *EIGHT, "--certificate", "a.json"), "--certificate needs --prove"),
     (("regime", *EIGHT, "--prove", "--certificate", "a.txt"), "--certificate must end in .json"),
     (("regime", *EIGHT, "--prove", "--certificate", "/nowhere/a.json"), "--certificate"),
-    (("regime", "--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.21", "--prove"), "got 'chaotic'"),
     (("verify", "/nowhere/a.json"), "FILE must be a file"),
 ])
 def test_commands_refuse(arguments, words):
     result = run(*arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert words in result.stderr
-
-
-def test_transmission_error_of_many_harmonics():
-    amplitudes = tuple(0.02 / j for j in range(1, 13))
-    model = gc.MeshModel.of(omega=1.2, q0=0.2).with_values({"error": TransmissionError(amplitudes)})
-    assert isinstance(gc.prove(model), Certificate)
-    fourier = model.with_values({"stiffness": HarmonicStiffness(tuple(0.1 / j for j in range(1, 9)))})
-    assert isinstance(gc.prove(fourier), Certificate)
 
 
 @pytest.mark.parametrize(("values", "points", "reason"), [
@@ -314,8 +273,3 @@ def test_the_period_of_an_orbit_is_counted_in_mesh_periods():
     found = gc.prove(gc.orbit(model, period=3, near={"z": 1.27447736, "z_dot": -0.06112976}))
     assert found.proved and "It repeats after no smaller number of mesh periods." in found.theorem
     assert "minimal" not in found.theorem
-
-
-def test_a_failure_counts_as_false():
-    assert not Unproved("neutral", 0.0)
-    assert gc.prove(gc.MeshModel.of(kind="single", q0=0.1, omega=1.5, zeta=0.05, eps1=0.02))

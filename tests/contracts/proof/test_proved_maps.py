@@ -142,12 +142,6 @@ def test_wrong_options_are_named(options, message):
         gc.Zones(MODEL, X, Y, **options)
 
 
-def test_missing_python_flint_is_named(monkeypatch):
-    monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
-        gc.Zones(MODEL, X, Y, prove=True)
-
-
 def test_certificates_of_an_earlier_map_are_removed(tmp_path):
     """A cell whose motion is not proved in this map has no certificate of another one."""
     from gearchaos.studies.proved_cells import certificate_files

@@ -11,11 +11,8 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.errors import InputError
+from tests.branches import PAIR
 
-PAIR = gc.GearPair(
-    n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
-    speed="14000 rpm", error_amplitudes=["6 um"],
-)
 MODEL = PAIR.to_model()
 QUICK = gc.Classification(transient_lengths=(80,), exponent_run=80, doublings=0, longest_transient=0,
                           averaging_periods=8)
@@ -40,30 +37,18 @@ def _axis(value):
     return gc.Axis(name, float(start), float(stop), int(count))
 
 
-def _same(one, other) -> bool:
-    if isinstance(one, xr.Dataset):
-        return one.identical(other)
-    return one == other
-
-
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("name", [*STUDIES, "steady"])
 def test_a_pair_and_texts_do_for_a_model_and_axes(name):
-    arguments, options = STUDIES[name]
+    """The result of a study of the pair is that of its model, but for the pair that a Dataset carries besides."""
+    arguments, options = STUDIES.get(name) or ((gc.regime(MODEL),), {})
     study = getattr(gc, name)
     plain = study(MODEL, *map(_axis, arguments), **{n: _axis(v) for n, v in options.items()})
-    assert _same(_without_its_gears(study(PAIR, *arguments, **options)), plain)
-
-
-def _without_its_gears(found):
-    """The result of a study of the pair, without the pair that a Dataset carries besides."""
-    if isinstance(found, xr.Dataset):
-        assert json.loads(found.attrs.pop("gears")) == {"pair": json.loads(json.dumps(asdict(PAIR)))}
-    return found
-
-
-def test_a_pair_does_for_the_model_of_a_steady_motion():
-    verdict = gc.regime(MODEL)
-    assert _without_its_gears(gc.steady(PAIR, verdict)).identical(gc.steady(MODEL, verdict))
+    found = study(PAIR, *arguments, **options)
+    if name == "regime":
+        assert found == plain
+        return
+    assert json.loads(found.attrs.pop("gears")) == {"pair": json.loads(json.dumps(asdict(PAIR)))}
+    assert found.identical(plain)
 
 
 @pytest.mark.parametrize("name", [*STUDIES, "steady"])
@@ -76,17 +61,11 @@ def test_what_is_no_model_is_refused_in_words(name, model):
     assert "MeshModel.of" in error.value.advice and len(str(error.value)) < 300
 
 
-BAD_AXES = [
-    (None, "must be an Axis or a text"), (3, "must be an Axis or a text"),
-    (("eps1", 0, 0.3, 4), "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
-    ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count"),
-]
-
-
 @pytest.mark.parametrize(("name", "place", "field"), [
-    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y"),
-])
-@pytest.mark.parametrize(("axis", "message"), BAD_AXES, ids=str)
+    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y")])
+@pytest.mark.parametrize(("axis", "message"), [
+    (None, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
+    ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count")], ids=str)
 def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
     arguments = list(STUDIES[name][0])
     arguments[place] = axis
@@ -113,9 +92,12 @@ def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option,
     if option == "threads":
         with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
             study.run(threads=value)
-    if (option, value) == ("threads", 0):  # the tiles are the last to check it
-        with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
-            study.compute(np.arange(study.count), threads=value)
+
+
+def test_the_tiles_are_the_last_to_check_the_number_of_threads():
+    study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
+    with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
+        study.compute(np.arange(study.count), threads=0)
 
 
 @pytest.mark.parametrize(("name", "why"), [("a\0b", "null"), ("a" * 300, "too long"), ("a" * 300 + "/b", "too long")])
@@ -125,10 +107,10 @@ def test_a_store_with_an_impossible_name_is_refused(name, why, tmp_path):
         gc.run(study, out=f"{tmp_path}/{name}")
 
 
-@pytest.mark.parametrize("sweep", [3, ("omega", 0, 1, 2), "omega=1"], ids=str)
-def test_what_is_no_sweep_is_refused_in_words(sweep):
-    with pytest.raises(InputError, match=r"^sweep must (be an Axis or a text|read name=start:stop:count)"):
-        gc.attractors(MODEL, 4, sweep=sweep)
+def test_what_is_no_sweep_is_refused_in_words():
+    for sweep, rule in ((3, "be an Axis or a text"), ("omega=1", "read name=start:stop:count")):
+        with pytest.raises(InputError, match=f"^sweep must {rule}"):
+            gc.attractors(MODEL, 4, sweep=sweep)
 
 
 @pytest.mark.parametrize("name", [n for n in STUDIES if n != "simulate"])
@@ -152,9 +134,6 @@ def test_physical_says_what_to_pass():
             gc.physical(*arguments)
 
 
-# --- files ---------------------------------------------------------------------------------------------------------
-
-
 def test_save_refuses_names_of_other_formats(tmp_path):
     ds = gc.simulate(MODEL, 2)
     for name in ("x.xlsx", "x.zarr", "x.mat", "x.png"):
@@ -168,7 +147,7 @@ def test_save_refuses_names_of_other_formats(tmp_path):
 
 
 def test_save_refuses_what_is_no_dataset(tmp_path):
-    for value in (tmp_path / "x.nc", MODEL, None):
+    for value in (MODEL, None):
         with pytest.raises(InputError, match=r"^dataset must be an xarray.Dataset"):
             gc.save(value, tmp_path / "x.nc")
 
@@ -187,13 +166,11 @@ def test_a_run_refuses_bad_options_before_it_makes_anything(tmp_path, options, w
     assert words in str(error.value) and list(tmp_path.iterdir()) == []
 
 
-def test_only_studies_are_run():
+def test_only_studies_are_run_and_those_of_a_registered_kind_into_a_store(tmp_path):
+    """The record of another kind would be that of another study."""
     with pytest.raises(gc.InputError, match="study must be a study; got 'a MeshModel'"):
         gc.run(MODEL)
 
-
-def test_a_study_of_no_registered_kind_is_not_run_into_a_store(tmp_path):
-    """Its record would be that of another study."""
     class Other(gc.Zones):
         pass
 

@@ -1,6 +1,5 @@
 """What stands beside every dynamic factor: where the mesh damping acts, and the quasi-static ratio."""
 
-import matplotlib.pyplot as plt
 import pytest
 
 import gearchaos as gc
@@ -15,6 +14,13 @@ laws = pytest.mark.parametrize("law", DAMPING_LAWS)
 
 def flat(text):
     return " ".join(text.split())
+
+
+@pytest.fixture
+def design(tmp_path):
+    """The path of the file of a design."""
+    (tmp_path / "design.toml").write_text(DESIGN)
+    return tmp_path / "design.toml"
 
 
 @laws
@@ -41,26 +47,21 @@ def test_pictures_name_both(law):
     assert words in flat(figure.axes[-1].get_ylabel())
     varied = gc.bifurcation(model, "chi1=0.1:0.2:3", points=0)
     assert "quasi-static" not in gc.plot.response(varied, "dynamic_factor").get_ylabel()
-    plt.close("all")
 
 
 @laws
-def test_the_picture_beside_standards_names_the_law(law, tmp_path):
-    (tmp_path / "design.toml").write_text(DESIGN)
-    design = gc.studyfile.load_design(tmp_path / "design.toml", {"damping_law": law})
-    ax = gc.plot.dynamic_factor(gc.dynamic_factor(design, "1000:2000:2", "100 N*m"))
+def test_the_picture_beside_standards_names_the_law(law, design):
+    gears = gc.studyfile.load_design(design, {"damping_law": law})
+    ax = gc.plot.dynamic_factor(gc.dynamic_factor(gears, "1000:2000:2", "100 N*m"))
     assert ax.get_legend().get_title().get_text() == f"mesh damping {DAMPING_LAWS[law]}"
     assert "quasi-static ratio" in [text.get_text() for text in ax.texts]
-    plt.close("all")
 
 
-@pytest.mark.parametrize(("largest", "scale"), [(20.0, "linear"), (20.1, "log")])
-def test_large_factors_leave_room_for_those_of_the_standards(tmp_path, largest, scale):
-    (tmp_path / "design.toml").write_text(DESIGN)
-    found = gc.dynamic_factor(gc.studyfile.load_design(tmp_path / "design.toml"), "1000:2000:3", "100 N*m")
-    found["dynamic_factor"][:] = [1.0, float("nan"), largest]
-    assert gc.plot.dynamic_factor(found).get_yscale() == scale
-    plt.close("all")
+def test_large_factors_leave_room_for_those_of_the_standards(design):
+    found = gc.dynamic_factor(gc.studyfile.load_design(design), "1000:2000:3", "100 N*m")
+    for largest, scale in ((20.0, "linear"), (20.1, "log")):
+        found["dynamic_factor"][:] = [1.0, float("nan"), largest]
+        assert gc.plot.dynamic_factor(found).get_yscale() == scale
 
 
 def test_prints_and_cards_name_both():
@@ -77,22 +78,20 @@ def test_other_variables_and_results_without_a_model_have_nothing_beside():
     assert words_beside(along, "v_rms") == words_beside(along.drop_attrs(), "dynamic_factor") == []
 
 
-def test_gears_are_damped_in_contact_and_dimensionless_models_always(tmp_path):
-    (tmp_path / "design.toml").write_text(DESIGN)
-    design = gc.studyfile.load_design(tmp_path / "design.toml")
-    assert design.damping_law == PAIR.damping_law == PAIR.to_model().damping_law == "contact"
+def test_gears_are_damped_in_contact_and_dimensionless_models_always(design, tmp_path):
+    assert gc.studyfile.load_design(design).damping_law == PAIR.damping_law == PAIR.to_model().damping_law == "contact"
     assert gc.MeshModel().damping_law == "always"
     (tmp_path / "model.toml").write_text("[model]\nomega = 0.9\n")
     assert gc.studyfile.load_study(tmp_path / "model.toml").model.damping_law == "always"
     assert gc.studyfile.load_study("examples/physical_pair.toml").model.damping_law == "always"
 
 
-def test_a_proof_of_gears_says_what_to_set(tmp_path):
+def test_a_proof_of_gears_says_what_to_set(design):
     pytest.importorskip("flint")
-    (tmp_path / "design.toml").write_text(DESIGN + "[operation]\nspeed = 1500\ntorque = 100\n")
-    said = refused("regime", tmp_path / "design.toml", "--prove")
+    design.write_text(DESIGN + "[operation]\nspeed = 1500\ntorque = 100\n")
+    said = refused("regime", design, "--prove")
     assert "damping_law must be always for a proof; got 'contact'" in said and "--set damping_law=always" in said
-    proved = run_json("regime", tmp_path / "design.toml", "--prove", "--set", "damping_law=always")
+    proved = run_json("regime", design, "--prove", "--set", "damping_law=always")
     assert proved["proof"]["proved"]
 
 

@@ -19,6 +19,7 @@ from tests import EXAMPLES
 from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
 
 SPUR = EXAMPLES / "spur_50_50.toml"
+TRIPLE = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
 
 
 def run(*arguments: object, code: int = 0) -> str:
@@ -54,7 +55,7 @@ def test_contact_states_are_in_order_of_time():
     assert {"front", "front free front"} <= set(ds["contact_sequence"].values)
 
 
-def test_events_lie_between_their_points_and_start_a_branch_again():
+def test_events_lie_between_their_points_start_a_branch_again_and_end_stable_intervals():
     ds = resonance()
     x, turns = ds["omega"].values, ds["event_point"].values[ds["event_kind"].values == "fold"]
     for i, (kind, before) in enumerate(zip(ds["event_kind"].values, ds["event_point"].values, strict=True)):
@@ -69,15 +70,11 @@ def test_events_lie_between_their_points_and_start_a_branch_again():
             multipliers = ds["event_multipliers_real"].values[i] + 1j * ds["event_multipliers_imag"].values[i]
             assert np.abs(multipliers - critical).min() < 1e-9
     assert np.all(np.diff(ds["event_point"].values) >= 0)
-
-
-def test_stable_intervals_end_at_changes_of_stability():
-    ds = resonance()
     values = [0.3, 2.5, *ds["event_value"].values[np.isin(ds["event_kind"].values, CHANGES)]]
     intervals = json.loads(ds.attrs["stable"])
     assert intervals == sorted(intervals) and all(v in values for pair in intervals for v in pair)
-    for x, unstable in zip(ds["omega"].values, ds["unstable"].values, strict=True):
-        assert unstable or any(a <= x <= b for a, b in intervals)
+    for at, unstable in zip(x, ds["unstable"].values, strict=True):
+        assert unstable or any(a <= at <= b for a, b in intervals)
 
 
 def test_a_cascade_has_branches_of_doubled_periods():
@@ -93,20 +90,14 @@ def test_a_cascade_has_branches_of_doubled_periods():
     np.testing.assert_array_equal(ds["branch"].values[ds["event_point"].values], ds["event_branch"].values)
 
 
-@pytest.mark.slow
-def test_save_and_load(tmp_path):
-    for number, ds in enumerate((cascade(), gc.branch(SINGLE, "omega=0.99:1.01"))):
-        gc.save(ds, tmp_path / f"{number}.nc")
-        xr.testing.assert_identical(gc.load(tmp_path / f"{number}.nc"), ds)
-    assert ds.sizes["event"] == 0
-
-
-def test_attributes_name_the_model_and_the_arguments():
-    ds = cascade()
-    assert ds.attrs["study"] == "branch" and "gears" not in ds.attrs
-    settings = json.loads(ds.attrs["settings"])
+def test_branches_with_and_without_events_are_saved_with_the_model_and_the_arguments(tmp_path):
+    for ds, events in ((cascade(), True), (gc.branch(SINGLE, "omega=0.99:1.01"), False)):
+        gc.save(ds, tmp_path / "branch.nc")
+        xr.testing.assert_identical(gc.load(tmp_path / "branch.nc"), ds)
+        assert (ds.sizes["event"] > 0) == events and ds.attrs["study"] == "branch" and "gears" not in ds.attrs
+        assert all("long_name" in ds[n].attrs and "units" in ds[n].attrs for n in ds.variables)
+    settings = json.loads(cascade().attrs["settings"])
     assert settings["axis"] == ["eps1", 0.0, 0.3] and settings["cascade"] == 2 and settings["period"] == 8
-    assert all("long_name" in ds[n].attrs and "units" in ds[n].attrs for n in ds.variables)
 
 
 def test_physical_units_over_speed():
@@ -122,8 +113,8 @@ def test_physical_units_over_speed():
 def test_physical_units_over_a_dimensionless_parameter():
     ds = gc.branch(PAIR, "eps1=0.09:0.3")
     scaled, length = gc.physical(ds, PAIR), PAIR.scales.length * 1e6
-    np.testing.assert_allclose(scaled["eps1"].values, ds["eps1"].values * length, rtol=1e-12)
-    np.testing.assert_allclose(scaled["event_value"].values, ds["event_value"].values * length, rtol=1e-12)
+    for name in ("eps1", "event_value"):
+        np.testing.assert_allclose(scaled[name].values, ds[name].values * length, rtol=1e-12)
     assert scaled["event_value"].attrs["units"] == "µm"
     for name in ("range", "stable"):
         np.testing.assert_allclose(json.loads(scaled.attrs[name]), np.multiply(json.loads(ds.attrs[name]), length))
@@ -132,15 +123,17 @@ def test_physical_units_over_a_dimensionless_parameter():
 
 
 def test_orbit_and_orbits():
-    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
-    found = gc.orbits(model, period=3)
+    found = gc.orbits(TRIPLE, period=3)
     assert sorted(o.unstable for o in found) == [0, 1]
     for o in found:
-        again = gc.orbit(model, period=3, near=o.state)
+        again = gc.orbit(TRIPLE, period=3, near=o.state)
         assert again.unstable == o.unstable and again.residual < 1e-11 and again.period == 3
         assert len(o.switches) == sum(abs(np.diff([s.into_contact for s in o.switches]))) + 1
         assert json.loads(json.dumps(o.to_dict()))["unstable"] == o.unstable
-    assert gc.orbit(model).period == 1
+    assert gc.orbit(TRIPLE).period == 1
+    assert set(gc.branch(TRIPLE, "omega=2.29:2.31", period=3)["period"].values) == {3}, "without a start, the nearest"
+    with pytest.raises(InputError, match=r"nearest one found is at a distance of [\d.]+: z=.*z_dot="):
+        gc.orbit(TRIPLE, period=3, near={"z": 1.04, "z_dot": 0.0})
 
 
 @pytest.mark.parametrize(("values", "axis", "period", "events"), [
@@ -166,19 +159,12 @@ def test_initial_values_on_an_unstable_orbit_choose_it():
     assert gc.orbit(orbit.model, period=1).state == pytest.approx(orbit.state, abs=1e-9)
 
 
-def test_without_a_start_the_nearest_orbit_of_the_period_is_followed():
-    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
-    ds = gc.branch(model, "omega=2.29:2.31", period=3)
-    assert set(ds["period"].values) == {3}
-
-
 @pytest.mark.parametrize(("arguments", "words"), [
     ({"axis": "eps1=0.1:0.3"}, "must contain the model's own value"),
-    ({"axis": "eps1=0:x"}, "must read"), ({"axis": "eps1=0.3"}, "must read"), ({"axis": "eps1=1:0"}, "must run from"),
+    ({"axis": "eps1=0:x"}, "must read"), ({"axis": "eps1=1:0"}, "must run from"), ({"axis": 3}, "must be an"),
     ({"axis": "z=0:1"}, "must be a parameter"), ({"axis": "epsilon=0:1"}, "must be one of"),
-    ({"axis": 3}, "must be an"),
     ({"axis": "contact_ratio=0.5:2.5"}, r"must lie in \[1, 2\]"), ({"axis": "speed=1:2"}, "must be one of"),
-    *(({"period": p}, "must be a whole number") for p in (0, -1, 1025, 1.5, True, "2")),
+    *(({"period": p}, "must be a whole number") for p in (0, 1025, 1.5, True)),
     ({"period": 2, "start": {"z": 1.0, "z_dot": 0.0}}, "must be near an orbit of minimal period 2"),
     ({"start": {"zz": 1.0}}, "must be one of"), ({"start": {"eps1": 0.1}}, "must be one of"),
     ({"start": 3}, "must give initial values"), ({"start": {"z": math.nan}}, "finite"),
@@ -191,12 +177,6 @@ def test_bad_arguments(arguments, words):
         gc.branch(SINGLE, **{"axis": "eps1=0:0.1", **arguments})
 
 
-def test_the_nearest_orbit_is_named_where_none_is_near():
-    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
-    with pytest.raises(InputError, match=r"nearest one found is at a distance of [\d.]+: z=.*z_dot="):
-        gc.orbit(model, period=3, near={"z": 1.04, "z_dot": 0.0})
-
-
 def test_a_motion_without_period_is_no_start():
     with pytest.raises(InputError, match="quasi-periodic"):
         gc.orbit(gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.04))
@@ -204,6 +184,10 @@ def test_a_motion_without_period_is_no_start():
 
 COMMAND = ("branch", "--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05",
            "--axis", "omega=0.5:2.5")
+
+
+def starts(event):
+    return [part for name, value in event["state"].items() for part in ("--start", f"{name}={value!r}")]
 
 
 @pytest.mark.slow
@@ -225,13 +209,9 @@ def test_json_of_the_command(tmp_path):
         assert jump["direction"] in ("up", "down") and jump["to"] == "1T" and jump["on_branch"] is True
     assert (tmp_path / "b.png").stat().st_size > 10_000
     run("plot", tmp_path / "b.nc", "--out", tmp_path / "c.png")
-
-
-def test_an_event_is_a_start_of_the_command():
-    document = json.loads(run(*COMMAND, "--json"))
     flip = next(e for e in document["events"] if e["kind"] == "flip")
-    state = [part for name, value in flip["state"].items() for part in ("--start", f"{name}={value!r}")]
-    again = json.loads(run(*COMMAND, "--set", f"omega={flip['value'] - 1e-3!r}", "--period", 1, *state, "--json"))
+    beside = ("--set", f"omega={flip['value'] - 1e-3!r}", "--period", 1, *starts(flip))
+    again = json.loads(run(*COMMAND, *beside, "--json"))
     assert [e["kind"] for e in again["events"]] == [e["kind"] for e in document["events"]]
 
 
@@ -242,10 +222,9 @@ def test_in_physical_units_an_event_is_a_start_of_the_same_command():
     assert document["units"] == {"value": "rpm"}
     fold = next(i for i, event in enumerate(document["events"]) if event["kind"] == "fold")
     event = document["events"][fold]
-    state = [part for name, value in event["state"].items() for part in ("--start", f"{name}={value!r}")]
-    again = json.loads(run(*design, "--set", f"speed={event['value']!r}", "--period", 1, *state, "--json"))
-    assert {(e["kind"], round(e["value"], 6)) for e in again["events"]} == {
-        (e["kind"], round(e["value"], 6)) for e in document["events"]}
+    again = json.loads(run(*design, "--set", f"speed={event['value']!r}", "--period", 1, *starts(event), "--json"))
+    for values in zip(*(sorted((e["kind"], e["value"]) for e in d["events"]) for d in (document, again)), strict=True):
+        assert values[0] == (values[1][0], pytest.approx(values[1][1], abs=1e-6))
     text = run(*design, "--set", "speed=2000")
     assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
     assert f"rpm, from event {fold + 1} to 1T" in text
@@ -267,9 +246,7 @@ def test_the_page_of_the_command():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("--axis", "eps1=0.2:0.3"), "must contain"), (("--axis", "contact_ratio=0.5:2.5"), "must lie in"),
-    (("--axis", "eps1=0:0.3", "--period", "0"), "whole number"),
-    (("--axis", "eps1=0:0.3", "--start", "z"), "NAME=VALUE"),
+    (("--axis", "eps1=0.2:0.3"), "must contain"), (("--axis", "eps1=0:0.3", "--start", "z"), "NAME=VALUE"),
     (("--axis", "eps1=0:0.3", "--start", "z=x"), "NAME=VALUE"), ((), "must be given once"),
     (("--axis", "eps1=0:0.3", "--axis", "q0=0:1"), "must be given once"),
     (("--axis", "eps1=0:0.3", "--plot", "b.txt"), "must end in"),
@@ -289,13 +266,12 @@ def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
     assert {float(ds[name].min()), float(ds[name].max())} == {low, high}
 
 
-@pytest.mark.slow
 def test_large_phases_are_followed():
     """A phase is an argument of sines: whole turns change nothing."""
     base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05)
     turns = 2 * math.pi * 79
-    far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=480:520", period=1)
-    near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={480 - turns}:{520 - turns}", period=1)
+    far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=495:505", period=1)
+    near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={495 - turns}:{505 - turns}", period=1)
     assert [e["why"] for e in json.loads(far.attrs["ends"])] == ["end of the axis"] * 2
     np.testing.assert_allclose(far["v_rms"][[0, -1]], near["v_rms"][[0, -1]], rtol=1e-9)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -17,19 +18,12 @@ from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.dynamic_factor.iso_method_b import of_design as method_b
 from gearchaos.gears.units import RPM
+from tests import EXAMPLES
+from tests.branches import axes
+from tests.contracts.plot.figures import cut
 
-GEARS = {
-    "teeth": (50, 50), "module": "3 mm", "face_width": "20 mm", "centre_distance": "150 mm", "bore": "30 mm",
-    "quality": {"standard": "ISO 1328-1:1995", "grade": 6}, "transmission_error": "from quality",
-    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "damping_ratio": 0.05, "torque": "300 N*m",
-}
+GEARS = tomllib.loads((EXAMPLES / "spur_50_50.toml").read_text())["design"] | {"torque": "300 N*m"}
 DESIGN = gc.GearDesign(**GEARS)
-
-
-def fresh(width: float = 6.4, height: float = 4.8):
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure.subplots()
 
 
 @pytest.fixture(scope="module")
@@ -61,13 +55,11 @@ def test_standards_are_those_of_the_design_at_each_speed(result):
         for standard in standards():
             expected, value = standard.factor(design).value, float(result[standard.name].sel(speed=speed))
             assert math.isnan(value) if expected is None else value == expected
-        assert float(result["resonance_ratio_ISO_B"].sel(speed=speed)) == pytest.approx(
-            method_b(design).resonance_ratio, rel=1e-12)
 
 
 def test_resonance_ratios_are_those_of_the_datasheet_by_name():
     design = replace(DESIGN, stiffness="potential energy")
-    found = gc.dynamic_factor(design, "2000:3000:3")
+    found = gc.dynamic_factor(design, "2000:3000:2")
     for speed in found["speed"].values.tolist():
         sheet = datasheet(design.at(speed=speed))
         for name in ("resonance_ratio", "resonance_ratio_ISO_B"):
@@ -81,8 +73,7 @@ def test_refused_stretches_are_missing_with_their_reason(result):
         assert missing.any() and not missing.all()
         first = float(result["speed"].values[missing][0])
         assert result[name].attrs["refused"].startswith(f"{first:g} to ")
-    assert "fewer than 50 teeth" in result["Kv_ISO_C"].attrs["refused"]
-    assert "10 m/s" in result["Kv_ISO_C"].attrs["refused"]
+    assert all(words in result["Kv_ISO_C"].attrs["refused"] for words in ("fewer than 50 teeth", "10 m/s"))
     assert "refused" not in result["Kv_ISO_B"].attrs
 
 
@@ -105,8 +96,7 @@ def test_a_saved_result_is_drawn_by_its_name(result, tmp_path):
     gc.save(result, tmp_path / "factor.nc")
     ds = gc.load(tmp_path / "factor.nc")
     assert ds["Kv_ISO_C"].attrs["refused"] == result["Kv_ISO_C"].attrs["refused"]
-    (ax,) = plot.result(ds).axes
-    assert "dynamic factor" in ax.get_ylabel()
+    assert "dynamic factor" in plot.result(ds).axes[0].get_ylabel()
 
 
 def lines(ax) -> dict[str, np.ndarray]:
@@ -114,8 +104,7 @@ def lines(ax) -> dict[str, np.ndarray]:
 
 
 def test_the_picture_shows_all_factors_and_leaves_refused_stretches_out(result):
-    ax = plot.dynamic_factor(result, fresh())
-    shown = lines(ax)
+    shown = lines(plot.dynamic_factor(result, axes()))
     assert np.array_equal(shown["computed"], result["dynamic_factor"].values)
     assert np.array_equal(shown["ISO method B"], result["Kv_ISO_B"].values)
     last = float(result["speed"].values[np.isfinite(result["Kv_ISO_C"].values)][-1])
@@ -125,12 +114,12 @@ def test_the_picture_shows_all_factors_and_leaves_refused_stretches_out(result):
 
 
 def test_the_quasi_static_ratio_is_a_thin_line_and_what_exceeds_it_another(result):
-    ax = plot.dynamic_factor(result, fresh())
+    ax = plot.dynamic_factor(result, axes())
     ratio, shown = float(result["quasi_static_ratio"]), lines(ax)
     assert ratio > 1.2 and shown["quasi-static ratio"].tolist() == [ratio, ratio]
     assert shown["largest over quasi-static"] == pytest.approx(result["dynamic_factor"].values / ratio)
     assert "quasi-static ratio" in [text.get_text() for text in ax.texts]
-    smooth = plot.dynamic_factor(result.assign(quasi_static_ratio=1.0), fresh())
+    smooth = plot.dynamic_factor(result.assign(quasi_static_ratio=1.0), axes())
     assert not any("quasi-static" in name for name in lines(smooth)) and not smooth.texts
 
 
@@ -149,10 +138,9 @@ def test_the_motions_of_speeds_to_avoid_are_lines_of_their_own(result, tmp_path)
 
 
 def test_ranges_are_shaded_where_the_standard_puts_them(result):
-    ax = plot.dynamic_factor(result, fresh())
+    ax = plot.dynamic_factor(result, axes())
     shaded = sorted((p.get_x(), p.get_x() + p.get_width()) for p in ax.patches)
-    design = DESIGN.at(speed=100.0)
-    found = method_b(design).resonance
+    found = method_b(DESIGN.at(speed=100.0)).resonance
     limits = [x / RPM for x in (found.main_start, found.main_end, found.supercritical_start)]
     assert [low for low, _ in shaded] == pytest.approx(limits, rel=1e-9)
     assert [high for _, high in shaded[:2]] == pytest.approx(limits[1:], rel=1e-9)
@@ -165,13 +153,10 @@ def test_ranges_are_shaded_where_the_standard_puts_them(result):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(13.6, 6), (3.4, 2.8)], ids=str)
 def test_no_text_is_cut(result, size):
-    ax = plot.dynamic_factor(result, fresh(*size))
-    ax.figure.canvas.draw()
-    drawn, (width, height) = ax.figure.get_tightbbox(), ax.figure.get_size_inches()
-    assert drawn.x0 > -0.01 and drawn.y0 > -0.01 and drawn.x1 < width + 0.01 and drawn.y1 < height + 0.01
+    assert cut(plot.dynamic_factor(result, axes(*size)).figure) == []
 
 
-@pytest.mark.parametrize("style", ["paper", "slides", "dark"])
+@pytest.mark.parametrize("style", ["paper", "slides"])
 def test_in_a_column_of_any_style_the_legend_leaves_room_for_the_curves(result, style):
     with plot.style(style, width="column"):
         figure = Figure(layout="constrained")

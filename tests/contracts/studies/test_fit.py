@@ -18,6 +18,7 @@ from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
+from tests import EXAMPLES
 
 PAIR_KEYS = """
 n1 = 25
@@ -74,7 +75,6 @@ def test_tables_are_read_as_programs_write_them(tmp_path, text, columns, expecte
      "must have two speeds or more"),
     ({"vary": [*VARY, "damping_ratio=0.01:0.1", "backlash=0.1:0.2 mm"]}, "measured",
      "must have more amplitudes than the 3 parameters"),
-    ({"vary": ["error1=5:0.5 um"]}, "error1", "must have a lower bound below the upper one"),
     ({"vary": ["error1=5:5 um"]}, "error1", "must have a lower bound below the upper one"),
     ({"vary": ["error1=0.5:5"]}, "error1", "must be a length"),
     ({"vary": ["error1=0,5:5 um"]}, "vary", "must read name=low:high with a unit"),
@@ -84,8 +84,7 @@ def test_tables_are_read_as_programs_write_them(tmp_path, text, columns, expecte
     ({"vary": []}, "vary", "must name one parameter or more, each once"),
     ({"uncertainty": "5"}, "uncertainty", "must be a percentage, or a positive value"),
     ({"uncertainty": "120 %"}, "uncertainty", "must be more than 0 % and less than 100 %"),
-    ({"model": gc.MeshModel.of(zeta=0.1)}, "model", "must be a GearPair or a GearDesign, or the model of one"),
-    ({"model": gc.zones}, "model", "must be a GearPair or a GearDesign, or the model of one")])
+    ({"model": gc.MeshModel.of(zeta=0.1)}, "model", "must be a GearPair or a GearDesign, or the model of one")])
 def test_bad_input_is_named(tmp_path, changes, field, rule):
     with pytest.raises(InputError) as error:
         study(tmp_path, **changes)
@@ -104,19 +103,7 @@ def test_a_record_has_all_of_a_fit(tmp_path):
     assert from_record(to_record(made)) == made
 
 
-DESIGN = """
-[design]
-teeth = [50, 50]
-module = "3 mm"
-face_width = "20 mm"
-bore = "30 mm"
-damping_ratio = 0.05
-backlash = { value = "0.12 mm", of = "line of action, total" }
-transmission_error = "from quality"
-quality = { standard = "ISO 1328-1:1995", grade = 6 }
-[operation]
-torque = 150
-"""  # without a speed: those measured count
+DESIGN = (EXAMPLES / "spur_50_50.toml").read_text().replace('speed = "3000 rpm"\n', "")  # those measured count
 
 
 def measured_of(design: gc.GearDesign, error1: float) -> str:
@@ -155,16 +142,15 @@ def test_the_command_says_what_the_function_finds(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_a_fit_that_explains_nothing_says_so_first(tmp_path):
+def test_a_fit_that_explains_nothing_says_so_first(tmp_path, capsys):
     (tmp_path / "orders.csv").write_text(TABLE.replace("464", "9").replace("166", "3000"))
     (tmp_path / "pair.toml").write_text(f"[gearpair]\n{PAIR_KEYS}")
-    said = CliRunner().invoke(app, ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"), "--vary", *VARY,
-                                    "--starts", "1"])
-    first = " ".join(said.stdout.split())
-    assert first.startswith("The model does not explain these amplitudes: the residual is 9"), said.output
-    document = json.loads(CliRunner().invoke(app, ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"),
-                                                   "--vary", *VARY, "--starts", "1", "--json"]).stdout)
+    arguments = ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"), "--vary", *VARY, "--starts", "1"]
+    document = json.loads(CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "f.nc"), "--json"]).stdout)
     assert 0.9 < document["over_measured"] < 1
+    print_fit(gc.load(tmp_path / "f.nc"), document)
+    assert " ".join(capsys.readouterr().out.split()).startswith(
+        "The model does not explain these amplitudes: the residual is 9")
 
 
 def test_the_picture_has_each_order_with_its_points_and_its_line(tmp_path):

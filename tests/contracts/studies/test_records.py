@@ -14,10 +14,8 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.dynamics.response import CONTACTS, Response
-from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.store.lock import Shard
 from gearchaos.studies import warmup
 from gearchaos.studies.axis import shared_coordinates
 from gearchaos.studies.study import Study
@@ -31,7 +29,7 @@ FIGURE_2 = MeshModel.of(q0=0.1)
 @pytest.fixture(scope="module")
 def mixed():
     """A map with orbits, chaos and chaos that ended."""
-    return gc.zones(FIGURE_2, gc.Axis("omega", 0.5, 1.5, 24), gc.Axis("eps1", 0.0, 0.3, 20), settings=SHORT)
+    return gc.zones(FIGURE_2, gc.Axis("omega", 0.5, 1.5, 16), gc.Axis("eps1", 0.0, 0.3, 14), settings=SHORT)
 
 
 def test_codes_are_those_of_the_documentation():
@@ -50,7 +48,6 @@ def test_every_coordinate_has_its_unit():
     for name in ("x1", "x2", "y1", "y2", "z"):
         assert data[f"section_{name}"].attrs["units"] == "delta"
         assert data[f"section_{name}_dot"].attrs["units"] == "delta*omega0"
-        assert data[f"section_{name}"].attrs["long_name"].startswith("stroboscopic ")
     assert data.section_x1.attrs["long_name"] == "stroboscopic x1"
 
 
@@ -60,8 +57,7 @@ def test_intervals_hold_their_exponents_and_flags_are_true(mixed):
     assert chaotic.sum() > 5 and periodic.sum() > 50
     low, high = mixed.lyapunov_lo.values, mixed.lyapunov_hi.values
     assert np.all((low < value)[chaotic] & (value < high)[chaotic])
-    np.testing.assert_array_equal(low[periodic], value[periodic])
-    np.testing.assert_array_equal(high[periodic], value[periodic])
+    assert np.all((low == value)[periodic] & (value == high)[periodic])
     assert not mixed.transient_chaos.values[~periodic].any()
     quick = periodic & (mixed.periods_spent.values <= 1280)  # settled before anybody asked for exponents
     assert quick.sum() > 50 and not mixed.transient_chaos.values[quick].any()
@@ -221,33 +217,11 @@ def test_a_map_has_the_coordinates_that_its_corners_need():
     assert shared_coordinates(model, gc.Axis("omega", 1.0, 2.0, 1), gc.Axis("beta1", 0.01, 0.02, 3)) == more
 
 
-@pytest.mark.parametrize("dimension", warmup.MODELS)
-def test_the_kernels_warmed_are_of_every_dimension(dimension):
-    assert switched_system(vary(MeshModel.of(**warmup.MODELS[dimension]), {})).dimension == dimension
-
-
-def test_warming_up_says_how_long_it_took():
+def test_the_kernels_warmed_are_of_every_dimension_and_it_is_said_how_long_it_took():
+    for dimension, values in warmup.MODELS.items():
+        assert switched_system(vary(MeshModel.of(**values), {})).dimension == dimension
     dimension, law, seconds = warmup._run(3, "always")
     assert (dimension, law) == (3, "always") and 0 < seconds < 600
-
-
-def test_what_coexists_in_each_cell_is_counted_by_hand():
-    """Six starts and two sweeps a cell, each followed by itself."""
-    model, x = MeshModel.of(kind="single"), gc.Axis("omega", 2.0, 2.3, 3)
-    data = gc.zones(model, x, gc.Axis("eps1", 0.05, 0.1, 2), starts=6, settings=SHORT)
-    worst = {}
-    for row, eps1 in enumerate(data.eps1.values):
-        for column, omega in enumerate(x.values):
-            cell = data.isel(eps1=row, omega=column)
-            here = model.with_values({"omega": omega, "eps1": eps1})
-            found = gc.attractors(here, 64, settings=SHORT)
-            v_rms, contact = found.attractor_v_rms.values, found.attractor_contact.values
-            assert 1 <= int(cell.attractors) <= found.sizes["number"]
-            for name in ("v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down"):
-                assert np.isclose(v_rms, float(cell[name]), rtol=1e-3).any(), name
-            assert int(cell.contact_worst) in contact
-            worst[row, column] = int(cell.contact_worst)
-    assert len(set(worst.values())) > 1
 
 
 def test_the_response_of_coexisting_motions_is_that_of_the_classified_ones():
@@ -258,34 +232,12 @@ def test_the_response_of_coexisting_motions_is_that_of_the_classified_ones():
     data = gc.zones(model, *axes, starts=4, settings=short)
     count, least, most = (data[n].values for n in ("attractors", "v_rms_least", "v_rms_most"))
     assert 0 < np.mean(data.label == Label.UNDECIDED) < 1 and (count == 0).any() and (count > 1).any()
-    np.testing.assert_array_equal(np.isnan(least), count == 0)
-    np.testing.assert_array_equal(np.isnan(most), count == 0)
     some = count > 0
-    assert np.all((least[some] > 0) & (least[some] <= most[some]) & np.isfinite(most[some]))
+    assert np.array_equal(np.isfinite(least), some) and np.array_equal(np.isfinite(most), some)
+    assert np.all((least[some] > 0) & (least[some] <= most[some]))
     own = some & np.isin(data.label, (Label.PERIODIC, Label.CHAOTIC))
     assert np.all((least <= data.v_rms.values)[own] & (data.v_rms.values <= most)[own])
     assert np.all(data.contact_worst.values[~some] == 3)
-
-
-AXES = gc.Axis("omega", 1, 2, 3), gc.Axis("eps1", 0, 1, 2)
-BAD = [
-    (lambda: gc.zones(FIGURE_2, *AXES, threads=0), "threads must be"),
-    (lambda: gc.zones(FIGURE_2, *AXES, starts=2, refine=2), "refine must"),
-    (lambda: gc.zones(FIGURE_2, *AXES, refine=256), "at most 128"),
-    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 0.5, 1.0, 4)), "from below to above"),
-    (lambda: gc.attractors(FIGURE_2, 4, sweep=gc.Axis("omega", 1.0, 1.5, 4)), "from below to above"),
-    (lambda: gc.attractors(FIGURE_2.with_values({"q2": 0.2}), 4, sweep=gc.Axis("q0", 0, 1, 4)), "one value for both"),
-    (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (0.0, float("inf"))}), "box x1 must be a finite number"),
-    (lambda: gc.attractors(FIGURE_2, 4, box={"x1": (float("-inf"), 0.0)}), "box x1 must be a finite number"),
-    (lambda: Shard(0, 3), "i from 1 to n"),
-    (lambda: Shard(4, 3), "i from 1 to n"),
-]
-
-
-@pytest.mark.parametrize(("call", "message"), BAD, ids=[f"{i}-{m}" for i, (_, m) in enumerate(BAD)])
-def test_bad_input_is_named(call, message):
-    with pytest.raises(InputError, match=message):
-        call()
 
 
 def test_the_coarsest_refinement_is_half_a_part():

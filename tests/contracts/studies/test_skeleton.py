@@ -4,14 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from concurrent.futures import BrokenExecutor
 from contextlib import nullcontext
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +21,8 @@ from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import skeleton as skeletons
+from gearchaos.studyfile import load_design
+from tests import EXAMPLES
 from tests.colour_vision import VISION, lab, linear
 from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones
 
@@ -40,6 +36,13 @@ def test_a_skeleton_has_all_its_curves_one_after_another():
     assert {*ds["curve_boundary"].values[ds["curve_kind"].values == "graze"]} <= {1, -1}
     assert {end["curve"] for end in json.loads(ds.attrs["ends"])} <= set(numbers)
     assert np.abs(np.isfinite(ds["section_x1"]).sum("cycle") - ds["curve_period"].values[numbers]).max() == 0
+
+
+@pytest.mark.parametrize("make", [small, lambda: gc.agreement(small(), zones())], ids=["skeleton", "agreement"])
+def test_results_can_be_saved(make, tmp_path):
+    gc.save(make(), tmp_path / "file.nc")
+    assert gc.load(tmp_path / "file.nc").identical(make())
+    assert all("long_name" in variable.attrs for variable in make().data_vars.values())
 
 
 def test_curves_of_a_skeleton_are_those_that_curve_follows():
@@ -86,24 +89,24 @@ def test_the_number_of_workers_changes_nothing():
     assert gc.skeleton(SMALL, **WINDOW, **{**QUICK, "workers": 2}).identical(quick())
 
 
-@pytest.mark.slow
-def test_a_killed_command_goes_on(tmp_path):
-    out = tmp_path / "s.nc"
-    command = [sys.executable, "-c", "from gearchaos.cli import main; main()", "skeleton", "--set", "q0=0.1",
-               "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", "1", "--workers", "1", "--out", str(out)]
-    journal = Path(f"{out}.part")
-    killed = subprocess.Popen(command, stderr=subprocess.DEVNULL, env=os.environ)
-    for _ in range(1200):
-        if journal.exists() and journal.read_bytes().count(b"\n") > 6:
-            break
-        time.sleep(0.05)
-    killed.send_signal(signal.SIGKILL)
-    killed.wait()
-    finished = journal.read_bytes()[: journal.read_bytes().rfind(b"\n") + 1]
-    assert finished.count(b"\n") > 6 and not out.exists()
-    subprocess.run([*command, "--json"], check=True, capture_output=True, env=os.environ)
-    assert out.exists() and not journal.exists()
-    assert gc.load(out).identical(gc.skeleton(SMALL, **WINDOW, period=1, workers=1))
+def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkeypatch):
+    """What is finished is in the file before the next curve is followed, even where the process is killed then."""
+    out, kept, found = tmp_path / "s.nc", tmp_path / "s.nc.part", []
+    command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", "1", "--lines",
+               "1", "1", "--starts", "0", "--workers", "1", "--out", str(out), "--json"]
+
+    def interrupted(*_):
+        found[:] = [json.loads(line)[0] for line in kept.read_text().splitlines()[1:]]
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(algorithm, "follow_curve", interrupted)
+        assert CliRunner().invoke(app, command).exit_code != 0
+    assert found == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
+    monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
+    document = json.loads(CliRunner().invoke(app, command).stdout)
+    assert gc.load(out).identical(quick()) and not kept.exists()
+    assert sum(each["count"] for each in document["curves"]) == quick().sizes["number"]
 
 
 def test_agreement_names_the_cause_of_every_side():
@@ -117,7 +120,9 @@ def test_agreement_names_the_cause_of_every_side():
     np.testing.assert_allclose(steps, 1, atol=1e-9)
     seen = np.unique(found["curve"].values[at_curve])
     assert found["curve_seen"].values[seen].all()
-    assert found.identical(gc.agreement(small(), zones()))
+    table = found["orbit_sides"].to_pandas()
+    assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"
+    assert table.columns.tolist() == ["curve", "basin boundary", "unexplained"]
 
 
 def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common():
@@ -134,33 +139,31 @@ def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common()
 
 def test_agreement_over_the_speed_is_of_the_whole_model_with_its_supports():
     """The gears alone have none, and so make a torsional model."""
-    design = gc.GearDesign(
-        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed=5000.0, torque=100.0,
-        backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
-        quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    design = load_design(EXAMPLES / "spur_50_50.toml").at(speed=5000.0)
     model = gc.Regime(design).model.with_values({"kind": "full", "kappa": 0.3, "zeta_support": 0.1, "mu": 1.0})
     window = "speed=5000:5200:2", "torque=100:120:2"
     curves = gc.skeleton(model, *window, period=1, lines=(1, 0), starts=0, workers=1)
     assert json.loads(gc.agreement(curves, gc.zones(model, *window)).attrs["model"])["kind"] == "full"
 
 
-def test_sides_by_period_are_a_table_with_the_periods_as_its_index():
-    table = gc.agreement(small(), zones())["orbit_sides"].to_pandas()
-    assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"
-    assert table.columns.tolist() == ["curve", "basin boundary", "unexplained"]
+@pytest.mark.parametrize(("model", "x", "y", "words"), [
+    (SMALL.with_values({"zeta": 0.3}), "omega=1.7:2.3:3", "eps1=0.03:0.09:3", "must be of the model of the skeleton"),
+    (SMALL, "omega=1.7:2.3:3", "q0=0.03:0.09:3", "must be over the parameters of the skeleton"),
+    (SMALL, "omega=1.7:2.3:3", "eps1=0.03:0.09:1", "at least two values of eps1"),
+    (SMALL, "omega=2.4:2.6:3", "eps1=0.03:0.09:3", "values of omega in the window of the skeleton, from 1.7 to 2.3")])
+def test_agreement_needs_a_map_of_the_same_window(model, x, y, words):
+    with pytest.raises(InputError, match=words):
+        gc.agreement(small(), gc.zones(model, x, y))
 
 
-def test_bad_input_of_agreement():
+def test_results_of_other_kinds_are_refused():
     with pytest.raises(InputError, match=r"must be a result of gearchaos.skeleton"):
         gc.agreement(zones(), small())
-    with pytest.raises(InputError, match="must be of the model of the skeleton"):
-        gc.agreement(small(), gc.zones(SMALL.with_values({"zeta": 0.3}), "omega=1.7:2.3:3", "eps1=0.03:0.09:3"))
-    with pytest.raises(InputError, match="must be over the parameters of the skeleton"):
-        gc.agreement(small(), gc.zones(SMALL, "omega=1.7:2.3:3", "q0=0.03:0.09:3"))
-    with pytest.raises(InputError, match="at least two values of eps1"):
-        gc.agreement(small(), gc.zones(SMALL, "omega=1.7:2.3:3", "eps1=0.03:0.09:1"))
-    with pytest.raises(InputError, match=r"values of omega in the window of the skeleton, from 1.7 to 2.3"):
-        gc.agreement(small(), gc.zones(SMALL, "omega=2.4:2.6:3", "eps1=0.03:0.09:3"))
+    for draw in (plot.skeleton, plot.manifolds):
+        with pytest.raises(InputError, match=r"drawn by gearchaos.plot.zones"):
+            draw(zones(), ax=axes())
+    with pytest.raises(InputError, match=r"drawn by gearchaos.plot.agreement"):
+        plot.skeleton(gc.agreement(small(), zones()), ax=axes())
 
 
 def test_without_events_there_are_no_curves(tmp_path):
@@ -171,7 +174,7 @@ def test_without_events_there_are_no_curves(tmp_path):
     plot.skeleton(gc.load(tmp_path / "none.nc"), ax=axes())
 
 
-def test_a_picture_of_a_skeleton_has_a_line_for_every_curve():
+def test_a_picture_of_a_skeleton_has_a_line_for_every_curve_in_the_style_of_its_period():
     ds, ax = small(), plot.skeleton(small(), ax=axes())
     assert len(ax.lines) == ds.sizes["number"]
     np.testing.assert_array_equal(ax.lines[0].get_xdata(), ds["omega"].values[ds["curve"].values == 0])
@@ -180,6 +183,12 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve():
     assert len(without.lines) == (ds["curve_kind"] != "graze").sum()
     words = [text.get_text() for text in without.get_legend().get_texts()]
     assert "flip" in words and "graze" not in words and {"1T", "2T"} <= set(words)
+    styles = {}
+    for line, kind, period in zip(ax.lines, ds["curve_kind"].values, ds["curve_period"].values, strict=True):
+        if kind == "flip":
+            styles.setdefault(int(period), set()).add((line.get_linewidth(), line.get_linestyle()))
+    ((width, style),), ((second_width, second_style),) = styles[1], styles[2]
+    assert width > second_width and style == "-" != second_style
 
 
 def test_points_of_codimension_2_have_a_marker_for_each_kind():
@@ -194,35 +203,23 @@ def test_points_of_codimension_2_have_a_marker_for_each_kind():
     assert len(plot.result(ds).axes[0].lines) == len(ax.lines)
 
 
-def test_periods_differ_in_width_and_line_style():
-    ds, ax = small(), plot.skeleton(small(), ax=axes())
-    styles = {}
-    for line, kind, period in zip(ax.lines, ds["curve_kind"].values, ds["curve_period"].values, strict=True):
-        if kind == "flip":
-            styles.setdefault(int(period), set()).add((line.get_linewidth(), line.get_linestyle()))
-    assert len(styles[1]) == len(styles[2]) == 1
-    ((width, style),), ((second_width, second_style),) = styles[1], styles[2]
-    assert width > second_width and style == "-" != second_style
-
-
 @pytest.mark.parametrize("eye", VISION)
 def test_kinds_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
     seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in EVENT_COLOURS.values()]
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25
 
 
-@pytest.mark.parametrize("columns", [1, 2])
-def test_legends_beside_own_axes_are_not_cut_off(columns):
-    for width in (3.4, 6.4):
-        figure = Figure(figsize=(width * columns, 3.0))
-        FigureCanvasAgg(figure)
-        for ax in np.ravel(figure.subplots(1, columns)):
-            plot.skeleton(small(), ax=ax, special=True)
-        figure.canvas.draw()
-        for ax in figure.axes:
-            legend = ax.get_legend().get_window_extent()
-            assert legend.x0 >= 0 and legend.x1 <= figure.bbox.x1 and legend.y0 >= 0
-            assert not any(legend.overlaps(other.bbox) for other in figure.axes if other is not ax)
+@pytest.mark.parametrize(("width", "columns"), [(3.4, 1), (6.4, 2)])
+def test_legends_beside_own_axes_are_not_cut_off(width, columns):
+    figure = Figure(figsize=(width * columns, 3.0))
+    FigureCanvasAgg(figure)
+    for ax in np.ravel(figure.subplots(1, columns)):
+        plot.skeleton(small(), ax=ax, special=True)
+    figure.canvas.draw()
+    for ax in figure.axes:
+        legend = ax.get_legend().get_window_extent()
+        assert legend.x0 >= 0 and legend.x1 <= figure.bbox.x1 and legend.y0 >= 0
+        assert not any(legend.overlaps(other.bbox) for other in figure.axes if other is not ax)
 
 
 def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
@@ -242,8 +239,6 @@ def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
     gc.save(found, tmp_path / "found.nc")
     done = CliRunner().invoke(app, ["plot", str(tmp_path / "found.nc")])
     assert done.exit_code == 0 and (tmp_path / "found.png").stat().st_size > 5000
-    with pytest.raises(InputError, match=r"drawn by gearchaos.plot.agreement"):
-        plot.skeleton(found, ax=axes())
 
 
 def test_curves_over_a_map_keep_its_limits_and_its_legend():
@@ -252,10 +247,9 @@ def test_curves_over_a_map_keep_its_limits_and_its_legend():
     plot.skeleton(small(), ax=ax)
     ax.figure.canvas.draw()
     assert (ax.get_xlim(), ax.get_ylim()) == limits
-    after = ax.get_legend()
-    assert before in ax.get_children() and after is not before
-    assert not after.get_window_extent().overlaps(before.get_window_extent())
-    assert not after.get_window_extent().overlaps(ax.get_window_extent())
+    assert before in ax.get_children() and ax.get_legend() is not before
+    after = ax.get_legend().get_window_extent()
+    assert not after.overlaps(before.get_window_extent()) and not after.overlaps(ax.get_window_extent())
 
 
 def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
