@@ -97,8 +97,9 @@ def _in_words(items, reached, chosen):
         ("reached", reached), ("chosen", chosen))}
     out = [f"{len(chosen)} tests of {len(files['chosen'])} files; the change reaches {len(reached)} of "
            f"{len(files['reached'])}, of {len(items)} in all"]
-    if missing := sorted(files["reached"] - files["chosen"]):
-        out.append(f"reached, but for want of time without a test: {', '.join(missing)}")
+    if missing := Counter(name.rpartition("/")[0] for name in files["reached"] - files["chosen"]):
+        out.append("reached, but for want of time without a test: files of " + ", ".join(
+            f"{folder} {count}" for folder, count in sorted(missing.items())))
     return "\n".join(out)
 
 
