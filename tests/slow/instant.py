@@ -6,19 +6,14 @@ it and speaks to it. Processes that the commands start import this file as their
 Environment variables of a command:
 
 - ``INSTANT_SECONDS``: how long a tile takes.
-- ``INSTANT_DEADLY``: the number of a cell whose tile kills the process that computes it.
 - ``INSTANT_LOG``: a file that gets a line for each tile that is computed: the number of its first cell.
 - ``INSTANT_RECORD``: a file for what the process did to the files below its folder; see `power_failure`.
-- ``INSTANT_LARGEST``: the largest size of a file that the process may write.
-- ``INSTANT_HUMBLE``: the process has no rights beyond those that the modes of files give, even if root runs it.
 """
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -57,8 +52,6 @@ def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | N
             with open(path, "a") as file:
                 file.write(f"{items[0]}\n")
         time.sleep(float(os.environ.get("INSTANT_SECONDS", 0)))
-        if int(os.environ.get("INSTANT_DEADLY", -1)) in items:
-            os.kill(os.getpid(), signal.SIGKILL)
     return {name: (items % most + 1).astype(_DTYPES[name]) for name, most in _LARGEST_VALUES.items()}
 
 
@@ -184,9 +177,5 @@ if __name__ == "__main__":
 
     _serve()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it is ignored in the background of a shell
-    if largest := os.environ.get("INSTANT_LARGEST"):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (int(largest), int(largest)))
-    if "INSTANT_HUMBLE" in os.environ:
-        ctypes.CDLL(None).capset((ctypes.c_uint32 * 2)(0x20080522, 0), (ctypes.c_uint32 * 6)())
     with recorded(os.environ.get("INSTANT_RECORD")):
         sys.exit(main())

@@ -54,7 +54,7 @@ def test_a_run_killed_several_times_goes_on_to_the_same_bytes(nursery, whole, ur
     while kills < 6:
         run = nursery.run(url, "--threads", 2, folder=tmp_path, INSTANT_SECONDS=0.2, **variables)
         more = len(objects.names()) + (1 + 4 * kills if kills < 3 else 2)  # the first ones while the store is made
-        run.until(lambda more=more: len(objects.names()) >= more)
+        run.until(lambda more=more: time.sleep(0.02) or len(objects.names()) >= more)  # the server needs its time
         time.sleep(rng.uniform(0, 0.2))
         run.kill()
         kept = {name for name in objects.names("run") if not name.endswith(".json")}
@@ -102,42 +102,15 @@ def test_files_of_results_are_not_written_to_a_url(arguments, tmp_path, monkeypa
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("arguments", [["info"], ["check"], ["finish"], ["plot"], ["export", "--out", "map.nc"]])
-def test_what_is_no_store_is_refused_by_its_url(arguments, url, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    said = command(*arguments, url, code=2)[1]
-    assert url in said and ("must exist" in said or "must be a folder that gearchaos run made" in said)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_bucket_that_is_missing_is_told_before_anything_is_computed(tmp_path, instant):
     with pytest.raises(gc.InputError, match=r"must be in a bucket that can be reached; got .*NoSuchBucket"):
         gc.run(MAP, f"s3://nowhere-{uuid4().hex}/map.zarr")
     assert not instant.exists()
 
 
-def test_a_store_is_not_made_among_other_objects(url):
-    Objects(url).put("thesis.pdf", b"1")
-    with pytest.raises(gc.InputError, match=r"It has other files, such as thesis\.pdf"):
-        gc.run(MAP, url)
-    assert Objects(url).names() == ["thesis.pdf"]
-
-
-def test_damaged_and_missing_objects_are_repaired(whole, url):
-    gc.run(MAP, url, tile=TILE)
-    objects = Objects(url)
-    objects.delete(["label/c/0/0"])
-    objects.put("zarr.json", b"{}")
-    missing = json.loads(command("info", url, "--json")[0])["missing"]["files"]
-    assert missing == ["label/c/0/0", "zarr.json"]
-    gc.run(MAP, url, tile=TILE)
-    assert results(url) == results(whole)
-
-
-def test_a_server_that_fails_during_a_run_is_no_damage(url, monkeypatch):
-    gc.run(MAP, url, tile=TILE)
-    before = Objects(url).sizes(Objects(url).names())
-    get = Objects.get
+def test_a_server_that_fails_during_a_run_is_no_damage(monkeypatch):
+    gc.run(MAP, url := f"memory://{uuid4().hex}/map.zarr", tile=TILE)
+    before, get = Objects(url).sizes(Objects(url).names()), Objects.get
 
     def failing(self, name, *arguments):
         if name == "run/finished":

@@ -35,6 +35,11 @@ def recording(request, nursery, tmp_path_factory):
     return record(folder, nursery)
 
 
+def in_place(whole):
+    """The files of the undisturbed store, as they are in a folder of a run."""
+    return {f"map.zarr/{name}": content for name, content in read_files(whole).items()}
+
+
 def results(files):
     """The content by name of the files of a store without the record of its run."""
     return {name: content for name, content in files.items() if not name.startswith(("map.zarr/run/", "study.toml"))}
@@ -60,7 +65,7 @@ def check_values(path, right):
 
 
 def goes_on(files, folder, whole, log):
-    """Whether a store with these files is completed to the same bytes; returns the tiles that were computed for it."""
+    """Let a run complete a store with these files; returns its grid and the tiles that were computed for it."""
     write_files(files, folder)
     check_values(folder / "map.zarr", whole)
     log.unlink(missing_ok=True)
@@ -71,17 +76,17 @@ def goes_on(files, folder, whole, log):
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.9])
-@pytest.mark.parametrize("points", [8, pytest.param(100, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("points", [4, pytest.param(100, marks=pytest.mark.exhaustive)])
 def test_after_a_power_failure_a_run_goes_on_to_the_same_bytes(recording, whole, tmp_path, instant, kept, points):
     before, events = recording
     rng, right, most = random.Random(f"{kept}"), gc.run(MAP), 0
-    expected = {f"map.zarr/{name}": content for name, content in read_files(whole).items()}
     described = next((n for n, event in enumerate(events, 1) if event[2] == "map.zarr/run/study.json"), 1)
     for number in range(points):
-        last = described if number < 3 else rng.randrange(len(events) + 1)
+        early, late = (len(events) * n // (points - 1) for n in (number - 1, number))
+        last = rng.randint(early, late) if number else described
         disk, folder = Disk(before).apply(events[:last]), tmp_path / str(number)
         grid, computed = goes_on(disk.files(rng, kept), folder, right, instant)
-        assert results(read_files(folder)) == results(expected)
+        assert results(read_files(folder)) == results(in_place(whole))
         durable = blocks(disk.files(rng, 0.0))
         assert not computed & {tile for block in durable for tile in grid.tiles_of(block)}, "a block was lost"
         most = max(most, len(durable))
@@ -91,7 +96,7 @@ def test_after_a_power_failure_a_run_goes_on_to_the_same_bytes(recording, whole,
 def test_what_a_finished_run_leaves_is_durable(recording, whole, tmp_path, instant):
     before, events = recording
     left = Disk(before).apply(events).files(random.Random(), 0.0)
-    assert results(left) == results({f"map.zarr/{name}": content for name, content in read_files(whole).items()})
+    assert results(left) == results(in_place(whole))
     assert not goes_on(left, tmp_path / "left", gc.run(MAP), instant)[1] and "map.zarr/run/finished" in left
 
 
@@ -116,6 +121,5 @@ def test_a_run_that_is_killed_makes_nothing_less_durable(nursery, whole, tmp_pat
     write_files(disk.files(random.Random()), tmp_path / "second")
     disk.apply(record(tmp_path / "second", nursery)[1])
     left = disk.files(random.Random(), 0.0)
-    expected = {f"map.zarr/{name}": content for name, content in read_files(whole).items()}
-    assert results(expected).items() <= left.items() and blocks(left) == blocks(expected)
+    assert results(in_place(whole)).items() <= left.items() and blocks(left) == blocks(in_place(whole))
     assert {"map.zarr/run/study.json", "map.zarr/run/finished"} <= set(left)

@@ -2,7 +2,6 @@
 
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -89,15 +88,12 @@ def test_shards_in_processes_of_their_own_write_the_same_bytes(nursery, instant,
 def test_motions_are_the_same_in_threads_in_processes_and_in_memory(tmp_path):
     short = Classification(longest_transient=800, doublings=1, averaging_periods=16)
     single = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05, q0=0.1)
-    zones = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.1:16", "eps1=0.05:0.3:12", settings=short)
-    starts = gc.Attractors(single, 40, kicks=2, settings=short)
-    for study in (zones, starts):
-        in_memory, paths = study.run(), [tmp_path / f"{study.kind} in {engine}" for engine in ("threads", "processes")]
-        for path, options in zip(paths, ({"threads": 2}, {"processes": 2}), strict=True):
-            outcome = gc.run(study, path, tile=20, **options)
-            assert (outcome.done, outcome.failed, outcome.finished) == (outcome.count, {}, True)
-            xr.testing.assert_identical(xr.open_zarr(path).load(), in_memory)
-        assert files(paths[0]) == files(paths[1])
+    study = gc.Attractors(single, 24, kicks=2, settings=short)
+    for engine in ("threads", "processes"):
+        outcome = gc.run(study, tmp_path / engine, tile=8, **{engine: 2})
+        assert (outcome.done, outcome.failed, outcome.finished) == (outcome.count, {}, True)
+        xr.testing.assert_identical(xr.open_zarr(tmp_path / engine).load(), study.run())
+    assert files(tmp_path / "threads") == files(tmp_path / "processes")
 
 
 # Runs that are killed, stopped, or cannot go on
@@ -134,50 +130,15 @@ def test_a_run_killed_at_any_moment_goes_on_to_the_same_bytes(nursery, tmp_path,
     assert files(path) == files(tmp_path / "whole.zarr")
 
 
-def test_ctrl_c_keeps_what_is_done(nursery, tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_ctrl_c_and_a_scheduler_that_ends_a_run_keep_what_is_done_and_leave_no_lock(nursery, tmp_path, number):
+    """A lock that is left would keep other hosts out."""
     path = tmp_path / "map.zarr"
     command = begun(nursery.run(path, INSTANT_SECONDS=0.1), path)
-    os.kill(command.pid, signal.SIGINT)
+    assert len(list(path.glob("run/locks/*"))) == 1
+    os.kill(command.pid, number)
     assert command.wait(130).splitlines()[-1] == "interrupted"
-    assert len(tiles_done(path)) >= 3
-
-
-def test_a_full_disk_stops_with_one_message_and_the_run_can_go_on(nursery, whole, tmp_path):
-    path = tmp_path / "map.zarr"
-    command = begun(nursery.run(path, INSTANT_SECONDS=0.1), path)
-    command.kill()
-    before = tiles_done(path)
-    said = nursery.run(path, INSTANT_LARGEST=1000).wait(2)
-    assert "File too large" in said and "What is done is kept" in said and said.count("rror") == 1
-    assert tiles_done(path) == before
-    nursery.run(path).wait()
-    assert files(path) == files(whole)
-
-
-def test_a_store_that_is_read_only_is_refused_and_can_be_read(nursery, whole, tmp_path):
-    path = shutil.copytree(whole, tmp_path / "map.zarr")
-    folders = [path, *(p for p in path.rglob("*") if p.is_dir())]
-    for folder in folders:
-        folder.chmod(0o555)
-    try:
-        assert "must be writable" in nursery.run(path, INSTANT_HUMBLE=1).wait(2)
-        for arguments in (["info", path], ["check", path], ["export", path, "--out", "map.nc"]):
-            nursery.start(tmp_path, *arguments, INSTANT_HUMBLE=1).wait()
-    finally:
-        for folder in folders:
-            folder.chmod(0o755)
-    assert files(path) == files(whole)
-
-
-def test_a_tile_that_kills_its_worker_is_named_after_three_attempts(nursery, whole, tmp_path):
-    path, grid, log = tmp_path / "map.zarr", open_store(whole).grid, tmp_path / "tiles.log"
-    deadly = nursery.run(path, "--processes", 2, INSTANT_DEADLY=99, INSTANT_LOG=log)
-    (tile,) = (n for n in range(grid.count) if 99 in grid.items(n))
-    assert f"tile {tile} failed: the process that computed it died\n" in deadly.wait(1)
-    assert computed(log, grid).count(tile) == 1 + 3  # at first beside others, any of which might be the cause
-    assert tiles_done(path) == set(range(grid.count)) - {tile}
-    nursery.run(path).wait()
-    assert files(path) == files(whole)
+    assert len(tiles_done(path)) >= 3 and not list(path.glob("run/locks/*"))
 
 
 @pytest.mark.parametrize("engine", ["--processes", "--workers"])
@@ -189,19 +150,6 @@ def test_workers_do_not_outlive_a_run_that_is_killed(nursery, tmp_path, engine):
     command.wait(-signal.SIGKILL)
     wait_until(lambda: not any(worker.is_running() for worker in workers))
     assert len(workers) == 2
-
-
-def test_a_second_writer_is_refused_with_the_first_one_named(nursery, instant, monkeypatch, tmp_path):
-    monkeypatch.setattr("gearchaos.store.lock._WAIT", 0.2)
-    path = tmp_path / "map.zarr"
-    command = begun(nursery.run(path, "--shard", "1/2", INSTANT_SECONDS=0.2), path, 1)
-    os.kill(command.pid, signal.SIGSTOP)  # it still holds its lock
-    for shard in (None, "1/2", "1/3"):
-        with pytest.raises(gc.InputError, match=f"another writer.*shard 1/2, process {command.pid} on host .*, is wri"):
-            gc.run(MAP, path, shard=shard)
-    assert not gc.run(MAP, path, shard="2/2").finished
-    command.kill()
-    assert gc.run(MAP, path).finished  # the lock of a process that has ended is taken over
 
 
 # Clusters
@@ -241,16 +189,12 @@ def test_slurm_jobs_run_one_worker_each():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("--shard", "4/3"), "shard must read i/n with i from 1 to n; got '4/3'"),
-    (("--shard", "one"), "shard must read i/n"),
-    (("--shard", "²/3"), "shard must read i/n"),
+    *((("--shard", n), f"shard must read i/n with i from 1 to n; got '{n}'") for n in ("4/3", "one", "²/3")),
     (("--threads", "1", "--processes", "2"), "threads and processes must not be given together"),
     (("--workers", "1", "--processes", "2"), "processes and workers must not be given together"),
     (("--jobs", "3"), "jobs must be left out without cluster"),
     (("--cluster", "pbs"), "cluster must be slurm; got 'pbs'"),
     (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers"),
-    pytest.param(("--cluster", "slurm", "--jobs", "64"), "cluster needs the command sbatch; got 'no such command'",
-                 marks=pytest.mark.skipif(shutil.which("sbatch") is not None, reason="this machine has Slurm")),
 ])
 def test_bad_options_are_refused_before_anything_is_made(tmp_path, monkeypatch, arguments, words):
     client = distributed.Client

@@ -5,10 +5,8 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import LARGEST_INTEGER, whole_number
 from gearchaos.execute import machine, tiles
@@ -19,7 +17,8 @@ from gearchaos.studies.cost import ANNOUNCED_SECONDS, MAX_STEPS, estimate
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
-from tests.slow.fuzzing.cases import EXAMPLES
+from tests import EXAMPLES
+from tests.contracts.cli.test_cli import run
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)
@@ -37,7 +36,6 @@ REFUSED = [
     (lambda: gc.Axis("mu", 1.0, 1e200, 3), "mu1", "at most 1e+12", 1e200, "units"),
     (lambda: gc.regime(gc.MeshModel.of(omega=1e-6)), "steps of a mesh period", "at most 1,000,000", 1.6e7, "omega"),
     (lambda: gc.regime(gc.MeshModel.of(zeta=1e6)), "steps of a mesh period", "at most 1,000,000", 2.79e7, "zeta"),
-    (lambda: gc.simulate(gc.MeshModel.of(J1=1e-9), 3), "steps of a mesh period", "at most 1,000,000", ANY, "J"),
     (lambda: gc.zones(PAIR, gc.Axis("omega", 1e-7, 1, 3), SMALL), "steps of a mesh period", "at most", ANY, "omega"),
     (lambda: gc.bifurcation(PAIR, gc.Axis("zeta", 0, 1e6, 3)), "steps of a mesh period", "at most", 2.79e7, "zeta"),
     (lambda: gc.simulate(PAIR, 10**20), "periods", "at most", 10**20, ""),
@@ -45,18 +43,11 @@ REFUSED = [
     (lambda: gc.simulate(PAIR, 10, transient=9 * 10**15), "the study", "end within 100 years", ANY, "followed"),
     (lambda: gc.simulate(PAIR, 2 * 10**6), "periods", "by its memory", 2 * 10**6, ""),
     (lambda: gc.simulate(PAIR, 3, samples=10**6), "periods times samples", "by its memory", 3 * 10**6, ""),
-    (
-        lambda: gc.bifurcation(PAIR, gc.Axis("q0", 0, 1, 10**4), points=10**4),
-        "columns times points", "by its memory", 10**8, "",
-    ),
     (lambda: gc.bifurcation(PAIR, SMALL, points=10**7), "columns times points", "memory", 3 * 10**7, ""),
     (lambda: gc.attractors(PAIR, 2, kicks=3000), "kicks", "by its memory", 3000, ""),
     (lambda: gc.attractors(PAIR, 2, box={"x1": (0, 1, 2)}), "box x1", "two finite numbers", (0, 1, 2), "-3, 3"),
-    (lambda: gc.attractors(PAIR, 2, box={"x1": 3.0}), "box x1", "two finite numbers", 3.0, "-3, 3"),
     (lambda: gc.attractors(PAIR, 2, box={"x1": ("a", 1)}), "box x1", "must be a number", "a", ""),
     (lambda: gc.attractors(PAIR, 2, box=[("x1", 0, 1)]), "box", "a range for each", [("x1", 0, 1)], "-3, 3"),
-    (lambda: Classification(transient_lengths=80), "classification.transient_lengths", "a list of whole numbers", 80,
-     "80, 80"),
     (lambda: Classification(transient_lengths="80"), "classification.transient_lengths", "a list of whole numbers",
      "80", "80, 80"),
     (lambda: Classification(transient_lengths=(80, 10**8)), "classification.transient_lengths", "at most 10,000,000",
@@ -103,10 +94,8 @@ def system(**values):
     return switched_system(vary(gc.MeshModel.of(**values), {}))
 
 
-POINTS = [{}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0}, {"eps9": 0.1}]
-
-
-@pytest.mark.parametrize("values", POINTS)
+@pytest.mark.parametrize("values", [
+    {}, {"omega": 0.01}, {"zeta": 30.0}, {"kind": "full", "kappa": 400.0}, {"eps9": 0.1}])
 @pytest.mark.parametrize("samples", [0, 7, 500])
 def test_the_estimate_is_what_the_flow_does(values, samples):
     from gearchaos.flow import ExactFlow
@@ -115,12 +104,8 @@ def test_the_estimate_is_what_the_flow_does(values, samples):
     assert made / 1.4 <= estimate(system(**values), 1, 1, samples=samples).steps <= made
 
 
-WAVES = [
-    {"eps4": 1e6}, {"eps8": 1e6}, {"c1": 0.2, "eps1": 1e6}, {"kind": "full", "eps64": 1e6}, {"eps64": 1e6, "c64": 0.2},
-]
-
-
-@pytest.mark.parametrize("values", WAVES)
+@pytest.mark.parametrize("values", [
+    {"eps4": 1e6}, {"c1": 0.2, "eps1": 1e6}, {"kind": "full", "eps64": 1e6}, {"eps64": 1e6, "c64": 0.2}])
 def test_the_estimate_covers_what_harmonics_cost(values):
     from gearchaos.flow import ExactFlow
 
@@ -174,31 +159,24 @@ def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     assert "chaotic" not in capsys.readouterr().err  # the only motion of `simulate` is followed to its end
 
 
-COMMANDS = [
-    ["regime"], ["simulate", "--periods", "2"], ["attractors", "--starts", "2"],
-    ["bifurcation", "--axis", "eps1=0:.1:2", "--out", "o.nc"],
-    ["zones", "--axis", "omega=1:2:2", "--axis", "eps1=0:.1:2", "--out", "o.nc"],
-    ["basins", "--axis", "x1=0:1:2", "--axis", "x1_dot=0:1:2", "--out", "o.nc"], ["run", "s.toml", "--out", "o.zarr"],
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
+@pytest.mark.parametrize("command", [
+    ["regime"], ["simulate", "--periods", "2"],
+    ["zones", "--axis", "omega=1:2:2", "--axis", "eps1=0:.1:2", "--out", "o.nc"], ["run", "s.toml", "--out", "o.zarr"],
+], ids=lambda c: c[0])
 def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
-    assert "may take" not in CliRunner().invoke(app, command).stderr
+    assert "may take" not in run(*command).stderr
     monkeypatch.setattr(costs, "ANNOUNCED_SECONDS", 0.0)
     (tmp_path / "again").mkdir()
     monkeypatch.chdir(tmp_path / "again")
-    result = CliRunner().invoke(app, [c.replace("s.toml", "../s.toml") for c in command])
+    result = run(*(c.replace("s.toml", "../s.toml") for c in command))
     assert result.exit_code == 0 and result.stderr.count("this may take up to about") == 1
 
 
 def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):
     monkeypatch.setattr(costs, "memory", lambda: GIGABYTE)
-    slow = estimate(switched_system(vary(gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)), omega=1e-3), {})), 10**6,
-                    1)
+    slow = estimate(system(c1=0.2, omega=1e-3), 10**6, 1)
     assert slow.max_parameter_points(1) * slow.table_bytes <= GIGABYTE // 4
     assert slow.max_parameter_points(4) == slow.max_parameter_points(1) // 4
     assert estimate(system(), 10**6, 1).max_parameter_points(64) == tiles.TILE
@@ -216,8 +194,8 @@ def test_records_of_long_periods_make_tiles_small(longest, most, monkeypatch):
 
 def test_tiles_of_any_size_give_the_same_map(monkeypatch):
     model = gc.MeshModel(stiffness=gc.HarmonicStiffness((0.2,)))
-    axes, short = (gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)), Classification(longest_transient=400,
-        doublings=1)
+    axes = gc.Axis("omega", 0.5, 1.0, 9), gc.Axis("eps1", 0, 0.2, 5)
+    short = Classification(longest_transient=400, doublings=1)
     whole = gc.zones(model, *axes, starts=2, settings=short)
     monkeypatch.setattr(costs.Cost, "max_parameter_points", lambda *_: 8)
     assert gc.zones(model, *axes, starts=2, settings=short).identical(whole)

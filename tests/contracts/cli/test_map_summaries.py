@@ -1,6 +1,5 @@
 """What maps print, and what pictures of given gears show without being asked: the contact of the teeth."""
 
-
 import numpy as np
 import pytest
 
@@ -8,11 +7,11 @@ import gearchaos as gc
 from gearchaos import plot
 from tests import EXAMPLES
 from tests.contracts.cli.test_cli import run, run_json
+from tests.contracts.model.test_damping_law import PAIR
 from tests.pictures import legend_words
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 MAP = ("map", SPUR, "--speed", "1500:4500:7", "--torque", "60:400:4")
-PLANE = ("zones", "--axis", "omega=0.5:1.5:6", "--axis", "eps1=0:0.3:5")
 
 
 def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
@@ -23,9 +22,10 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     speed, torque = (float(where[int(where.argmax("cell"))][n]) for n in ("speed", "torque"))
     both = 100 * float((found.contact == 2).mean())
     assert 0 < share < 100 and 0 < both < 100
-    *first, second, third = lines
-    assert " ".join(map(str.strip, first)).startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
-    assert " ".join(map(str.strip, first)).endswith(f", hit both flanks {both:.3g} % of the cells")
+    *rows, second, third = lines
+    first = " ".join(map(str.strip, rows))
+    assert first.startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
+    assert first.endswith(f", hit both flanks {both:.3g} % of the cells")
     assert second == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.4g} rpm, "
                       f"torque {torque:.4g} N m")
     assert third == "dynamic factor: mesh damping in contact alone, quasi-static ratio 1.75"
@@ -44,9 +44,8 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     assert max(map(len, lines)) <= 80
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "first", "second"), [
-    (PLANE, "motions: 1T ", "largest dynamic factor"),
+    (("zones", "--axis", "omega=0.5:1.5:6", "--axis", "eps1=0:0.3:5"), "motions: 1T ", "largest dynamic factor"),
     (("bifurcation", "--axis", "eps1=0:0.3:5"), "motions: ", "largest dynamic factor "),
     (("bifurcation", "--set", "q0=0", "--axis", "eps1=0:0.3:5"), "motions: ", "largest V_RMS "),
     (("bifurcation", SPUR, "--set", "torque=100", "--axis", "speed=2000:3000:3"), "teeth, one motion each: ",
@@ -76,16 +75,13 @@ def test_the_line_of_many_motions_is_cut(capsys):
 
 
 def test_pictures_of_maps_of_gears_show_contact():
-    design = gc.GearPair(
-        n1=25, n2=50, I1=5e-4, I2=8e-3, R1="35 mm", R2="70 mm", c0="400 N/um", k="500 N*s/m", backlash="0.12 mm",
-        M10="85 N*m", speed="14000 rpm", error_amplitudes=["6 um"])
-    found = gc.operating_map(design, "2000:14000:5", "20:180:4")
+    found = gc.operating_map(PAIR, "2000:14000:5", "20:180:4")
     by_default, asked, motion = (plot.result(found, colour).axes[0] for colour in (None, "contact", "motion"))
     shown, wanted, other = (np.asarray(ax.images[0].get_array()) for ax in (by_default, asked, motion))
     np.testing.assert_array_equal(shown, wanted)
     np.testing.assert_array_equal(shown, found.contact.values)
     assert not np.array_equal(shown, other) and "separation" in legend_words(by_default)
-    several = gc.operating_map(design, "2000:14000:5", "20:180:4", starts=4)
+    several = gc.operating_map(PAIR, "2000:14000:5", "20:180:4", starts=4)
     worst = np.asarray(plot.result(several).axes[0].images[0].get_array())
     np.testing.assert_array_equal(worst, several.contact_worst.values)
     dimensionless = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:3", "eps1=0:0.3:3")

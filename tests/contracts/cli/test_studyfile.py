@@ -1,6 +1,5 @@
 """Study files: what they say, what is set over them, and what is refused."""
 
-
 import numpy as np
 import pytest
 
@@ -77,13 +76,12 @@ def test_no_file_is_the_paper(study):
     assert load_study().model == study("").model == MeshModel()
 
 
-def test_harmonic_stiffness(study):
-    found = study('[model.stiffness]\nkind = "harmonics"\namplitudes = [0.3, 0.1]\nphases = [0.0, 1.5]')
-    assert found.model.stiffness == HarmonicStiffness((0.3, 0.1), (0.0, 1.5))
-
-
-def test_a_pair_of_stiffness_values(study):
-    assert study("[model.stiffness]\nchi0 = 0.1").model.stiffness == TwoLevelStiffness(0.1, 0.1)
+@pytest.mark.parametrize(("text", "stiffness"), [
+    ('kind = "harmonics"\namplitudes = [0.3, 0.1]\nphases = [0.0, 1.5]', HarmonicStiffness((0.3, 0.1), (0.0, 1.5))),
+    ("chi0 = 0.1", TwoLevelStiffness(0.1, 0.1)),
+])
+def test_stiffness(study, text, stiffness):
+    assert study(f"[model.stiffness]\n{text}").model.stiffness == stiffness
 
 
 def test_values_are_set_over_the_file(study):
@@ -100,38 +98,23 @@ def test_settings(study):
     assert found.options == {"axis": Axis("eps1", 0.0, 0.3, 7), "points": 32, "mode": "up"}
     assert found.options_for("zones") == {}
     assert found.study(Bifurcation) == Bifurcation(found.model, Axis("eps1", 0.0, 0.3, 7), points=32, mode="up")
-
-
-def test_x_axis_comes_first(study):
-    found = study('[study]\ny = "eps1=0:0.3:7"\nx = "omega=0.2:3:5"\nkind = "zones"')
-    study = found.study(STUDIES["zones"])
-    assert (study.x.name, study.y.name) == ("omega", "eps1")
+    zones = study('[study]\ny = "eps1=0:0.3:7"\nx = "omega=0.2:3:5"\nkind = "zones"').study(Zones)
+    assert (zones.x.name, zones.y.name) == ("omega", "eps1")
 
 
 def test_physical_pair(study):
     found = study(PAIR)
-    assert found.pair is not None
-    assert found.model == operating_model(found.pair)
+    assert found.model == operating_model(found.pair) and found.model.kind == "torsional"
     assert model_json(found.model) == model_json(found.pair.to_model())
-    assert found.model.kind == "torsional"
-
-
-def test_physical_pair_with_values(study):
-    slow = study(PAIR, **{"gearpair.speed": "7000 rpm", "gearpair.n1": 25, "kind": "single", "eps1": 0.1})
-    assert slow.model.omega == pytest.approx(study(PAIR).model.omega / 2)
-    assert slow.model.kind == "single" and slow.model.error.amplitudes == (0.1,)
+    slow = study(PAIR, **{"gearpair.speed": "7000 rpm", "gearpair.n1": 25, "kind": "single", "eps1": 0.1}).model
+    assert slow.omega == pytest.approx(found.model.omega / 2)
+    assert slow.kind == "single" and slow.error.amplitudes == (0.1,)
 
 
 BAD = [
     ("[model]\nomega = -1", "omega must be greater than 0; got -1.0"),
-    ("[model]\nomega = 0", "omega must be greater than 0; got 0.0"),
-    ("[model]\nomega = nan", "omega must be a finite number; got nan"),
-    ("[model]\nomega = inf", "omega must be a finite number; got inf"),
     ('[model]\nomega = "1"', "model.omega must be a valid number; got '1'"),
     ("[model]\nomega = true", "model.omega must be a valid number; got True"),
-    ("[model]\nzeta = -0.1", "zeta must not be negative"),
-    ("[model]\nbeta1 = -0.1", "beta1 must not be negative"),
-    ("[model]\nJ2 = 0", "J2 must be greater than 0"),
     ("[model]\nomga = 1", "Did you mean 'omega'?"),
     ("[modle]\nomega = 1", "Did you mean 'model'?"),
     ("[model]\neps1 = 0.1", "Write it in [model.error]"),
@@ -146,25 +129,21 @@ BAD = [
     ("[model.error]\namplitude = [0.1]", "Did you mean 'amplitudes'?"),
     ('[model.stiffness]\nkind = "sine"', "stiffness.kind must be 'two-level', 'harmonics'"),
     ("[model.stiffness]\nchi2 = 1", "chi2 must be less than 1; got 1.0"),
-    ("[model.stiffness]\nchi1 = -1", "chi1 must be greater than -1"),
-    ("[model.stiffness]\ncontact_ratio = 0.9", "contact_ratio must lie in [1, 2]; got 0.9"),
     ("[model.stiffness]\nchi0 = 0.1\nchi1 = 0.2", "must not be given beside model.stiffness.chi1"),
     ("[model.stiffness]\namplitudes = [0.1]", "amplitudes must be left out for kind 'two-level'"),
     ('[model.stiffness]\nkind = "harmonics"\nchi1 = 0.1', "chi1 must be left out for kind 'harmonics'"),
     ('[model.stiffness]\nkind = "harmonics"\namplitudes = [1.1]', "must keep the mesh stiffness above 0"),
     ("[initial]\ny1 = 1", "initial value of a torsional model must be one of"),
-    ("[initial]\nomega = 1", "initial value of a torsional model must be one of"),
-    ("[initial]\nx1 = nan", "initial.x1 must be a finite number"),
     ('[study]\nx = "omega=0.2:3:5"', "study.kind must be given"),
     ('[study]\nkind = "zone"', "study.kind must be 'simulate'"),
     ('[study]\nkind = "zones"\naxis = "eps1=0:1:3"', "study.axis must be left out for kind 'zones'"),
     ('[study]\nkind = "zones"\nperiods = 3', "study.periods must be left out for kind 'zones'"),
-    ('[study]\nkind = "bifurcation"\naxis = "eps1=1:0:3"', "axis eps1 must run from a smaller to a larger value"),
     ('[study]\nkind = "bifurcation"\naxis = "eps1=0:1"', "study.axis must read name=start:stop:count"),
     ('[study]\nkind = "bifurcation"\nmode = "sideways"', "study.mode must be 'fixed', 'up' or 'down'"),
     ('[study]\nkind = "simulate"\nperiods = 0', "study.periods must be greater than or equal to 1; got 0"),
     ("model = 3", "model must be a table; got 3"),
     ("omega = ", "study file must be valid TOML"),
+    (f"[model]\nomega = {'9' * 5000}", "study file must be valid TOML"),
     ("[gearpair]\nn3 = 25", "key of [gearpair] must be one of"),
     ("[gearpair]\nn1 = 25", "gearpair.n2 must be given"),
     (PAIR + "[model]\nomega = 1", "[model] must be left out beside [gearpair]"),
@@ -172,7 +151,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("text", "message"), BAD)
+@pytest.mark.parametrize(("text", "message"), BAD, ids=range(len(BAD)))
 def test_bad_files_are_refused_in_words(study, text, message):
     with pytest.raises(InputError) as error:
         study(text)
@@ -184,55 +163,41 @@ def test_gearpair_value_without_a_pair(study):
         study("", **{"gearpair.speed": "3 rpm"})
 
 
-@pytest.mark.parametrize("path", ["missing.toml", "."])
-def test_unreadable_file(tmp_path, path):
-    with pytest.raises(InputError, match="study file must be a readable file"):
-        load_study(tmp_path / path)
-
-
-def test_file_that_is_not_text(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="must be valid TOML"):
-        load_study(path)
+def test_unreadable_files(tmp_path):
+    (tmp_path / "study.toml").write_bytes(b"\xff\xfe\x00")
+    for name, message in (("study.toml", "valid TOML"), ("none.toml", "a readable file"), (".", "a readable file")):
+        with pytest.raises(InputError, match=f"study file must be {message}"):
+            load_study(tmp_path / name)
 
 
 def test_parse_set_keeps_numbers_and_order():
     assert parse_set(["omega=1", "eps1 = 2.5e-1", "kind=single"]) == {"omega": 1, "eps1": 0.25, "kind": "single"}
-    values = parse_set(["q0=1", "q1=2", "q0=3"])
-    assert load_study(None, values).model.q1 == 3.0
-
-
-@pytest.mark.parametrize("text", ["omega", "=1", "omega=", ""])
-def test_parse_set_refuses(text):
-    with pytest.raises(InputError, match="--set must read name=value"):
-        parse_set([text])
+    assert load_study(None, parse_set(["q0=1", "q1=2", "q0=3"])).model.q1 == 3.0
+    with pytest.raises(InputError, match=r"^omega must be a number; got '0,5'. Write a decimal point"):
+        load_study(None, parse_set(["omega=0,5"]))
 
 
 def test_parse_set_takes_lists_and_tables():
     values = parse_set(["design.bore=['30 mm', 0.06]", "design.quality={ standard = 'ISO 1328-1:2013', grade = 5 }"])
-    assert values == {"design.bore": ["30 mm", 0.06],
-                      "design.quality": {"standard": "ISO 1328-1:2013", "grade": 5}}
+    assert values == {"design.bore": ["30 mm", 0.06], "design.quality": {"standard": "ISO 1328-1:2013", "grade": 5}}
     design = load_design(EXAMPLES / "spur_50_50.toml", values)
     assert design.bore == (0.03, 0.06) and design.quality.grade == 5
 
 
 @pytest.mark.parametrize(("text", "message"), [
+    *((text, "must read name=value") for text in ("omega", "=1", "omega=", "")),
     ("design.bore=[30 mm, 60 mm]", "must give a list or table as in TOML"), ("design.bore=['30 mm'", "Unclosed array"),
     ("a=[1]\nb=2", "must give one value"), ("a={", "as in TOML"), ("a=" + "[" * 5000, "as in TOML"),
 ])
-def test_parse_set_refuses_a_list_that_is_none(text, message):
+def test_parse_set_refuses(text, message):
     with pytest.raises(InputError, match=f"^--set .*{message}"):
         parse_set([text])
 
 
-@pytest.mark.parametrize(("name", "value", "written"), [
-    ("bore", ["30 mm", "60 mm"], "design.bore"), ("module", "4 mm", "design.module"),
-    ("quality.grade", 8, "design.quality.grade"), ("damping_ratio", 0.1, "design.damping_ratio"),
-])
-def test_a_key_of_a_design_needs_the_name_of_its_table(name, value, written):
+@pytest.mark.parametrize(("name", "value"), [("bore", ["30 mm", "60 mm"]), ("quality.grade", 8)])
+def test_a_key_of_a_design_needs_the_name_of_its_table(name, value):
     for read in (load_study, load_design):
-        with pytest.raises(InputError, match=rf"^{name} must be given .*Write {written}=VALUE"):
+        with pytest.raises(InputError, match=rf"^{name} must be given .*Write design.{name}=VALUE"):
             read(EXAMPLES / "spur_50_50.toml", {name: value})
 
 
@@ -240,11 +205,6 @@ def test_a_field_of_a_gear_pair_needs_the_name_of_its_table():
     with pytest.raises(InputError, match=r"^R1 must be given .*Write gearpair.R1=VALUE"):
         load_study(EXAMPLES / "physical_pair.toml", {"R1": "30 mm"})
     assert load_study(EXAMPLES / "physical_pair.toml", {"chi1": 0.2, "speed": 900.0}).model.stiffness.chi1 == 0.2
-
-
-def test_a_decimal_comma_is_named():
-    with pytest.raises(InputError, match=r"^omega must be a number; got '0,5'. Write a decimal point"):
-        load_study(None, parse_set(["omega=0,5"]))
 
 
 @pytest.mark.parametrize(("kind", "advice"), [
@@ -270,41 +230,31 @@ def test_a_map_over_speed_and_torque_in_a_study_file(tmp_path):
 
 
 def test_parse_axis():
-    axis = parse_axis("eps1=0:0.3:4")
-    assert axis == Axis("eps1", 0.0, 0.3, 4)
-    np.testing.assert_allclose(axis.values, [0, 0.1, 0.2, 0.3])
     assert parse_axis("z=-3:3:2") == Axis("z", -3.0, 3.0, 2)
+    np.testing.assert_allclose(parse_axis("eps1=0:0.3:4").values, [0, 0.1, 0.2, 0.3])
+    for name in ("c1", "alpha1", "eps3", "y2_dot", "q0", "contact_ratio"):
+        assert Axis(name, 1.0, 1.5, 3).name == name
 
 
-BAD_AXES = [
+@pytest.mark.parametrize(("text", "message"), [
     ("eps1", "must read name=start:stop:count"),
     ("eps1=0:1", "must read name=start:stop:count"),
     ("eps1=0:1:2:3", "must read name=start:stop:count"),
     ("eps1=a:1:2", "must read name=start:stop:count"),
     ("eps1=0:1:2.5", "must read name=start:stop:count"),
     ("eps1=0:1:0", "axis eps1 count must be a whole number from 1"),
-    ("eps1=0:1:-3", "axis eps1 count must be a whole number from 1"),
     ("eps1=0:1:9999999999", "axis eps1 count must be a whole number from 1"),
-    ("eps1=1:0:5", "axis eps1 must run from a smaller to a larger value; got '1:0'"),
     ("eps1=1:1:5", "axis eps1 must run from a smaller to a larger value"),
     ("eps1=nan:1:5", "axis eps1 start must be a finite number"),
     ("omega=0:1:5", "omega must be greater than 0; got 0.0"),
     ("kappa=-1:1:5", "kappa1 must be greater than 0; got -1.0"),
     ("omga=0:1:5", "Did you mean 'omega'?"),
     ("kind=0:1:5", "axis must be one of"),
-]
-
-
-@pytest.mark.parametrize(("text", "message"), BAD_AXES)
+])
 def test_parse_axis_refuses(text, message):
     with pytest.raises(InputError) as error:
         parse_axis(text)
     assert message in str(error.value)
-
-
-@pytest.mark.parametrize("name", ["c1", "alpha1", "eps3", "x1", "y2_dot", "z_dot", "q0", "contact_ratio"])
-def test_axis_of_any_name(name):
-    assert Axis(name, 1.0, 1.5, 3).name == name
 
 
 # caption: kind of model, study, axes, and the values that it or the text prints
@@ -353,14 +303,8 @@ def test_example_of_a_train(name, coordinates):
 
 def test_example_of_a_physical_pair():
     found = load_study(EXAMPLES / "physical_pair.toml")
-    assert found.pair is not None and found.model.kind == "full"
+    assert found.model.kind == "full"
     assert 0.1 < found.model.omega < 3 and 0.01 < found.model.zeta < 0.1 and 0.02 < found.model.q1 < 0.5
     solid = [0.5 * found.pair.m1 * 0.0375**2, 0.5 * found.pair.m2 * 0.060**2]
     inertias = [found.pair.I1, found.pair.I2]
     assert inertias == pytest.approx(solid, rel=0.01)
-
-
-def test_a_number_of_thousands_of_digits_is_refused(tmp_path):
-    (tmp_path / "s.toml").write_text(f"[model]\nomega = {'9' * 5000}\n")
-    with pytest.raises(InputError, match="study file must be valid TOML"):
-        load_study(tmp_path / "s.toml")

@@ -1,13 +1,18 @@
-"""Quantities of a datasheet that follow from the supports, the accuracy grade and the number of teeth."""
+"""Quantities of a datasheet: values from supports, grade and teeth; each has a source, its unit fits its factor."""
 
 import math
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
+from importlib import import_module
+from pkgutil import walk_packages
 
 import pytest
 
+from gearchaos import gears
 from gearchaos.datasheet.quantities import datasheet, with_scanned_speeds
+from gearchaos.gears import units
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
+from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.transmission_error.harmonics import from_quality
 
@@ -16,28 +21,33 @@ DESIGN = GearDesign(
     quality={"standard": "ISO 1328-1:1995", "grade": (5, 6)})
 
 
+def sheet(**changes):
+    return datasheet(replace(DESIGN, **changes))
+
+
 def test_support_frequencies_are_those_of_the_wheels_alone():
-    assert datasheet(DESIGN)["support_frequency"].reason == "The supports are rigid."
+    assert sheet()["support_frequency"].reason == "The supports are rigid."
     supports = {"stiffness": ["200 N/um", "800 N/um"], "damping_ratio": 0.02}
-    found = datasheet(replace(DESIGN, supports=supports))["support_frequency"]
+    found = sheet(supports=supports)["support_frequency"]
     assert found.value == pytest.approx((1e4 / (2 * math.pi), 2e4 / (2 * math.pi)), rel=1e-14) and found.unit == "Hz"
-    without = datasheet(replace(DESIGN, supports=supports, mass=None))["support_frequency"]
+    without = sheet(supports=supports, mass=None)["support_frequency"]
     assert without.value is None and without.reason.startswith("bore must be given")
 
 
 def test_the_tangential_composite_deviation_is_that_of_the_grade():
-    found = datasheet(DESIGN)["tangential_composite_deviation"]
+    entries = sheet(transmission_error="from quality")
+    found = entries["tangential_composite_deviation"]
     grade = from_quality(DESIGN.geometry, DESIGN.quality, tolerances(DESIGN.quality, DESIGN.geometry))
     assert found.value == tuple(v * 1e6 for v in grade.tooth_to_tooth) and found.symbol == "f_i′"
-    newer = datasheet(replace(DESIGN, quality={"standard": "ISO 1328-1:2013", "grade": 6}))
-    reason = newer["tangential_composite_deviation"].reason
+    expected = [4 * math.hypot(*found.value) / (math.pi * j) ** 2 for j in (1, 2, 3)]
+    assert entries["transmission_error_amplitudes"].value == pytest.approx(expected, rel=1e-14)
+    reason = sheet(quality={"standard": "ISO 1328-1:2013", "grade": 6})["tangential_composite_deviation"].reason
     assert "ISO 1328-1:2013 has no formula for f_i′" in reason and "uses that of ISO 1328-1:1995, annex A" in reason
-    none = datasheet(replace(DESIGN, quality=None))["tangential_composite_deviation"]
-    assert none.reason.startswith("quality must be given")
+    assert sheet(quality=None)["tangential_composite_deviation"].reason.startswith("quality must be given")
 
 
 def test_the_mesh_period_is_a_roll_angle_of_wheel_1():
-    found = datasheet(replace(DESIGN, teeth=(50, 80)))["mesh_period_roll_angle"]
+    found = sheet(teeth=(50, 80))["mesh_period_roll_angle"]
     assert (found.value, found.unit) == (pytest.approx(7.2, rel=1e-14), "deg")
 
 
@@ -56,33 +66,22 @@ def test_the_transmission_error_says_which_formula_it_has_with_which_values():
     assert "formula of" not in older.assumptions[0]
 
 
-def test_the_amplitudes_from_the_grade_are_those_of_the_formula_shown():
-    entry = datasheet(replace(DESIGN, transmission_error="from quality"))
-    first, second = entry["tangential_composite_deviation"].value
-    total = math.hypot(first, second)
-    expected = [4 * total / (math.pi * j) ** 2 for j in (1, 2, 3)]
-    assert entry["transmission_error_amplitudes"].value == pytest.approx(expected, rel=1e-14)
-
-
-def test_without_a_transmission_error_the_rows_say_what_to_write():
-    found = datasheet(DESIGN)
-    for name in ("transmission_error_amplitudes", "transmission_error_phases"):
-        assert found[name].value == () and found[name].formula.startswith("none given")
-        assert 'transmission_error = "from quality"' in found[name].formula
-    assert replace(DESIGN, quality=None, transmission_error="from quality").warnings == ()
-
-
-def test_exact_teeth_beside_a_quality_are_a_warning_unless_they_are_said_to_be_meant():
+def test_exact_teeth_are_said_and_beside_a_quality_warned_of_unless_they_are_meant():
     (warning,) = DESIGN.warnings
     assert warning.startswith("The teeth are taken to be exact although a quality is given") and "'none'" in warning
     assert "transmission_error = 'from quality'" in warning
-    meant = replace(DESIGN, transmission_error="none")
-    assert meant.warnings == replace(DESIGN, quality=None).warnings == ()
-    assert datasheet(meant)["transmission_error_amplitudes"] == datasheet(DESIGN)["transmission_error_amplitudes"]
+    for changes in ({"transmission_error": "none"}, {"quality": None},
+                    {"quality": None, "transmission_error": "from quality"}):
+        assert replace(DESIGN, **changes).warnings == ()
+    for name in ("transmission_error_amplitudes", "transmission_error_phases"):
+        found = sheet()[name]
+        assert found.value == () and found.formula.startswith("none given") and found == sheet(
+            transmission_error="none")[name]
+        assert 'transmission_error = "from quality"' in found.formula
 
 
 def test_phases_and_rounding_errors_are_shown_as_a_reader_expects():
-    found = datasheet(replace(DESIGN, transmission_error="from quality"))
+    found = sheet(transmission_error="from quality")
     phases = found["transmission_error_phases"]
     assert phases.value[2] > 360 and phases.shown == tuple(v % 360 for v in phases.value)
     tiny = replace(found["theoretical_backlash"], value=-2.99e-14)
@@ -98,3 +97,27 @@ def test_what_lacks_only_the_speed_refers_to_the_scan():
     assert changed == {n for n, e in found.items() if e.reason.startswith("speed must be given")}
     assert changed >= {standard.name for standard in standards()}
     assert all(along[n].expected and along[n].reason == "depends on speed: see the curve" for n in changed)
+
+
+MODULES = [import_module(found.name) for found in walk_packages(gears.__path__, "gearchaos.gears.")]
+RESULTS = [value for module in MODULES for value in vars(module).values()
+           if is_dataclass(value) and value.__module__ == module.__name__ and formulas(value)]
+
+SI = {"N": "N", "N/mm": "N/m", "N/(mm µm)": "N/m^2", "mm µm/N": "m^2/N", "µm": "m", "m/s": "m/s", "kg/mm": "kg/m",
+      "rpm": "rad/s"}
+
+
+@pytest.mark.parametrize("formula", [pytest.param(formula, id=f"{result.__name__}.{name}")
+                                     for result in RESULTS for name, formula in formulas(result).items()])
+def test_formula(formula: Formula):
+    assert formula.text and formula.source
+    if not formula.unit:
+        assert formula.factor == 1
+        return
+    dimension = units.SPEED if formula.unit == "rpm" else units.Dimension("a value", SI[formula.unit], "")
+    in_si = units.to_si("value", f"1 {formula.unit.replace(' ', '*')}", dimension)
+    assert in_si * (units.RPM if formula.unit == "rpm" else 1) * formula.factor == pytest.approx(1, rel=1e-12)
+
+
+def test_every_standard_has_formulas():
+    assert {standard.result for standard in standards()} < set(RESULTS) and formulas(Formula) == {}

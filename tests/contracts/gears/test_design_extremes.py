@@ -43,7 +43,7 @@ def in_metres(value, module):
     return value if isinstance(value, str) else value * module
 
 
-@settings(max_examples=800, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=400, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.fixed_dictionaries(required, optional=optional), st.fixed_dictionaries({}, optional=lengths), backlashes,
        st.floats(2e-4, 3e-2), st.none() | st.floats(0.95, 1.1))
 def test_any_design_is_made_or_refused(values, relative_lengths, backlash, module, relative):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,9 +12,7 @@ from typer.testing import CliRunner
 from gearchaos.cli import app
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.text import design_values
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.operating import gears_from_json, gears_json
 from gearchaos.gears.pair import GearPair
 from gearchaos.studies.axis import parse_axis
 from gearchaos.studyfile import load_study
@@ -52,15 +51,22 @@ CHANGES = {
 }
 
 
-def test_every_key_of_a_design_has_a_change_here():
+def test_every_key_of_a_design_and_of_a_pair_has_a_change_here():
     assert set(CHANGES) == {f.name for f in fields(GearDesign)}
+    assert set(PAIR_CHANGES) == {f.name for f in fields(GearPair)}
 
 
-def shown(design: GearDesign) -> tuple[object, ...]:
-    """All that follows from a design: the values of its datasheet and its page, the model, and the warnings."""
-    values = {name: entry.value for name, entry in datasheet(design).items()}
-    turning = design.to_train() if design.turning else None
-    return values, design.to_model(), design.to_pair(), turning, design.warnings, design.comparable_stiffnesses
+LOOKS = (
+    GearDesign.to_model, GearDesign.to_pair, lambda design: design.to_train() if design.turning else None,
+    lambda design: design.warnings, lambda design: design.comparable_stiffnesses,
+    lambda design: {name: entry.value for name, entry in datasheet(design).items()},
+)
+"""All that follows from a design, the values of its datasheet and its page last."""
+
+
+@cache
+def shown(look: int, design: GearDesign) -> object:
+    return LOOKS[look](design)
 
 
 def parts(name: str, value: object):
@@ -84,12 +90,12 @@ def test_a_changed_key_of_a_design_shows(name: str, base: str):
             continue  # a material has a density, whether a result needs it or not
         try:
             changed = replace(design, **{name: value})
-            found = shown(changed)
+            differs = any(look(changed) != shown(i, design) for i, look in enumerate(LOOKS))
         except InputError as error:
             assert error.field.startswith(name) or name in str(error)
             continue
         warned = any(text.startswith(f"{name} has no effect") for text in changed.warnings)
-        assert changed == design or warned or found != shown(design), (name, value)
+        assert changed == design or warned or differs, (name, value)
 
 
 PAIR = {
@@ -108,10 +114,6 @@ PAIR_CHANGES = {
 SUPPORTS = {"m1": "0.7 kg", "m2": "2.1 kg", "c1": "300 N/um", "c2": "300 N/um", "k1": 0.1, "k2": 0.1}
 
 
-def test_every_key_of_a_pair_has_a_change_here():
-    assert set(PAIR_CHANGES) == {f.name for f in fields(GearPair)}
-
-
 @pytest.mark.parametrize("base", [{}, SUPPORTS, {"error_amplitudes": ["3 um"]}], ids=["rigid", "supports", "error"])
 @pytest.mark.parametrize("name", PAIR_CHANGES)
 def test_a_changed_key_of_a_pair_shows(name: str, base: dict):
@@ -124,21 +126,17 @@ def test_a_changed_key_of_a_pair_shows(name: str, base: dict):
     assert (changed.to_model(), changed.scales) != (pair.to_model(), pair.scales)
 
 
-def test_the_speed_of_a_table_of_errors_is_refused(tmp_path):
-    path = tmp_path / "te.csv"
-    path.write_text("roll angle [deg],error [um]\n0,0\n5,3\n10,0\n15,0\n")
-    with pytest.raises(InputError, match=r"transmission_error must have no key but .*; got 'speed'"):
-        GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "speed": "100 rpm"}})
-
-
-@pytest.mark.parametrize("text", ["fraction,stiffness [N/um]\n0,300\n1,300\n", "fraction,level [N/um]\n0,300\n",
-                                  "fraction,level [N/um]\n0,300\n0.5,300\n"])
-def test_a_constant_stiffness_is_warned_of(text, tmp_path):
-    path = tmp_path / "c.csv"
-    for content, warned in ((text, True), ("fraction,level [N/um]\n0,300\n0.5,301\n", False)):
-        path.write_text(content)
-        design = GearDesign(**{**GIVEN, "stiffness": {"table": str(path)}})
-        assert any("constant, 300 N/µm: it excites nothing" in text for text in design.warnings) is warned
+@pytest.mark.parametrize(("rows", "words"), [
+    *((rows, "constant, 300 N/µm: it excites nothing") for rows in (
+        "stiffness [N/um]\n0,300\n1,300\n", "level [N/um]\n0,300\n", "level [N/um]\n0,300\n0.5,300\n")),
+    ("level [N/um]\n0,300\n0.5,301\n", ""), ("stiffness [N/um]\n0,200\n0.5,300\n1,200\n", ""),
+    *((f"stiffness [N/um]\n0,{value}\n0.5,{value}\n1,{value}\n", "by ISO 6336-1") for value in ("0.45", "45000")),
+])
+def test_a_stiffness_that_is_constant_or_far_from_iso_6336_is_warned_of(rows, words, tmp_path):
+    (tmp_path / "c.csv").write_text(f"fraction,{rows}")
+    found = GearDesign(**{**GIVEN, "stiffness": {"table": str(tmp_path / "c.csv")}}).warnings
+    assert any(words in text for text in found) if words else not any(
+        "it excites nothing" in text or "by ISO 6336-1" in text for text in found)
 
 
 def test_masses_and_bores_beside_moments_of_inertia_are_warned_of():
@@ -153,14 +151,6 @@ def test_masses_and_bores_beside_moments_of_inertia_are_warned_of():
         assert [text.split()[0] for text in found] == names
         for name in names:
             assert replace(changed, **{name: {"mass": "3 kg", "bore": "20 mm"}[name]}).to_model() == changed.to_model()
-
-
-@pytest.mark.parametrize("wheel", [2.0, "2", True, 3])
-def test_the_wheel_of_an_error_is_1_or_2(wheel, tmp_path):
-    path = tmp_path / "te.csv"
-    path.write_text("roll angle [deg],error [mrad]\n0,0\n5,0.3\n10,0\n15,0\n")
-    with pytest.raises(InputError, match="wheel must be 1 or 2"):
-        GearDesign(**{**GIVEN, "transmission_error": {"table": str(path), "wheel": wheel}})
 
 
 DESIGN = """
@@ -180,14 +170,14 @@ torque = "100 N*m"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [
-    ["gear"], ["gear", "--json"], ["regime"], ["simulate", "--periods", "3"], ["script"],
+    ["gear", "--speed", "2000:2100:2"], ["gear", "--json"], ["regime"], ["simulate", "--periods", "3"], ["script"],
     ["bifurcation", "--axis", "speed=3000:3100:2", "--out", "found.nc"],
 ])
 def test_every_command_shows_the_warnings_of_a_design(command, tmp_path, monkeypatch):
     (tmp_path / "design.toml").write_text(DESIGN)
     monkeypatch.chdir(tmp_path)
     name, *options = command
-    found = CliRunner().invoke(app, [name, str(tmp_path / "design.toml"), *options])
+    found = CliRunner().invoke(app, [name, "design.toml", *options])
     assert found.stderr.count("warning: eccentricity acts as an error of ±10 µm; ") == 1, found.stderr
 
 
@@ -198,19 +188,16 @@ def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):
         assert any("F_t K_A/b is 0.05" in text or "F_t K_A/b is 0.04" in text for text in found) is warned
 
 
-def test_a_design_with_a_blank_is_made_again_from_json_and_from_a_study_file():
-    design = GearDesign(**{**GIVEN, "blank": CHANGES["blank"]})
-    assert gears_from_json(gears_json(design)) == design
-    assert GearDesign(**design_values(design)) == design
-
-
 @pytest.mark.parametrize(("changes", "words"), [
     ({"transmission_error": None}, "teeth are taken to be exact: transmission_error is left out"),
     ({"transmission_error": "none"}, "teeth are taken to be exact: transmission_error is none"),
+    ({"transmission_error": {"orders": "te.csv"}}, "comes from a file, which must contain the relief"),
     ({}, "of the path of contact as it is, at least the base pitch of 8.977 mm"),
     ({"tip_relief": {"amount": "10 um", "start_diameter": ["73.5 mm", "109.5 mm"]}}, "can raise the dynamic factor"),
 ])
-def test_each_way_in_which_tip_relief_does_not_act_as_expected_is_named(changes, words):
+def test_each_way_in_which_tip_relief_does_not_act_as_expected_is_named(changes, words, tmp_path, monkeypatch):
+    (tmp_path / "te.csv").write_text("order,peak [um],phase [deg]\n1,3,0\n")
+    monkeypatch.chdir(tmp_path)
     design = GearDesign(**{**GIVEN, "helix_angle": "10 deg", "tip_relief": RELIEF, **changes})
     (warning,) = [text for text in design.warnings if text.startswith("tip_relief ")]
     assert words in warning and "the entry of a tooth pair under load, is left out" in warning
@@ -218,13 +205,6 @@ def test_each_way_in_which_tip_relief_does_not_act_as_expected_is_named(changes,
     without = replace(design, tip_relief=None).error_harmonics.at(tau)
     assert np.allclose(design.error_harmonics.at(tau), without, rtol=0, atol=1e-12) is ("has no effect" in warning)
     assert not any(t.startswith("tip_relief") for t in replace(design, tip_relief=0.0).warnings)
-
-
-def test_tip_relief_beside_a_file_of_errors_is_warned_of(tmp_path):
-    path = tmp_path / "te.csv"
-    path.write_text("order,peak [um],phase [deg]\n1,3,0\n")
-    design = GearDesign(**{**GIVEN, "tip_relief": RELIEF, "transmission_error": {"orders": str(path)}})
-    assert any("the transmission error comes from a file" in text for text in design.warnings)
 
 
 def test_what_a_blank_does_not_change_is_warned_of():

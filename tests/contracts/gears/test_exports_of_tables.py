@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,29 +19,24 @@ from gearchaos.gears.stiffness.table import read_curve
 from tests.contracts.gears.exports import AT, MODULE, WIDTH, Export, exports
 
 
-def read(export: Export, folder) -> np.ndarray:
-    """What a design makes of an export, in the form of its truth."""
-    path = folder / export.name
+def read(export: Export, path: Path) -> np.ndarray:
+    """What is made of an export, in the form of its truth."""
     path.write_bytes(export.content)
-    design = GearDesign(teeth=export.teeth, module=MODULE, face_width=WIDTH,
-                        **{export.key: {export.file: str(path), **export.options}})
-    if export.key == "transmission_error":
-        found = design.error_harmonics
-        values = np.array(found.amplitudes) * np.exp(-1j * np.array(found.phases))
-        return np.append(values, np.zeros(8 - len(values)))
-    curve, _ = read_curve(path, field="table", teeth=export.teeth[0], face_width=WIDTH)
-    assert design.mesh_stiffness.reference == curve.mean
-    return curve(AT)
+    if export.key == "stiffness":
+        return read_curve(path, field="table", teeth=export.teeth[0], face_width=WIDTH)[0](AT)
+    found = GearDesign(teeth=export.teeth, module=MODULE, face_width=WIDTH, transmission_error={
+        export.key: str(path), **export.options}).error_harmonics
+    values = np.array(found.amplitudes) * np.exp(-1j * np.array(found.phases))
+    return np.append(values, np.zeros(8 - len(values)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(2, 10))])
 def test_random_tables_are_read_rightly_or_refused_with_line_and_cure(seed, tmp_path):
-    """40 of stiffness and 20 of transmission error for each seed."""
     read_ones = 0
     for export in exports(seed, 40, 20):
         try:
-            found = read(export, tmp_path)
+            found = read(export, tmp_path / export.name)
         except InputError as error:
             assert export.trap, f"{export.name} must be read: {error}"
             assert f"{export.name}, line " in error.field and error.advice, str(error)
@@ -66,14 +62,12 @@ def design(key, value):
 
 def german(*columns):
     """Rows of columns with decimal commas and a semicolon at the end."""
-    return "".join(";".join(repr(v).replace(".", ",") for v in row) + ";\r\n" for row in zip(*(
-        c.tolist() for c in columns), strict=True))
+    return "".join(";".join(repr(v).replace(".", ",") for v in row) + ";\r\n" for row in np.transpose(columns).tolist())
 
 
 def english(*columns):
     """Rows of columns with decimal points, after their number."""
-    return "".join(f"{i},{','.join(map(repr, row))}\n" for i, row in enumerate(zip(*(
-        c.tolist() for c in columns), strict=True)))
+    return "".join(f"{i},{','.join(map(repr, row))}\n" for i, row in enumerate(np.transpose(columns).tolist()))
 
 
 GERMAN = {
@@ -91,9 +85,13 @@ ENGLISH = {
 }
 
 
-@pytest.mark.parametrize("exported", [GERMAN, ENGLISH], ids=["German", "English"])
-@pytest.mark.parametrize("kind", ["stiffness", "table", "orders"])
-def test_a_german_and_an_english_export_of_each_kind(exported, kind, tmp_path):
+@pytest.mark.parametrize(("exported", "kind", "note"), [
+    (GERMAN, "stiffness", None), (ENGLISH, "table", None), (GERMAN, "orders", None), (ENGLISH, "orders", None),
+    (GERMAN, "table", "roll angle is 'Drehwinkel Ritzel [°]', error is 'Drehfehler [µm]'; not used: 'Drehmoment [Nm]'"),
+    (ENGLISH, "stiffness", "roll angle is 'Angle of rotation [°]', stiffness is 'Stiffness curve [N/µm]'; not used: "
+                           "'Torque [Nm]'"),
+])
+def test_a_german_and_an_english_export_of_each_kind(exported, kind, note, tmp_path):
     (tmp_path / "export.csv").write_bytes(exported[kind])
     if kind == "stiffness":
         found = design("stiffness", {"table": str(tmp_path / "export.csv")})
@@ -104,19 +102,12 @@ def test_a_german_and_an_english_export_of_each_kind(exported, kind, tmp_path):
         assert found.error_harmonics.amplitudes[:2] == pytest.approx((4.2e-6, 1.1e-6), rel=1e-9)
         assert found.error_harmonics.phases[:2] == pytest.approx((0.5, -1), rel=1e-9)
     notes = [text for text in found.assumptions if text.startswith("Columns of export.csv: ")]
-    assert notes == ({
-        id(GERMAN["table"]): ["Columns of export.csv: roll angle is 'Drehwinkel Ritzel [°]', error is 'Drehfehler "
-                              "[µm]'; not used: 'Drehmoment [Nm]'."],
-        id(ENGLISH["stiffness"]): ["Columns of export.csv: roll angle is 'Angle of rotation [°]', stiffness is "
-                                   "'Stiffness curve [N/µm]'; not used: 'Torque [Nm]'."],
-    }.get(id(exported[kind]), []))
+    assert notes == ([f"Columns of export.csv: {note}."] if note else [])
 
 
-@pytest.mark.parametrize(("unit", "factor"), [
-    ("arcsec", 648000 / math.pi), ('"', 648000 / math.pi), ("arcmin", 10800 / math.pi), ("'", 10800 / math.pi),
-    ("deg", 180 / math.pi), ("°", 180 / math.pi), ("rad", 1.0), ("mrad", 1e3), ("µrad", 1e6),
-])
-@pytest.mark.parametrize("wheel", [1, 2])
+@pytest.mark.parametrize(("unit", "factor", "wheel"), [
+    ("arcsec", 648000 / math.pi, 1), ('"', 648000 / math.pi, 2), ("'", 10800 / math.pi, 1), ("°", 180 / math.pi, 2),
+    ("rad", 1.0, 1), ("µrad", 1e6, 2)])
 def test_an_error_that_is_the_angle_of_a_wheel_is_multiplied_by_its_base_radius(unit, factor, wheel, tmp_path):
     path, scale = tmp_path / "te.csv", factor * 1e-6 / RADIUS[wheel - 1]
     for key, text in (("table", f"roll angle [deg];error [{unit}];\n" + german(X * 18, ERROR * scale)),
@@ -127,9 +118,8 @@ def test_an_error_that_is_the_angle_of_a_wheel_is_multiplied_by_its_base_radius(
         assert found.error_harmonics.phases[:2] == pytest.approx((0.5, -1), rel=1e-12)
         radius = f"{RADIUS[wheel - 1] * 1e3:.6g} mm"
         assert any(f"angles of a wheel, multiplied by its base radius, {radius}" in text for text in found.assumptions)
-        with pytest.raises(InputError, match="line 1, must have the ") as error:
+        with pytest.raises(InputError, match=r"line 1, must have the .*For an angle write wheel = 1 or wheel = 2 bes"):
             _ = design("transmission_error", {key: str(path)}).error_harmonics
-        assert "For an angle write wheel = 1 or wheel = 2 beside the file" in error.value.advice
         path.write_text(text.replace(f"[{unit}]", "[um]", 1))
         with pytest.raises(InputError, match="line 1, must have the unit of an angle"):
             _ = design("transmission_error", {key: str(path), "wheel": wheel}).error_harmonics
@@ -156,8 +146,8 @@ def test_columns_are_part_of_a_design(tmp_path):
     ("stiffness", {"columns": {"angle": 3}}, "stiffness.columns", "must be a table of headers"),
     ("stiffness", {"wheel": 1}, "stiffness", "must have no key but"),
     ("transmission_error", {"speed": "3 rpm"}, "transmission_error", "must have no key but"),
-    ("transmission_error", {"wheel": 3}, "transmission_error.wheel", "must be 1 or 2"),
-    ("transmission_error", {"wheel": True}, "transmission_error.wheel", "must be 1 or 2"),
+    *(("transmission_error", {"wheel": wheel}, "transmission_error.wheel", "must be 1 or 2")
+      for wheel in (3, 2.0, "2", True)),
 ])
 def test_keys_beside_a_table_that_are_wrong_or_without_effect(key, value, field, words, tmp_path):
     (tmp_path / "k.csv").write_text("")

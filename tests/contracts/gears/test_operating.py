@@ -14,6 +14,7 @@ from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears import operating
+from gearchaos.gears.design import drawing
 from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.gears.units import RPM, SPEED, to_si
 from gearchaos.model import vary
@@ -45,19 +46,17 @@ def test_a_speed_in_rpm_is_the_same_float_from_a_text_and_from_an_axis():
 
 @pytest.mark.parametrize("kind", ["full", "torsional"])
 def test_a_point_by_speed_and_torque_is_the_model_of_the_pair_there(pair, kind):
-    there = gc.GearPair(**{**{f: getattr(pair, f) for f in pair.__dataclass_fields__}, "M10": 120.0, "M20": None,
-                           "speed": "9000 rpm"})
+    there = replace(pair, M10=120.0, M20=None, speed="9000 rpm")
     found = operating_model(pair, kind).with_values({"speed": 9000, "torque": 120})
     assert found == operating_model(there, kind) and found.value("speed") == 9000 and found.value("torque") == 120
     assert found.value("q0") == there.to_model().q1 and found.set_by("torque") == ("q1", "q2")
 
 
 def test_an_unbalanced_torque_keeps_its_ratio(pair):
-    braked = gc.GearPair(**{**{f: getattr(pair, f) for f in pair.__dataclass_fields__}, "M20": pair.M20 * 0.5})
+    braked = replace(pair, M20=pair.M20 * 0.5)
     assert math.isclose(braked.at(torque=2 * braked.M10).M20, 2 * braked.M20, rel_tol=1e-15)
-    idle = gc.GearPair(**{**{f: getattr(pair, f) for f in pair.__dataclass_fields__}, "M10": 0.0, "M20": 3.0})
     with pytest.raises(InputError, match="M20 must be 0 where M10 is"):
-        idle.at(torque=10.0)
+        replace(pair, M10=0.0, M20=3.0).at(torque=10.0)
 
 
 def test_a_value_set_by_name_stays_where_speed_and_torque_vary(model):
@@ -89,6 +88,8 @@ def test_a_dimensionless_model_has_no_speed():
         gc.zones(gc.MeshModel(), "speed=500:1500:2", "q0=0:0.1:2")
     with pytest.raises(InputError, match=r"^gears must be a GearDesign or a GearPair"):
         gc.operating_map(gc.MeshModel(), "500:1500:2", "10:20:2")
+    with pytest.raises(InputError, match="pair must be a GearPair, a GearDesign or a Train"):
+        gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
 
 
 @pytest.mark.parametrize(("speed", "torque", "message"), [
@@ -110,11 +111,10 @@ def test_of_a_long_axis_of_torques_few_gears_are_made_before_any_work(pair, monk
     assert 100 < len(torques) < 300 and {20.0, 400.0} < torques
 
 
-def test_axes_that_set_the_same_parameter_are_refused(pair):
+@pytest.mark.parametrize("axes", [("speed=500:1500:2", "omega=1:2:2"), ("q0=0.1:0.2:2", "torque=1:2:2")])
+def test_axes_that_set_the_same_parameter_are_refused(pair, axes):
     with pytest.raises(InputError, match="must be two different parameters"):
-        gc.zones(pair, "speed=500:1500:2", "omega=1:2:2")
-    with pytest.raises(InputError, match="must be two different parameters"):
-        gc.zones(pair, "q0=0.1:0.2:2", "torque=1:2:2")
+        gc.zones(pair, *axes)
 
 
 @pytest.fixture(scope="module")
@@ -144,37 +144,40 @@ def test_a_map_is_that_of_zones_in_physical_units(found, pair):
     assert found["mesh_frequency"].values[0] == 25 * 3000 / 60
 
 
-def test_a_store_over_speed_and_torque_records_the_gears(pair, tmp_path):
+@pytest.fixture(scope="module")
+def stored(pair, tmp_path_factory):
+    """A study over speed and torque, and its store."""
     study = gc.Zones(pair, "speed=3000:23000:4", "torque=20:250:3", settings=SHORT)
+    path = tmp_path_factory.mktemp("operating") / "s.zarr"
+    gc.run(study, out=path, tile=4)
+    return study, path
+
+
+def test_a_store_over_speed_and_torque_records_the_gears(pair, stored):
+    study, path = stored
     record = to_record(study)
     assert json.loads(json.dumps(record))["gears"]["pair"]["n1"] == 25
     assert from_record(record) == study and isinstance(from_record(record).model, OperatingModel)
-    gc.run(study, out=tmp_path / "s.zarr", tile=4)
-    assert gc.load(tmp_path / "s.zarr").identical(study.run())
-    other = gc.Zones(pair.at(torque=1.0), "speed=3000:23000:4", "torque=20:250:3", settings=SHORT)
+    assert gc.load(path).identical(study.run())
     with pytest.raises(InputError, match=r"gears\.pair\.M10"):
-        gc.run(other, out=tmp_path / "s.zarr")
+        gc.run(gc.Zones(pair.at(torque=1.0), study.x, study.y, settings=SHORT), out=path)
+    assert "gears" not in to_record(gc.Zones(pair, "omega=1:2:3", "q0=0:0.1:3"))
 
 
 @pytest.mark.slow
-def test_plot_and_export_take_the_units_of_the_gears(pair, tmp_path):
-    store = tmp_path / "s.zarr"
-    gc.run(gc.Zones(pair, "speed=3000:23000:4", "torque=20:250:3", settings=SHORT), out=store)
+def test_plot_and_export_take_the_units_of_the_gears(stored, tmp_path):
+    store = stored[1]
     for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
         plain = CliRunner().invoke(app, [*map(str, command)])
         assert plain.exit_code == 0 and plain.stderr.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
         result = CliRunner().invoke(app, [*map(str, command), "--physical"])
         assert result.exit_code == 0 and "dimensionless" not in result.stderr, result.stderr
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
-    assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / "s.nc")]).stderr
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
-    assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc")]).stderr
+    for file in ("s.nc", "z.nc"):
+        assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / file)]).stderr
     result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
     assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
-
-
-def test_the_record_of_a_study_over_other_axes_is_as_before(pair):
-    assert "gears" not in to_record(gc.Zones(pair, "omega=1:2:3", "q0=0:0.1:3"))
 
 
 def test_speed_and_torque_follow_omega_and_q1(pair, model):
@@ -190,44 +193,49 @@ def test_speed_and_torque_follow_omega_and_q1(pair, model):
     assert alone.value("torque") == changed.value("torque") and alone.operating_gears == pair
 
 
+SOFT = gc.GearDesign(
+    teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
+    torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
+"""Gears whose stiffness depends on the torque."""
+
+
 def test_the_torque_of_gears_whose_stiffness_depends_on_it_stays_theirs():
-    design = gc.GearDesign(
-        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
-        torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
-    model = operating_model(design)
+    model = operating_model(SOFT)
     changed = model.with_values({"omega": 2 * model.omega, "q0": 2 * model.q1})
     assert changed.value("speed") == pytest.approx(6000, rel=1e-13)
     assert changed.value("torque") == pytest.approx(100, rel=1e-13)
     there = changed.operating_gears
     assert there.torque == 50 and there.speed == pytest.approx(6000, rel=1e-13)
-    assert there.to_pair().scales == design.to_pair().scales != design.at(torque=100).to_pair().scales
-    stiff = operating_model(replace(design, stiffness="potential energy"))
+    assert there.to_pair().scales == SOFT.to_pair().scales != SOFT.at(torque=100).to_pair().scales
+    stiff = operating_model(replace(SOFT, stiffness="potential energy"))
     assert stiff.with_values({"q0": 2 * stiff.q1}).operating_gears.torque == pytest.approx(100, rel=1e-13)
     for torque in (0.0, -stiff.q1):
         assert stiff.with_values({"q0": torque}).value("torque") == pytest.approx(50 * torque / stiff.q1, abs=1e-12)
     assert stiff.with_values({"q0": -stiff.q1}).operating_gears.torque == 50
 
 
-def test_a_sweep_of_the_speed_ends_at_the_omega_that_was_set(model):
+def test_a_sweep_ends_at_the_speed_or_torque_of_the_model(model, pair):
     changed = model.with_values({"omega": 0.5})
     speed = changed.value("speed")
-    found = gc.attractors(changed, 2, sweep=gc.Axis("speed", 0.9 * speed, 1.1 * speed, 3), settings=SHORT)
-    assert int(found["attractor_up"]) >= -1
-    with pytest.raises(InputError, match="must run from below to above the model's value"):
-        gc.attractors(changed, 2, sweep=gc.Axis("speed", 0.9 * 14000, 1.1 * 14000, 3), settings=SHORT)
+    for gears, inside, beside in (
+            (changed, gc.Axis("speed", 0.9 * speed, 1.1 * speed, 3), gc.Axis("speed", 0.9 * 14000, 1.1 * 14000, 3)),
+            (pair, "torque=60:110:3", "torque=90:110:3")):
+        found = gc.attractors(gears, 2, sweep=inside, settings=SHORT)
+        assert int(found["attractor_up"]) >= -1
+        with pytest.raises(InputError, match="must run from below to above the model's value"):
+            gc.attractors(gears, 2, sweep=beside, settings=SHORT)
 
 
 def test_a_full_model_of_a_rigid_pair_needs_its_supports(pair):
-    values = {"n1": 25, "n2": 50, "I1": 5e-4, "I2": 8e-3, "R1": 0.035, "R2": 0.07, "c0": 4e8, "k": 500.0,
-              "backlash": 1.2e-4, "M10": 85.0, "speed": 1466.0}
-    rigid = operating_model(gc.GearPair(**values))
+    rigid = operating_model(replace(pair, k1=0.0, k2=0.0, **dict.fromkeys(("m1", "m2", "c1", "c2"))))
     assert rigid.kind == "torsional"
     with pytest.raises(InputError, match="kind must be torsional or single where the supports are rigid") as refusal:
         rigid.with_values({"kind": "full"})
     assert "supports to a GearDesign" in refusal.value.advice
+    values = {"kind": "full", "mu": 4.0, "zeta_support": 0.01}
     with pytest.raises(InputError, match="kind"):
-        rigid.with_values({"kind": "full", "mu": 4.0, "kappa1": 0.5, "zeta_support": 0.01})
-    assert rigid.with_values({"kind": "full", "mu": 4.0, "kappa": 0.5, "zeta_support": 0.01}).kappa2 == 0.5
+        rigid.with_values({**values, "kappa1": 0.5})
+    assert rigid.with_values({**values, "kappa": 0.5}).kappa2 == 0.5
     supported = operating_model(pair, "torsional").with_values({"kind": "full"})
     assert supported.parameters() == operating_model(pair).parameters() and supported.mu1 == pair.m1 / pair.mass
 
@@ -236,7 +244,7 @@ STUDIES = {
     "regime": lambda pair: gc.Regime(pair, settings=SHORT),
     "simulate": lambda pair: gc.Simulate(pair, 3, samples=4),
     "attractors": lambda pair: gc.Attractors(pair, 3, settings=SHORT),
-    "bifurcation": lambda pair: gc.Bifurcation(pair, "eps1=0.1:0.2:3", points=2, settings=SHORT),
+    "bifurcation": lambda pair: gc.Bifurcation(pair, "speed=9000:9600:3", points=2, mode="up", settings=SHORT),
     "zones": lambda pair: gc.Zones(pair, "omega=1:2:2", "eps1=0:0.1:2", settings=SHORT),
     "basins": lambda pair: gc.Basins(
         operating_model(pair, "torsional"), "x1=-1:1:3", "x1_dot=-1:1:3", settings=SHORT),
@@ -246,16 +254,15 @@ STUDIES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", STUDIES)
 def test_results_carry_their_gears_and_are_scaled_by_them(pair, tmp_path, name):
-    study = STUDIES[name](pair)
-    found = study.run()
+    gc.run(STUDIES[name](pair), out=tmp_path / "s.zarr")
+    found = gc.load(tmp_path / "s.zarr")
     scaled = gc.physical(found)
     assert scaled.identical(gc.physical(found, pair)) and "mm/s" in {v.attrs.get("units") for v in scaled.values()}
+    assert name != "bifurcation" or scaled["speed"].attrs["units"] == "rpm"
     with pytest.raises(InputError, match="pair must be the gears of the result"):
         gc.physical(found, replace(pair, backlash=2 * pair.backlash))
     gc.save(found, tmp_path / "f.nc")
     assert gc.physical(gc.load(tmp_path / "f.nc")).identical(scaled)
-    gc.run(study, out=tmp_path / "s.zarr")
-    assert gc.load(tmp_path / "s.zarr").identical(found)
 
 
 def test_a_verdict_carries_its_gears(pair):
@@ -266,19 +273,14 @@ def test_a_verdict_carries_its_gears(pair):
     recorded = json.loads(scaled.attrs["gears"])["pair"]["speed"]
     assert recorded * RPM * pair.n1 / pair.omega0 == pytest.approx(1.5, rel=1e-14)
     assert gc.Regime(changed, settings=SHORT).run().identical(verdict.to_dataset())
-    with pytest.raises(InputError, match="pair must be a GearPair, a GearDesign or a Train"):
-        gc.physical(gc.regime(gc.MeshModel(), settings=SHORT).to_dataset())
 
 
 def test_gears_whose_torque_cannot_be_varied_scale_their_results(pair):
     idle = replace(pair, M10=0.0, M20=3.0)
     found = gc.simulate(operating_model(idle).with_values({"omega": 1.5}), 2)
     assert gc.physical(found, idle).identical(gc.physical(found))
-    soft = gc.GearDesign(
-        teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, speed="3000 rpm",
-        torque="50 N*m", backlash={"value": "0.12 mm", "of": "line of action, total"})
-    found = gc.simulate(soft, 2)
-    assert gc.physical(found, soft.at(torque=100.0)).identical(gc.physical(found))  # in the units of its own torque
+    found = gc.simulate(SOFT, 2)
+    assert gc.physical(found, SOFT.at(torque=100.0)).identical(gc.physical(found))  # in the units of its own torque
 
 
 def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
@@ -295,7 +297,7 @@ def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
 
 def test_results_record_their_classification_settings(pair):
     for name, make in STUDIES.items():
-        settings = json.loads(make(pair).provenance().get("settings"))
+        settings = json.loads(make(pair).provenance()["settings"])
         if name == "simulate":
             assert "classification" not in settings
             continue
@@ -303,16 +305,42 @@ def test_results_record_their_classification_settings(pair):
         assert Classification(**given | {"transient_lengths": tuple(given["transient_lengths"])}) == SHORT
     found = gc.regime(gc.MeshModel(), settings=SHORT).to_dataset()
     assert json.loads(found.attrs["settings"])["classification"]["longest_transient"] == 800
-    basins = json.loads(STUDIES["basins"](pair).run().attrs["settings"])
-    assert basins["classification"]["doublings"] == 1
     default = json.loads(gc.Regime(gc.MeshModel()).provenance()["settings"])["classification"]
     assert default["longest_transient"] == 20_000
 
 
-def test_sweeps_and_diagrams_over_speed_and_torque(pair):
-    swept = gc.bifurcation(pair, "speed=9000:9600:3", points=2, mode="up", settings=SHORT)
-    assert swept["speed"].attrs["units"] == "rpm" and "pair" in json.loads(swept.attrs["gears"])
-    found = gc.attractors(pair, 2, sweep="torque=60:110:3", settings=SHORT)
-    assert int(found["attractor_up"]) >= -1
-    with pytest.raises(InputError, match=r"sweep torque must run from below to above the model's value 85"):
-        gc.attractors(pair, 2, sweep="torque=90:110:3")
+def test_units_of_a_dropped_torque():
+    zones = gc.zones(SOFT, "speed=1000:3000:2", "torque=3:60:3", settings=SHORT)
+    kept = gc.physical(zones.isel(torque=2))
+    assert kept["v_rms"].identical(gc.physical(zones)["v_rms"].isel(torque=2))
+    for dropped in (zones.isel(torque=2, drop=True), zones[["v_rms"]].mean("torque", keep_attrs=True)):
+        with pytest.raises(InputError, match="must have the coordinate torque"):
+            gc.physical(dropped)
+
+
+def test_supports_at_another_torque():
+    model = operating_model(replace(SOFT, supports={"stiffness": "200 N/um", "damping_ratio": 0.02}), "torsional")
+    at_once = model.with_values({"kind": "full", "torque": 3})
+    assert at_once == model.with_values({"torque": 3}).with_values({"kind": "full"})
+    assert at_once == model.with_values({"kind": "full"}).with_values({"torque": 3})
+
+
+@pytest.mark.parametrize("study", [
+    lambda: gc.operating_map(SOFT, "1000:200000:3", "20:60:2"), lambda: gc.bifurcation(SOFT, "speed=1000:200000:3"),
+    lambda: gc.zones(SOFT, "speed=1000:200000:3", "torque=20:60:2")])
+def test_last_speed_of_an_axis(study):
+    with pytest.raises(InputError, match="must keep the pitch line velocity below 300 m/s; got 200000"):
+        study()
+
+
+def test_store_with_a_table_that_changed(tmp_path):
+    path = tmp_path / "te.csv"
+    path.write_text("order,peak [um],phase [deg]\n1,5,0\n")
+    design = replace(SOFT, transmission_error={"orders": str(path)})
+    gc.run(gc.Zones(design, "speed=1000:3000:2", "torque=30:60:2", settings=SHORT), out=tmp_path / "store")
+    path.write_text("order,peak [um],phase [deg]\n1,6,0\n")
+    for cached in (drawing._file_error, operating._point):  # as in a new process
+        cached.cache_clear()
+    with pytest.raises(InputError, match=r"te\.csv changed since") as caught:
+        open_store(tmp_path / "store")
+    assert "damaged" not in str(caught.value)

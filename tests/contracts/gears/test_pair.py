@@ -9,6 +9,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from gearchaos import attractors, simulate, zones
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.pair import GearPair
@@ -71,54 +72,36 @@ def accelerations_dimensionless(m, tau, x, x_dot, y, y_dot):
     ]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_model_is_the_physical_equations_in_other_units(seed):
     rng = np.random.default_rng(seed)
-    ratio = rng.uniform(1, 2)
     p = pair(
         **SUPPORTS, M20=rng.uniform(50, 200), b1=rng.uniform(0, 0.3), b2=rng.uniform(0, 0.9),
-        chi1=rng.uniform(0, 0.4), chi2=rng.uniform(0, 0.4), contact_ratio=ratio,
+        chi1=rng.uniform(0, 0.4), chi2=rng.uniform(0, 0.4), contact_ratio=rng.uniform(1, 2),
     )
-    m, s = p.to_model(), p.scales
-    tau, (x, x_dot, y, y_dot) = rng.uniform(0, 50), rng.uniform(-3, 3, (4, 2))
-    radii = np.array([p.R1, p.R2])
-    si = accelerations_si(
-        p, tau * s.time, x * s.length / radii, x_dot * s.velocity / radii, y * s.length, y_dot * s.velocity
-    )
-    expected = np.array(si) * np.array([*radii, 1, 1]) / (s.length / s.time**2)
-    np.testing.assert_allclose(
-        accelerations_dimensionless(m, tau, x, x_dot, y, y_dot), expected, rtol=1e-10, atol=1e-12
-    )
+    m, s, radii = p.to_model(), p.scales, np.array([p.R1, p.R2])
+    for _ in range(10):
+        tau, (x, x_dot, y, y_dot) = rng.uniform(0, 50), rng.uniform(-3, 3, (4, 2))
+        si = accelerations_si(
+            p, tau * s.time, x * s.length / radii, x_dot * s.velocity / radii, y * s.length, y_dot * s.velocity)
+        expected = np.array(si) * np.array([*radii, 1, 1]) / (s.length / s.time**2)
+        found = accelerations_dimensionless(m, tau, x, x_dot, y, y_dot)
+        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
 
 
 def test_scales_agree_with_each_other():
-    p = pair()
-    s = p.scales
-    assert p.half_backlash == s.length
-    assert s.length == pytest.approx(6e-5)
+    p, s = pair(), pair().scales
+    assert p.half_backlash == s.length == pytest.approx(6e-5)
     assert s.velocity == pytest.approx(s.length / s.time)
     assert s.force == pytest.approx(p.mass * s.length / s.time**2)
     assert s.torque1 / p.R1 == pytest.approx(s.torque2 / p.R2) == pytest.approx(s.force)
     assert s.frequency == pytest.approx(p.omega0 / (2 * math.pi)) == pytest.approx(s.rate / (2 * math.pi))
 
 
-def test_pair_reduces_to_the_relative_motion():
-    m = pair().to_model("single")
-    total = 1 / m.J1 + 1 / m.J2
-    assert m.kind == "single" and total == pytest.approx(1, rel=1e-14)
-
-
 def test_strings_give_the_same_pair_as_si_numbers():
     a, b = pair(), pair(**STRINGS)
     for name in (*STRINGS, "M20"):
         assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-12), name
-
-
-def test_pint_quantities_are_taken():
-    pint = pytest.importorskip("pint")
-    ureg = pint.UnitRegistry()
-    quantity = ureg.Quantity(35.24, "mm")
-    assert pair(R1=quantity) == pair(R1="35.24 mm")
 
 
 @pytest.mark.parametrize("speed", ["14000 rpm", "14000 revolution/minute", "233.3333333333 turn/s", "84000 deg/s"])
@@ -134,14 +117,6 @@ def test_torque_left_out_is_the_one_in_balance():
     assert pair(M20=50.0).to_model().q2 < m.q2
 
 
-def test_kind_follows_the_supports():
-    assert pair().rigid
-    assert pair().to_model().kind == "torsional"
-    elastic = pair(**SUPPORTS)
-    assert elastic.to_model().kind == "full"
-    assert elastic.to_model("torsional").kind == "torsional"
-
-
 def test_two_levels_have_the_mean_that_is_documented():
     p = pair(chi1=0.3, chi2=0.2, contact_ratio=1.65)
     m = p.to_model()
@@ -149,19 +124,6 @@ def test_two_levels_have_the_mean_that_is_documented():
     expected = p.c0 * (1 + (1.65 - 1) * 0.3 - (2 - 1.65) * 0.2)
     assert p.c0 * mesh_stiffness(m, tau).mean() == pytest.approx(expected, rel=1e-4)
     assert p.omega0 == pytest.approx(math.sqrt(p.c0 / p.mass)), "it refers to c0, not to the mean"
-
-
-def test_every_velocity_force_and_rate_of_a_result_is_scaled():
-    from gearchaos import attractors, zones
-
-    p = pair()
-    ds = physical(zones(p.to_model(), "omega=0.9:1.1:2", "eps1=0:0.1:2", starts=2), p)
-    for name in ("v_rms", "v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down", "z_dot_rms"):
-        assert ds[name].attrs["units"] == "mm/s", name
-    assert ds["trace_error"].attrs["units"] == "1/s"
-    found = physical(attractors(p.to_model(), 4), p)
-    assert found["start_x1"].attrs["units"] == "µm" and found["attractor_section_z"].attrs["units"] == "µm"
-    assert all("omega0" not in v.attrs.get("units", "") for d in (ds, found) for v in d.variables.values())
 
 
 def test_harmonic_stiffness_in_newtons_per_metre():
@@ -173,18 +135,12 @@ def test_harmonic_stiffness_in_newtons_per_metre():
 
 BAD = [
     ({"I1": -1.0}, "I1 must be greater than 0; got -1.0"),
-    ({"I2": 0}, "I2 must be greater than 0"),
     ({"k": -5.0}, "k must not be negative"),
     ({"b1": -0.1}, "b1 must not be negative"),
     ({"backlash": 0.0}, "backlash must be greater than 0"),
-    ({"c0": float("nan")}, "c0 must be a finite number; got nan"),
     ({"M10": "inf N*m"}, "M10 must be a finite number"),
     ({"error_amplitudes": [float("nan")]}, "error_amplitudes[0] must be a finite number"),
     ({"R1": "3 kg"}, "R1 must be a length; got '3 kg'"),
-    ({"I1": "3 kg"}, "I1 must be a moment of inertia"),
-    ({"R1": "3"}, "R1 must be a length"),
-    ({"R1": "3 mmm"}, "R1 must be a length"),
-    ({"R1": "3 (mm"}, "R1 must be a length"),
     ({"R1": ""}, "R1 must be a length"),
     ({"R1": "35.24 degC"}, "R1 must be a length"),
     ({"R1": None}, "R1 must be a length"),
@@ -204,6 +160,19 @@ BAD = [
     ({"c1": 2e8}, "c2 must be given where the supports are elastic"),
     ({**SUPPORTS, "m2": None}, "m2 must be given where the supports are elastic"),
     ({"k1": 500.0}, "k1 must be left out where the supports are rigid"),
+    ({"tooth_pairs": {"stiffness": "200 N/um", "contact_ratio": 1.5}, "stiffness_levels": ["300 N/um"]},
+     "must be left out beside tooth_pairs"),
+    # sizes that no pair has
+    ({"I1": 1e-150, "I2": 1e-150, "R1": 1e-150, "R2": 1e-150 * 1.6}, "I1 must lie between 1e-40 and 1e"),
+    ({"c0": 1e41}, "c0 must lie between"),
+    ({"error_amplitudes": ["1e60 m"]}, "error_amplitudes[0] must lie between"),
+    ({"M10": 1e40}, "M20 must lie between"),
+    ({"n1": 10**400}, "n1 must be at most 1,000,000 teeth; got 1000"),
+    ({"n1": np.array([25])}, "n1 must be a whole number"),
+    ({"speed": 10**400}, "speed must lie between"),
+    ({**SUPPORTS, "c1": 10**5000}, "got a number too long to show"),
+    *(({"k": value}, "k must be a damping coefficient") for value in (
+        np.array([1, 2]), np.array([1.0]), 1 + 0j, np.complex64(1), np.datetime64("2000-01-01"))),
 ]
 
 
@@ -234,11 +203,16 @@ def test_slips_of_units_are_warned_of(changes, words, tmp_path):
 
 def test_radii_within_a_percent_pass():
     for factor in (0.9905, 1.0095):
-        p = pair(R2=0.05638 * factor)
-        assert p.to_model().J2 > 1
+        assert pair(R2=0.05638 * factor).to_model().J2 > 1
 
 
-def test_model_kinds_that_do_not_fit_are_refused():
+def test_kind_follows_the_supports_and_kinds_that_do_not_fit_are_refused():
+    assert pair().rigid and pair().to_model().kind == "torsional"
+    elastic = pair(**SUPPORTS)
+    assert elastic.to_model().kind == "full" and elastic.to_model("torsional").kind == "torsional"
+    single = pair().to_model("single")
+    total = 1 / single.J1 + 1 / single.J2
+    assert single.kind == "single" and total == pytest.approx(1, rel=1e-14)
     with pytest.raises(InputError, match="kind must be torsional or single"):
         pair().to_model("full")
     with pytest.raises(InputError, match="Did you mean 'single'"):
@@ -249,15 +223,13 @@ def test_model_kinds_that_do_not_fit_are_refused():
 
 @pytest.fixture(scope="module")
 def motion():
-    from gearchaos import simulate
-
     p = GearPair(**{**SI, **STRINGS, **SUPPORTS, "speed": "6000 rpm"})
-    return p, simulate(p.to_model(), periods=50, transient=600, samples=400)
+    dimensionless = simulate(p.to_model(), periods=50, transient=600, samples=400)
+    return p, dimensionless, physical(dimensionless, p)
 
 
 def test_physical_values_and_units(motion):
-    p, dimensionless = motion
-    ds = physical(dimensionless, p)
+    p, dimensionless, ds = motion
     frequency = 25 * 6000 / 60  # Hz
     np.testing.assert_allclose(np.diff(ds.tau_section), 1e3 / frequency, rtol=1e-9)
     assert ds.tau.attrs["units"] == ds.tau_section.attrs["units"] == "ms"
@@ -270,61 +242,28 @@ def test_physical_values_and_units(motion):
     assert ds.contact.identical(dimensionless.contact.assign_coords(tau=ds.tau))
     assert json.loads(ds.attrs["pair"])["pair"]["R1"] == pytest.approx(0.03524)
     assert dimensionless.z.attrs["units"] != "µm", "the dataset handed in is left alone"
+    assert physical(ds, p) is ds
 
 
-def test_velocities_are_the_slopes_of_displacements(motion):
-    p, dimensionless = motion
-    ds = physical(dimensionless, p)
+def test_velocities_are_slopes_and_the_mean_force_balances_the_torque(motion):
+    ds = motion[2]
     slope = np.gradient(ds.x1.values, ds.tau.values)  # µm/ms = mm/s
-    error = np.abs(slope - ds.x1_dot.values)[1:-1]
-    assert np.max(error) < 0.01 * np.ptp(ds.x1_dot.values)
+    assert np.max(np.abs(slope - ds.x1_dot.values)[1:-1]) < 0.01 * np.ptp(ds.x1_dot.values)
+    assert float(ds.mesh_force.mean()) == pytest.approx(85 / 0.03524, rel=2e-3)
 
 
-def test_mean_mesh_force_balances_the_torque(motion):
-    p, dimensionless = motion
-    assert float(physical(dimensionless, p).mesh_force.mean()) == pytest.approx(85 / 0.03524, rel=2e-3)
-
-
-def test_axes_in_hertz_and_newton_metres():
-    from gearchaos import Axis, zones
-
+def test_axes_velocities_forces_and_rates_of_results_are_scaled():
     p = pair()
-    ds = physical(zones(p.to_model(), Axis("omega", 0.9, 1.1, 2), Axis("q0", 0.1, 0.2, 2)), p)
+    ds = physical(zones(p.to_model(), "omega=0.9:1.1:2", "q0=0.1:0.2:2", starts=2), p)
     assert ds.omega.attrs["units"] == "Hz" and ds.q0.attrs["units"] == "N*m"
     np.testing.assert_allclose(ds.omega, np.array([0.9, 1.1]) * p.omega0 / (2 * math.pi))
     np.testing.assert_allclose(ds.q0, np.array([0.1, 0.2]) * 4e8 * 6e-5 * 0.03524)
-    assert ds.v_rms.attrs["units"] == "mm/s" and ds.lyapunov.attrs["units"] == "1/s"
-    assert ds.label.dtype == np.int8
-
-
-def test_physical_units_are_applied_once(motion):
-    p, dimensionless = motion
-    once = physical(dimensionless, p)
-    assert physical(once, p) is once
-
-ODD_SIZES = [
-    ({"I1": 1e-150, "I2": 1e-150, "R1": 1e-150, "R2": 1e-150 * 1.6}, "I1 must lie between 1e-40 and 1e"),
-    ({"c0": 1e41}, "c0 must lie between"),
-    ({"error_amplitudes": ["1e60 m"]}, r"error_amplitudes\[0\] must lie between"),
-    ({"M10": 1e40}, "M20 must lie between"),
-    ({"n1": 10**400}, "n1 must be at most 1,000,000 teeth; got 1000"),
-    ({"n1": np.array([25])}, "n1 must be a whole number"),
-    ({"speed": 10**400}, "speed must lie between"),
-    ({**SUPPORTS, "c1": 10**5000}, "c1 must lie between .* got a number too long to show"),
-    ({"k": np.array([1, 2])}, "k must be a damping coefficient"),
-    ({"k": np.array([1.0])}, "k must be a damping coefficient"),
-    ({"k": 1 + 0j}, "k must be a damping coefficient"),
-    ({"k": np.complex128(1)}, "k must be a damping coefficient"),
-    ({"k": np.complex64(1)}, "k must be a damping coefficient"),
-    ({"k": np.datetime64("2000-01-01")}, "k must be a damping coefficient"),
-]
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(("changes", "message"), ODD_SIZES)
-def test_sizes_that_no_pair_has_are_refused(changes, message):
-    with pytest.raises(InputError, match=message):
-        pair(**changes)
+    for name in ("v_rms", "v_rms_least", "v_rms_most", "v_rms_up", "v_rms_down", "z_dot_rms"):
+        assert ds[name].attrs["units"] == "mm/s", name
+    assert ds.lyapunov.attrs["units"] == ds.trace_error.attrs["units"] == "1/s" and ds.label.dtype == np.int8
+    found = physical(attractors(p.to_model(), 4), p)
+    assert found["start_x1"].attrs["units"] == "µm" and found["attractor_section_z"].attrs["units"] == "µm"
+    assert all("omega0" not in v.attrs.get("units", "") for d in (ds, found) for v in d.variables.values())
 
 
 def test_a_pair_at_the_ends_of_the_range_has_finite_scales():

@@ -18,19 +18,21 @@ from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.tooth_pairs import back_phase
 from gearchaos.model import TwoLevelStiffness
 from gearchaos.studyfile import load_study
+from tests.contracts.gears.test_design_keys import GIVEN, PAIR
 
-PAIR = {"n1": 25, "n2": 50, "I1": 5e-4, "I2": 8e-3, "R1": "35 mm", "R2": "70 mm", "c0": "400 N/um", "k": "500 N*s/m",
-        "backlash": "0.12 mm", "M10": "85 N*m", "speed": "14000 rpm"}
 RELIEF = {"amount": "30 um", "length": 0.2, "shape": "linear"}
 PAIRS = {"stiffness": "1.5e8 N/m", "contact_ratio": 1.6, "relief": RELIEF}
-DESIGN = {
-    "teeth": [24, 36], "module": "3 mm", "face_width": "30 mm", "bore": "30 mm", "damping_ratio": 0.05,
-    "backlash": {"value": "0.12 mm", "of": "line of action, total"}, "speed": "3000 rpm", "torque": "60 N*m",
-    "quality": {"standard": "ISO 1328-1:1995", "grade": 5}, "transmission_error": "from quality",
-}
 TIP_RELIEF = {"amount": ["30 um", "18 um"], "start_diameter": ["76 mm", "112 mm"]}
-FZG = {**DESIGN, "teeth": [16, 24], "module": "4.5 mm", "face_width": "14 mm", "centre_distance": "91.5 mm",
+FZG = {**GIVEN, "teeth": [16, 24], "module": "4.5 mm", "face_width": "14 mm", "centre_distance": "91.5 mm",
        "profile_shift": [0.182, 0.171], "tip_diameter": ["82.46 mm", "118.36 mm"]}
+HIGH = {"teeth": [50, 60], "rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}}  # contact ratio 2.316
+
+
+def of_design(**changes):
+    return GearDesign(**{**GIVEN, **changes})
+
+
+ACTIVE, TIP = list(of_design().geometry.start_of_active_profile), of_design().geometry.tip_diameter[0]
 
 
 def test_values_of_a_pair_are_those_of_its_model_over_c0_and_half_the_backlash():
@@ -45,10 +47,9 @@ def test_values_of_a_pair_are_those_of_its_model_over_c0_and_half_the_backlash()
 
 
 def test_one_value_of_a_relief_holds_for_both_wheels_and_none_is_none():
-    found = GearPair(**PAIR, tooth_pairs=PAIRS).to_model().stiffness
-    assert found.relief1 == found.relief2 == pytest.approx(0.5) and found.relief_exponent == 1.0
-    found = GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}).to_model().stiffness
-    assert found.relief1 == found.relief2 == 0.0
+    for changes, relief in (({}, 0.5), ({"relief": None}, 0.0)):
+        found = GearPair(**PAIR, tooth_pairs={**PAIRS, **changes}).to_model().stiffness
+        assert found.relief1 == found.relief2 == pytest.approx(relief) and found.relief_exponent == 1.0
 
 
 @pytest.mark.parametrize(("changes", "field", "words"), [
@@ -87,11 +88,6 @@ def test_a_gap_that_only_another_unit_explains_is_warned_of():
     assert GearPair(**PAIR).warnings == ()
 
 
-def test_tooth_pairs_are_refused_beside_another_stiffness():
-    with pytest.raises(InputError, match="must be left out beside tooth_pairs"):
-        GearPair(**PAIR, tooth_pairs=PAIRS, stiffness_levels=["300 N/um"])
-
-
 def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
     path = tmp_path / "pair.toml"
     lines = [f"{name} = {value!r}" for name, value in PAIR.items()]
@@ -104,9 +100,11 @@ def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
 
 
 @pytest.mark.parametrize("gears", [
-    GearPair(**PAIR, tooth_pairs=PAIRS), GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF}),
-    GearDesign(**{**DESIGN, "load_sharing": "tooth pairs"}).to_pair()], ids=["pair", "design", "pair of a design"])
-def test_gears_with_tooth_pairs_are_made_again_from_json(gears):
+    GearPair(**PAIR, tooth_pairs=PAIRS), of_design(tip_relief=TIP_RELIEF),
+    of_design(load_sharing="tooth pairs").to_pair(),
+    of_design(blank=["solid", {"rim": "9 mm", "web": "12 mm"}]),
+], ids=["pair", "design", "pair of a design", "blank"])
+def test_gears_are_made_again_from_json(gears):
     assert gears_from_json(gears_json(gears)) == gears and hash(gears_from_json(gears_json(gears))) == hash(gears)
     if isinstance(gears, GearDesign):
         assert GearDesign(**design_values(gears)) == gears
@@ -117,7 +115,7 @@ def test_gears_with_tooth_pairs_are_made_again_from_json(gears):
     lambda view: view.with_stiffness("steps").with_stiffness("tooth pairs")], ids=["plain", "relief", "torque", "kind"])
 @pytest.mark.parametrize("gears", [
     GearPair(**PAIR, tooth_pairs=PAIRS), GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}),
-    GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})], ids=["relief", "no relief", "design"])
+    of_design(tip_relief=TIP_RELIEF)], ids=["relief", "no relief", "design"])
 def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_tooth_pairs(gears, change, tmp_path):
     first = view_of(operating_model(gears))
     view, path, made = change(first), tmp_path / "study.toml", {}
@@ -143,53 +141,44 @@ def test_a_pair_with_a_changed_relief_is_a_pair_again():
     ({"tip_relief": "20 um", "transmission_error": "none"}, False), ({"load_sharing": "tooth pairs"}, True),
     ({"load_sharing": "prescribed"}, False), ({"tip_relief": TIP_RELIEF, "stiffness": "potential energy"}, True),
     ({"tip_relief": TIP_RELIEF, "helix_angle": "10 deg"}, False),
-    ({"rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}, "teeth": [50, 60],
-      "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, False),
+    ({**HIGH, "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, False),
 ])
 def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
-    design = GearDesign(**{**DESIGN, **changes})
+    design = of_design(**changes)
     assert design.shares_load is shared
     assert (design.to_model().stiffness.kind == "tooth pairs") is shared
     assert (design.to_pair().tooth_pairs is not None) is shared
 
 
-@pytest.mark.parametrize(("changes", "words"), [
-    ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "on one spring it would do nothing"),
-    ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "helical teeth enter contact bit by bit"),
-    ({"load_sharing": "shared"}, "must be one of prescribed, tooth pairs"),
-    ({"load_sharing": "tooth pairs", "teeth": [50, 60],
-      "rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}}, "the contact ratio is 2.316"),
+@pytest.mark.parametrize(("changes", "field", "words"), [
+    ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "load_sharing", "on one spring it would do nothing"),
+    ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "load_sharing",
+     "helical teeth enter contact bit by bit"),
+    ({"load_sharing": "shared"}, "load_sharing", "must be one of prescribed, tooth pairs"),
+    ({"load_sharing": "tooth pairs", **HIGH}, "load_sharing", "the contact ratio is 2.316"),
+    ({"load_sharing": "tooth pairs", "stiffness": {"table": "c.csv"}}, "load_sharing",
+     "a table has the stiffness of all pairs together"),
+    ({"load_sharing": "tooth pairs", "tip_relief": "20 um"}, "tip_relief.start_diameter", "must be given"),
+    ({"tip_relief": {"amount": "20 um", "start_diameter": [TIP, "112 mm"]}}, "tip_relief.start_diameter[0]",
+     "must be smaller than the tip diameter"),
+    ({"tip_relief": {"amount": "20 um", "start_diameter": ACTIVE}}, "tip_relief.length",
+     "reliefs of both wheels would overlap"),
 ])
-def test_a_load_sharing_that_cannot_be_is_refused(changes, words):
-    with pytest.raises(InputError, match="load_sharing") as refusal:
-        GearDesign(**{**DESIGN, **changes})
-    assert words in str(refusal.value)
+def test_reliefs_and_a_load_sharing_that_cannot_be_are_refused(changes, field, words, tmp_path, monkeypatch):
+    (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as refusal:
+        of_design(**changes).to_model()
+    assert refusal.value.field == field and words in str(refusal.value)
 
 
-def test_a_table_of_a_sum_and_tooth_pairs_are_refused(tmp_path):
-    path = tmp_path / "c.csv"
-    path.write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
-    given = {**DESIGN, "stiffness": {"table": str(path)}}
-    with pytest.raises(InputError, match="a table has the stiffness of all pairs together"):
-        GearDesign(**given, load_sharing="tooth pairs")
-    assert not GearDesign(**given, tip_relief=TIP_RELIEF).shares_load
-
-
-def test_tooth_pairs_need_the_start_of_a_relief():
-    design = GearDesign(**{**DESIGN, "tip_relief": "20 um", "load_sharing": "tooth pairs"})
-    with pytest.raises(InputError, match=r"tip_relief.start_diameter must be given"):
-        design.to_model()
-
-
-def test_a_relief_of_no_length_is_refused():
-    tip = GearDesign(**DESIGN).geometry.tip_diameter[0]
-    relief = {"amount": "20 um", "start_diameter": [tip, tip - 0.002]}
-    with pytest.raises(InputError, match=r"start_diameter\[0\] must be smaller than the tip diameter"):
-        GearDesign(**{**DESIGN, "tip_relief": relief})
+def test_a_table_of_the_stiffness_of_all_pairs_leaves_the_load_on_one_spring(tmp_path):
+    (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
+    assert not of_design(stiffness={"table": str(tmp_path / "c.csv")}, tip_relief=TIP_RELIEF).shares_load
 
 
 def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_error(tmp_path):
-    plain, relieved = GearDesign(**DESIGN), GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})
+    plain, relieved = of_design(), of_design(tip_relief=TIP_RELIEF)
     assert relieved.error_harmonics == plain.error_harmonics
     assert relieved.to_model().error == plain.to_model().error
     assert not [text for text in relieved.warnings if text.startswith("tip_relief")]
@@ -205,7 +194,7 @@ def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_erro
 
 @pytest.mark.parametrize("method", ["ISO 6336-1", "potential energy"])
 def test_the_levels_over_c0_are_the_same_at_every_torque(method):
-    design = GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF, "stiffness": method})
+    design = of_design(tip_relief=TIP_RELIEF, stiffness=method)
     first, *others = [design.at(torque=torque).to_model() for torque in (20.0, 37.3, 61.7, 300.0)]
     assert all(each.stiffness == first.stiffness for each in others)
     pair = design.to_pair()
@@ -213,7 +202,7 @@ def test_the_levels_over_c0_are_the_same_at_every_torque(method):
 
 
 def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():
-    design = GearDesign(**{**DESIGN, "tip_relief": TIP_RELIEF})
+    design = of_design(tip_relief=TIP_RELIEF)
     found, path = design.to_model().stiffness, design.geometry.path_of_contact
     assert (found.relief1, found.relief2) == pytest.approx((0.5, 0.3))
     for n, length in enumerate((found.relief_length1, found.relief_length2)):
@@ -223,15 +212,11 @@ def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():
 
 
 def test_a_relief_of_one_wheel_may_cover_the_whole_path():
-    active = GearDesign(**DESIGN).geometry.start_of_active_profile
-    found = GearDesign(**{**DESIGN, "tip_relief": {
-        "amount": ["20 um", "0 um"], "start_diameter": list(active)}}).to_model().stiffness
+    found = of_design(tip_relief={"amount": ["20 um", "0 um"], "start_diameter": ACTIVE}).to_model().stiffness
     assert found.relief_length1 == pytest.approx(1) and found.relief2 == 0
-    with pytest.raises(InputError, match="reliefs of both wheels would overlap"):
-        GearDesign(**{**DESIGN, "tip_relief": {"amount": "20 um", "start_diameter": list(active)}}).to_model()
 
 
-@pytest.mark.parametrize("given", [DESIGN, FZG], ids=["24/36", "FZG C"])
+@pytest.mark.parametrize("given", [GIVEN, FZG], ids=["24/36", "FZG C"])
 def test_pairs_by_iso_without_gaps_have_the_prescribed_sum(given):
     design = GearDesign(**given, load_sharing="tooth pairs")
     pair, prescribed = design.to_pair(), design.mesh_stiffness
@@ -245,7 +230,7 @@ def test_pairs_by_iso_without_gaps_have_the_prescribed_sum(given):
     assert np.abs(total * pair.c0 - prescribed(tau)).max() < 1e-12 * pair.c0
 
 
-@pytest.mark.parametrize("given", [DESIGN, FZG], ids=["24/36", "FZG C"])
+@pytest.mark.parametrize("given", [GIVEN, FZG], ids=["24/36", "FZG C"])
 def test_pairs_by_potential_energy_have_the_means_of_their_own_curve(given):
     design = GearDesign(**given, stiffness="potential energy", load_sharing="tooth pairs")
     found, energy = design.tooth_pairs, EnergyPairs(design.geometry, design.material, (0.03, 0.03))
@@ -259,7 +244,7 @@ def test_pairs_by_potential_energy_have_the_means_of_their_own_curve(given):
     assert mean == pytest.approx(design.to_pair().c0, rel=1e-4)
 
 
-@pytest.mark.parametrize("given", [DESIGN, FZG, {**DESIGN, "profile_shift": [0.4, -0.4]}], ids=["24/36", "FZG", "V0"])
+@pytest.mark.parametrize("given", [GIVEN, FZG, {**GIVEN, "profile_shift": [0.4, -0.4]}], ids=["24/36", "FZG", "V0"])
 @pytest.mark.parametrize("phase", [0.05, 0.4, 0.8])
 def test_back_flanks_are_where_the_outline_of_wheel_1_crosses_their_line_of_action(given, phase):
     geometry = GearDesign(**given).geometry

@@ -1,6 +1,5 @@
 """Trains as inputs: every refusal with its field and advice, `[train]` of study files, `--set`, initial values."""
 
-import copy
 import math
 import re
 
@@ -61,11 +60,9 @@ def chain(*teeth):
         mesh(names[i], names[i + 1], *z, error_amplitudes=["1 um"]) for i, z in enumerate(teeth)])
 
 
-NEITHER = train(body("a"), {"name": "b"})
-
 REFUSED = [
     # what moves a body
-    (NEITHER, "body b: inertia", "must be given, or motion, or fixed", "motion = [] is uniform rotation"),
+    (train(body("a"), {"name": "b"}), "body b: inertia", "must be given, or motion, or fixed", "is uniform rotation"),
     (train(body("a"), body("b", inertia=1, motion=[])), "body b: inertia", "and only one of them", "as prescribed"),
     (with_first(fixed=True), "body a: fixed", "must be false", "The first body turns"),
     (with_first(motion=[], torque=3), "body a: torque", "where the motion is prescribed", "no effect"),
@@ -80,31 +77,29 @@ REFUSED = [
     (train(body("a"), body("b", inerta=1)), "body b", "must have no key but name, inertia", "Did you mean 'inertia'?"),
     (with_mesh(backlsh=1), "mesh a/b", "must have no key but between", "Did you mean 'backlash'?"),
     (train(sped=3), "train", "must have no key but speed", "Did you mean 'speed'?"),
-    ({"bodies": [body("a")], "meshes": []}, "train.speed", "must be given", ""),
-    ({"speed": 1, "meshes": [mesh("a", "b")]}, "train.bodies", "must be given", ""),
-    (train(meshes=[]), "train.meshes", "must have at least one entry", ""),
-    (train(body("a"), {"inertia": 1}), "body number 2: name", "must be given", ""),
-    (train("a"), "body number 1", "must be a Body or a table", ""),
-    (with_mesh(design=3), "mesh a/b: design", "must be a GearDesign or a GearPair", ""),
-    (with_first(motion={"order": 2}), "body a: motion", "must be a list of tables with order", ""),
+    ({"bodies": [body("a")], "meshes": []}, "train.speed", "must be given"),
+    ({"speed": 1, "meshes": [mesh("a", "b")]}, "train.bodies", "must be given"),
+    (train(meshes=[]), "train.meshes", "must have at least one entry"),
+    (train(body("a"), {"inertia": 1}), "body number 2: name", "must be given"),
+    (train("a"), "body number 1", "must be a Body or a table"),
+    (with_mesh(design=3), "mesh a/b: design", "must be a GearDesign or a GearPair"),
+    (with_first(motion={"order": 2}), "body a: motion", "must be a list of tables with order"),
     (train(meshes={"between": ["a", "b"]}), "train.meshes", "must be a list of tables", "Write [[train.meshes]]"),
-    (train(meshes=[{"teeth": [20, 30]}]), "mesh number 1: between", "must be given", ""),
-    (train(meshes=[mesh("a", "b") | {"between": ["a", "b", "c"]}]), "mesh a/b/c: between", "names of two bodies", ""),
-    (train(meshes=[mesh("a", "b") | {"between": ["a", "a"]}]), "mesh a/a: between", "must be two different bodies", ""),
+    (train(meshes=[{"teeth": [20, 30]}]), "mesh number 1: between", "must be given"),
+    (train(meshes=[mesh("a", "b") | {"between": ["a", "b", "c"]}]), "mesh a/b/c: between", "names of two bodies"),
+    (train(meshes=[mesh("a", "b") | {"between": ["a", "a"]}]), "mesh a/a: between", "must be two different bodies"),
     (train(body("a"), body("a")), "body a: name", "must be that of no other part", "Give each a name"),
-    (train(meshes=[mesh("a", "b"), mesh("a", "b")]), "mesh a/b: name", "must be that of no other part", ""),
-    (train(meshes=[mesh("a", "b", name="b")]), "mesh b: name", "must be that of no other part", ""),
+    (train(meshes=[mesh("a", "b", name="b")]), "mesh b: name", "must be that of no other part"),
     (train(body("a.b"), body("b")), "body a.b: name", "must be a text without", "E.g. 'driver'"),
     (train(body("ground"), body("b")), "body ground: name", "must be another name", "housing"),
-    (with_first(inertia=1, fixed="yes"), "body a: fixed", "must be true or false", ""),
-    (with_mesh(internal="yes"), "mesh a/b: internal", "must be true or false", ""),
+    (with_first(inertia=1, fixed="yes"), "body a: fixed", "must be true or false"),
+    (with_mesh(internal="yes"), "mesh a/b: internal", "must be true or false"),
     (with_mesh(teeth=None), "mesh a/b: teeth", "must be given", "Or give a design"),
     # how it turns
     (train(body("a"), body("b"), body("c"), body("d"), meshes=[
         mesh("a", "b"), mesh("b", "c", 30, 40), mesh("c", "d", 40, 20), mesh("d", "a", 21, 20)]),
      "mesh d/a: teeth", "must agree with the loop", "d turns -1 times as fast as a, by this one -0.95238"),
-    (train(body("a"), body("b"), body("c"), meshes=[mesh("a", "b", 20, 20), mesh("b", "c", 20, 20),
-                                                    mesh("c", "a", 20, 20)]),
+    (train(*map(body, "abc"), meshes=[mesh(*names, 20, 20) for names in ("ab", "bc", "ca")]),
      "mesh c/a: teeth", "must agree with the loop", "odd number of external meshes"),
     (train(body("a"), body("b", fixed=True)), "mesh a/b: teeth", "must let the parts turn", "since b is held"),
     (train(shafts=[{"between": ["a", "ground"], "stiffness": 1e4}]), "shaft a-ground: between",
@@ -116,48 +111,48 @@ REFUSED = [
      "29.8 N m are left over; -30 N m would balance them"),
     (with_first(torque=20), "body a: torque", "must balance", "-30 N m at b would balance them"),
     # meshes
-    (with_mesh(base_radii=["30 mm", "40 mm"]), "mesh a/b: base_radii", "ratio of the teeth, 20/30 = 0.666667", ""),
+    (with_mesh(base_radii=["30 mm", "40 mm"]), "mesh a/b: base_radii", "ratio of the teeth, 20/30 = 0.666667"),
     (with_mesh(backlash=-1), "mesh a/b: backlash", "must not be negative", "length"),
-    (with_mesh(stiffness=None), "mesh a/b: stiffness", "must be given, or tooth_pairs, or a design", ""),
+    (with_mesh(stiffness=None), "mesh a/b: stiffness", "must be given, or tooth_pairs, or a design"),
     (with_mesh(stiffness="2e8 N/mmm"), "mesh a/b: stiffness", "must be a stiffness", "not known"),
     (with_mesh(stiffness={"level": [1]}), "mesh a/b: stiffness", "or with mean, amplitudes and phases", "shares"),
-    (with_mesh(stiffness={"levels": [2e8], "starts": [3]}), "mesh a/b: stiffness.starts", "must lie in [0, 1)", ""),
+    (with_mesh(stiffness={"levels": [2e8], "starts": [3]}), "mesh a/b: stiffness.starts", "must lie in [0, 1)"),
     (with_mesh(stiffness={"mean": 2e8, "amplitudes": [3e8]}), "mesh a/b: stiffness.amplitudes", "must leave", "falls"),
     (with_mesh(phase="90 deg"), "mesh a/b: phase", "of constant stiffness without error", "no effect"),
     (with_mesh(pressure_angle="20 deg"), "mesh a/b: pressure_angle", "without a planet", "no effect"),
     (with_mesh(line_of_action="20 deg"), "mesh a/b: line_of_action", "where both centres rest", "no effect"),
-    (with_mesh(error_phases=[1.0]), "mesh a/b: error_phases", "must not be longer", ""),
-    (with_mesh(damping_law="unilateral"), "mesh a/b: damping_law", "must be one of always, contact", ""),
+    (with_mesh(error_phases=[1.0]), "mesh a/b: error_phases", "must not be longer"),
+    (with_mesh(damping_law="unilateral"), "mesh a/b: damping_law", "must be one of always, contact"),
     (train(damping_law="contacts"), "train.damping_law", "must be one of", "Did you mean 'contact'?"),
     # shafts and supports
     (with_shaft(), "shaft b-c: stiffness", "must be greater than 0, or stop", "For a rigid one"),
-    (with_shaft(stop=0.1), "shaft b-c: stop_stiffness", "must be given with stop", ""),
+    (with_shaft(stop=0.1), "shaft b-c: stop_stiffness", "must be given with stop"),
     (with_shaft(stop=0.1, stop_stiffness=1e4, damping=1), "shaft b-c: damping", "without stiffness", "no effect"),
     (with_shaft(stiffness=1e4, stop_damping=1), "shaft b-c: stop_damping", "without stop", "no effect"),
     (with_first(mass="3 kg"), "body a: mass", "where the centre rests", "no effect"),
-    (with_first(support={"stiffness": 1e8}), "body a: mass", "must be given where the centre moves", ""),
+    (with_first(support={"stiffness": 1e8}), "body a: mass", "must be given where the centre moves"),
     (with_first(position=1), "body a: position", "without carrier", "no effect"),
-    (train(body("a"), body("b", carrier="x", orbit=1, mass=1)), "body b: carrier", "must be one of a, b", ""),
-    (train(body("a"), body("b", carrier="a", orbit=1, mass=1)), "mesh a/b: pressure_angle", "mesh with a planet", ""),
-    (with_first(orbit=1), "body a: orbit", "must be given with carrier", ""),
+    (train(body("a"), body("b", carrier="x", orbit=1, mass=1)), "body b: carrier", "must be one of a, b"),
+    (train(body("a"), body("b", carrier="a", orbit=1, mass=1)), "mesh a/b: pressure_angle", "mesh with a planet"),
+    (with_first(orbit=1), "body a: orbit", "must be given with carrier"),
     (train(body("a"), body("b", carrier="a", orbit=1, mass=1, support={"stiffness": 1e8})), "body b: support",
      "must be left out for a planet", "pin in its carrier"),
-    (train(body("a"), body("b", carrier="b", orbit=1, mass=1)), "body b: carrier", "must be a body that is no", ""),
-    (with_mesh(tooth_pairs={}), "mesh a/b: tooth_pairs.stiffness", "must be given", ""),
+    (train(body("a"), body("b", carrier="b", orbit=1, mass=1)), "body b: carrier", "must be a body that is no"),
+    (with_mesh(tooth_pairs={}), "mesh a/b: tooth_pairs.stiffness", "must be given"),
     (with_mesh(tooth_pairs=PAIRS), "mesh a/b: stiffness", "must be left out beside tooth_pairs", "of its tooth pairs"),
-    (with_mesh(stiffness={"mean": 2e8, "amplitudes": []}), "mesh a/b: stiffness.amplitudes", "at least one value", ""),
+    (with_mesh(stiffness={"mean": 2e8, "amplitudes": []}), "mesh a/b: stiffness.amplitudes", "at least one value"),
     (with_mesh(stiffness={"mean": 2e8, "amplitudes": [1e7], "phases": [0, 1]}), "mesh a/b: stiffness.phases",
-     "must not be longer", ""),
+     "must not be longer"),
     # planetary sets
     ({"speed": 1, "planets": 3}, "train.planets", "must be a table", "Write [train.planets]"),
-    (planets(count=0), "planets: count", "whole number from 1 to 12", ""),
-    (planets(teeth=[20, 30]), "planets: teeth", "list of three numbers of teeth", ""),
+    (planets(count=0), "planets: count", "whole number from 1 to 12"),
+    (planets(teeth=[20, 30]), "planets: teeth", "list of three numbers of teeth"),
     (planets(count=4), "planets: count", "must divide z_sun + z_ring = 126", "Possible are 2, 3."),
     (planets(count=5, teeth=[20, 50, 120]), "planets: count", "tip circles of the planets apart", "30.39 mm"),
     (planets(teeth=[27, 36, 100]), "planets: teeth", "z_sun + 2 z_planet = 99", "no profile shift"),
-    (planets(sun=None), "planets: sun", "must be given, a table", ""),
+    (planets(sun=None), "planets: sun", "must be given, a table"),
     (planets(cont=3), "train.planets", "must have no key but count", "Did you mean 'count'?"),
-    (planets(planet={"inertia": 1e-3}), "planets: planet.mass", "where the centre moves", ""),
+    (planets(planet={"inertia": 1e-3}), "planets: planet.mass", "where the centre moves"),
     (planets(sun_mesh={"stiffnes": 1}), "planets: sun_mesh", "must have no key but", "Did you mean 'stiffness'?"),
     # the common period
     (chain((97, 101), (103, 107), (109, 113)), "common period", "at most 2000 cycles of mesh c/d",
@@ -168,15 +163,14 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("table", "field", "rule", "advice"), REFUSED, ids=lambda value: str(value)[:40])
-def test_what_does_not_fit_is_refused_with_its_field_and_what_to_do(table, field, rule, advice):
+@pytest.mark.parametrize("case", REFUSED, ids=lambda case: str(case[1:])[1:60])
+def test_what_does_not_fit_is_refused_with_its_field_and_what_to_do(case):
+    table, field, *words = case
     if isinstance(table.get("meshes"), list):
         table = {**table, "meshes": [{k: v for k, v in m.items() if v is not None} for m in table["meshes"]]}
     with pytest.raises(InputError) as error:
-        read_train(copy.deepcopy(table), None)
-    assert error.value.field == field
-    assert rule in error.value.rule
-    assert advice in error.value.advice
+        read_train(table, None)
+    assert error.value.field == field and all(each in str(error.value) for each in words), str(error.value)
 
 
 def test_python_names_parts_as_files_do():
@@ -207,10 +201,10 @@ backlash = "0.12 mm"
 """
 
 
-def load(tmp_path, text=LOOSE, **values):
-    path = tmp_path / "train.toml"
-    path.write_text(text)
-    return load_study(path, values)
+def load(tmp_path, text=LOOSE, design="", **values):
+    (tmp_path / "train.toml").write_text(text)
+    (tmp_path / "pair.toml").write_text(design)
+    return load_study(tmp_path / "train.toml", values)
 
 
 def test_a_file_is_the_train_of_its_tables(tmp_path):
@@ -223,33 +217,14 @@ def test_a_file_is_the_train_of_its_tables(tmp_path):
     assert dict(model.initial) == {}
 
 
-@pytest.mark.parametrize("table", ["[model]\nomega = 1", "[gearpair]\nn1 = 1", "[design]\nteeth = [20, 30]",
-                                   "[operation]\nspeed = 3"])
-def test_a_train_stands_alone(table, tmp_path):
-    with pytest.raises(InputError, match=r"must be (left out|given)"):
-        load(tmp_path, f"{LOOSE}\n{table}")
-
-
 @pytest.mark.parametrize(("name", "value", "found"), [
     ("speed", 900, lambda t: t.speed), ("speed", "900 rpm", lambda t: t.speed), ("torque", 0.2, lambda t: t.torque),
     ("loose.torque", "-0.2 N*m", lambda t: t.torque), ("loose.inertia", 1e-3, lambda t: t.bodies[1].inertia),
     ("z1/z2.backlash", 1e-4, lambda t: t.meshes[0].backlash), ("damping_law", "always", lambda t: t.damping_law),
     ("z1/z2.stiffness", "3e8 N/m", lambda t: t.meshes[0].stiffness)])
 def test_values_are_set_by_name(name, value, found, tmp_path):
-    wanted = {"speed": 900, "torque": 0.2, "loose.torque": 0.2, "z1/z2.stiffness": 3e8}.get(name, value)
-    assert found(load(tmp_path, **{name: value}).model.train) == wanted
-
-
-@pytest.mark.parametrize(("name", "value", "field", "rule"), [
-    ("loose.tork", 1, "parameter", "must be one of"), ("kind", "single", "kind", "must be left out for a train"),
-    ("loose.inertia", -1, "body loose: inertia", "greater than 0"),
-    ("damping_law", "unilateral", "damping_law", "must be one of"),
-    ("train.speed", 3, "parameter", "must be one of"), ("driver.torque", 3, "parameter", "must be one of")])
-def test_values_that_are_none_of_the_train_are_refused(name, value, field, rule, tmp_path):
-    with pytest.raises(InputError) as error:
-        load(tmp_path, **{name: value})
-    assert error.value.field == field
-    assert rule in error.value.rule
+    assert found(load(tmp_path, **{name: value}).model.train) == {
+        "speed": 900, "loose.torque": 0.2, "z1/z2.stiffness": 3e8}.get(name, value)
 
 
 SHAFT = """
@@ -290,26 +265,6 @@ def test_what_is_left_out_begins_at_the_static_deflection_at_rest(tmp_path):
     assert deflection == pytest.approx(force / 2e8, rel=1e-9)
 
 
-@pytest.mark.parametrize(("initial", "field", "rule"), [
-    ('deflections = { "z1/z3" = 0 }', "initial.deflections: mesh or shaft", "must be one of"),
-    ('deflections = { "z1/z2" = "1 N" }', "initial.deflections: z1/z2", "must be a length"),
-    ("deflections = 3", "initial.deflections", "must be a table"),
-    ("angles = { loose = 0 }", "initial.angles", "must be left out"),
-    ("deflection = 3", "key of [initial]", "must be one of"), ("x1 = 3", "key of [initial]", "must be one of")])
-def test_initial_values_of_nothing_are_refused(initial, field, rule, tmp_path):
-    with pytest.raises(InputError) as error:
-        load(tmp_path, f"{LOOSE}[initial]\n{initial}\n")
-    assert error.value.field == field
-    assert rule in error.value.rule
-
-
-def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
-    table = train(body("a"), body("b"), body("c"), body("d"), meshes=[
-        mesh("a", "b", 20, 20), mesh("b", "c", 20, 20), mesh("c", "d", 20, 20), mesh("d", "a", 20, 20)])
-    with pytest.raises(InputError, match="follows from those of other meshes"):
-        initial_of(TrainModel(read_train(table, None)), {"deflections": {"d/a": 0}})
-
-
 DESIGN = """
 [design]
 teeth = [20, 40]
@@ -317,55 +272,68 @@ module = "3 mm"
 face_width = "20 mm"
 bore = "20 mm"
 backlash = { value = "0.1 mm", of = "line of action, total" }
+stiffness = "ISO 6336-1"
 """
-
-
-LOAD_FREE = DESIGN.replace("[design]", '[design]\nstiffness = "potential energy"')
-
-
-def with_design(tmp_path, design):
-    (tmp_path / "pair.toml").write_text(design)
-    kept = "\n".join(line for line in LOOSE.splitlines() if not line.startswith(
-        ("teeth", "base_radii", "stiffness", "backlash")))
-    return f'{kept}\ndesign = "pair.toml"\n'
+LOAD_FREE = DESIGN.replace("ISO 6336-1", "potential energy")
+LOADED = f"{DESIGN}damping_ratio = 0.05\n[operation]\nspeed = 1000\ntorque = 50\n"
+UNDAMPED = "\n".join(line for line in LOOSE.splitlines() if not line.startswith(
+    ("teeth", "base_radii", "stiffness", "backlash", "damping"))) + '\ndesign = "pair.toml"\n'
+OF_DESIGN = f'{UNDAMPED}damping = "60 N*s/m"\n'
 
 
 def test_a_mesh_takes_the_values_of_a_design_beside_the_file(tmp_path):
-    found = load(tmp_path, with_design(tmp_path, f"{DESIGN}[operation]\nspeed = 1000\ntorque = 50\n")).model.train
+    found = load(tmp_path, OF_DESIGN, LOADED.replace("damping_ratio = 0.05\n", "")).model.train
     pair = gc.GearDesign.from_tables(
         {"teeth": [20, 40], "module": "3 mm", "face_width": "20 mm", "bore": "20 mm", "damping_ratio": 0.05,
          "backlash": {"value": "0.1 mm", "of": "line of action, total"}}, {"speed": 1000, "torque": 50}).to_pair()
     (one,) = found.meshes
     assert (one.teeth, one.backlash, one.damping) == ((20, 40), pair.backlash, 60)
-    text = with_design(tmp_path, f"{DESIGN}damping_ratio = 0.05\n[operation]\nspeed = 1000\ntorque = 50\n")
-    assert load(tmp_path, text.replace('damping = "60 N*s/m"', "")).model.train.meshes[0].damping == pair.k
+    assert load(tmp_path, UNDAMPED, LOADED).model.train.meshes[0].damping == pair.k
     assert one.base_radii == pytest.approx((pair.R1, pair.R2), rel=1e-12)
 
 
 def test_a_design_without_load_will_do_where_its_values_do_not_depend_on_it(tmp_path):
-    loaded, free = (load(tmp_path, with_design(tmp_path, LOAD_FREE + operation)).model.train.meshes[0]
+    loaded, free = (load(tmp_path, OF_DESIGN, LOAD_FREE + operation).model.train.meshes[0]
                     for operation in ("[operation]\nspeed = 1000\ntorque = 500\n", ""))
     assert loaded == free
 
 
-def test_a_design_whose_stiffness_depends_on_the_load_needs_one(tmp_path):
-    design = DESIGN.replace("[design]", '[design]\nstiffness = "ISO 6336-1"')
+def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
+    square = train(*map(body, "abcd"), meshes=[mesh(*names, 20, 20) for names in ("ab", "bc", "cd", "da")])
+    with pytest.raises(InputError, match="follows from those of other meshes"):
+        initial_of(TrainModel(read_train(square, None)), {"deflections": {"d/a": 0}})
+
+
+@pytest.mark.parametrize(("text", "values", "field", "words"), [
+    # another table beside the train
+    (f"{LOOSE}[model]\nomega = 1", {}, "[model]", "must be left out"),
+    (f"{LOOSE}[gearpair]\nn1 = 20\nn2 = 40\nI1 = 1\nI2 = 1\nR1 = 1\nR2 = 2\nc0 = 1e8\nk = 1\nbacklash = 1e-4\n"
+     "M10 = 9\nspeed = 3", {}, "[gearpair]", "must be left out"),
+    (f"{LOOSE}{LOADED}", {}, "[design]", "must be left out"),
+    (f"{LOOSE}[operation]\nspeed = 3", {}, "[operation]", "must be left out without [design]"),
+    # values that are set
+    (LOOSE, {"loose.tork": 1}, "parameter", "must be one of"),
+    (LOOSE, {"train.speed": 3}, "parameter", "must be one of"),
+    (LOOSE, {"driver.torque": 3}, "parameter", "must be one of"),
+    (LOOSE, {"kind": "single"}, "kind", "must be left out for a train"),
+    (LOOSE, {"loose.inertia": -1}, "body loose: inertia", "greater than 0"),
+    (LOOSE, {"damping_law": "unilateral"}, "damping_law", "must be one of"),
+    # initial values
+    ('deflections = { "z1/z3" = 0 }', {}, "initial.deflections: mesh or shaft", "must be one of"),
+    ('deflections = { "z1/z2" = "1 N" }', {}, "initial.deflections: z1/z2", "must be a length"),
+    ("deflections = 3", {}, "initial.deflections", "must be a table"),
+    ("angles = { loose = 0 }", {}, "initial.angles", "must be left out"),
+    ("deflection = 3", {}, "key of [initial]", "must be one of"),
+    ("x1 = 3", {}, "key of [initial]", "must be one of"),
+    # the design of a mesh
+    (OF_DESIGN, {"design": DESIGN}, "mesh z1/z2: design", "[operation] with speed and torque"),
+    (UNDAMPED, {"design": LOAD_FREE}, "mesh z1/z2: design: damping_ratio", "must be given"),
+    (OF_DESIGN.replace("pair.toml", "no.toml"), {}, "no.toml: study file", "must be a readable file"),
+], ids=lambda value: str(value)[-40:])
+def test_what_is_wrong_in_a_file_with_a_train_is_named(text, values, field, words, tmp_path):
     with pytest.raises(InputError) as error:
-        load(tmp_path, with_design(tmp_path, design))
-    assert error.value.field == "mesh z1/z2: design"
-    assert "[operation] with speed and torque" in error.value.advice
-
-
-def test_what_a_design_lacks_is_named_as_of_the_design(tmp_path):
-    text = with_design(tmp_path, LOAD_FREE).replace('damping = "60 N*s/m"', "")
-    with pytest.raises(InputError) as error:
-        load(tmp_path, text)
-    assert error.value.field == "mesh z1/z2: design: damping_ratio"
-
-
-def test_a_file_that_is_missing_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"nowhere.toml: study file must be a readable file"):
-        load(tmp_path, with_design(tmp_path, DESIGN).replace("pair.toml", "nowhere.toml"))
+        load(tmp_path, text if "[train]" in text else f"{LOOSE}[initial]\n{text}\n", **values)
+    assert error.value.field == field and words in str(error.value)
 
 
 def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():

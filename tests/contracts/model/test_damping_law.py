@@ -2,13 +2,12 @@
 
 import json
 import pickle
+from functools import partial
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.explorer.view.models import own_model
 from gearchaos.explorer.view.state import view_of
@@ -16,7 +15,9 @@ from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_quer
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.store.record import differences, from_record, to_record
+from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 from gearchaos.studyfile import load_design, load_study
+from tests.contracts.cli.test_cli import run
 
 SINGLE = {"kind": "single", "omega": 0.9, "zeta": 0.05, "q0": 0.1, "eps1": 0.05}
 PAIR = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1="35 mm", R2="70 mm", c0="400 N/um", k="500 N*s/m",
@@ -40,15 +41,15 @@ def with_law(law: str) -> str:
     return DESIGN.replace("[design]", f'[design]\ndamping_law = "{law}"')
 
 
-def text(result) -> str:
+def said(*command) -> str:
     """What a command says in words, without line breaks."""
+    result = run(*command)
     return " ".join((result.stdout + result.stderr).split())
 
 
 @laws
 def test_a_model_carries_its_law(law, tmp_path):
     model = gc.MeshModel.of(**SINGLE, damping_law=law)
-    assert model.damping_law == law
     assert gc.MeshModel.of(**SINGLE).with_values({"damping_law": law}) == model
     assert model.with_values({"zeta": 0.1}).damping_law == law
     assert pickle.loads(pickle.dumps(model)) == model == model_from_json(model_json(model))
@@ -60,22 +61,19 @@ def test_a_model_carries_its_law(law, tmp_path):
 
 
 @pytest.mark.parametrize(("value", "words"), [
-    ("in contact", "damping_law must be one of always, contact, unilateral; got 'in contact'. Did you mean 'contact'?"),
-    ("Kelvin", "damping_law must be one of always, contact, unilateral; got 'Kelvin'."),
-    (3, "damping_law must be one of always, contact, unilateral; got '3'."),
+    ("in contact", "'in contact'. Did you mean 'contact'?"), ("Kelvin", "'Kelvin'."), (3, "'3'."),
 ])
 def test_another_law_is_refused(value, words):
-    given = {"damping_law": value}
+    given, rule = {"damping_law": value}, f"damping_law must be one of always, contact, unilateral; got {words}"
     for make in (lambda: gc.MeshModel.of(**given), lambda: gc.MeshModel.of().with_values(given),
                  lambda: operating_model(PAIR).with_values(given)):
         with pytest.raises(gc.InputError) as found:
             make()
-        assert str(found.value) == words
-
-
-def test_a_law_is_no_axis():
-    with pytest.raises(gc.InputError, match="damping_law"):
+        assert str(found.value) == rule
+    assert rule in said("regime", "--set", f"damping_law={value}")
+    with pytest.raises(gc.InputError, match="damping_law"):  # is no axis
         gc.bifurcation(gc.MeshModel.of(), "damping_law=0:1:3")
+    assert f"--{rule.replace('damping_law', 'damping-law')}" in said("warmup", "--damping-law", value)
 
 
 @laws
@@ -121,34 +119,20 @@ def test_stores_name_the_difference():
 @laws
 def test_prints_and_cards_say_where_damping_acts_beside_a_dynamic_factor(law):
     words = DAMPING_LAWS[law]
-    model, settings = gc.MeshModel.of(**SINGLE, damping_law=law), [f"{n}={v}" for n, v in SINGLE.items()]
-    sets = [part for setting in (*settings, f"damping_law={law}") for part in ("--set", setting)]
-    assert f"mesh damping {words}" in text(CliRunner().invoke(app, ["regime", *sets]))
-    attractors = CliRunner().invoke(app, ["attractors", "--starts", "4", *sets])
-    assert f"dynamic factor: mesh damping {words}" in text(attractors)
+    model = gc.MeshModel.of(**SINGLE, damping_law=law)
+    sets = [part for name, value in (*SINGLE.items(), ("damping_law", law)) for part in ("--set", f"{name}={value}")]
+    assert f"mesh damping {words}" in said("regime", *sets)
+    assert f"dynamic factor: mesh damping {words}" in said("attractors", "--starts", "4", *sets)
     assert (f"0.05 {words}" in model._repr_html_()) == (law != "always")
     assert words in gc.regime(model)._repr_html_()
 
 
-def test_an_unknown_law_on_the_command_line():
-    result = CliRunner().invoke(app, ["regime", "--set", "damping_law=in contact"])
-    assert result.exit_code == 2
-    assert "damping_law must be one of always, contact, unilateral" in text(result)
-    assert "Did you mean 'contact'?" in text(result)
-
-
-def test_kernels_of_an_unknown_law():
-    result = CliRunner().invoke(app, ["warmup", "--damping-law", "never"])
-    assert result.exit_code == 2
-    assert "--damping-law must be one of always, contact, unilateral" in text(result)
-
-
-@pytest.mark.slow
 @laws
-def test_the_datasheet_says_where_damping_acts(law, tmp_path):
+def test_the_datasheet_says_where_damping_acts(law, tmp_path, monkeypatch):
+    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.speeds_to_avoid", partial(speeds_to_avoid, starts=0))
     (tmp_path / "design.toml").write_text(DESIGN)
-    command = ["gear", str(tmp_path / "design.toml"), "--torque", "50", "--speed", "1000:2000:2"]
-    found = text(CliRunner().invoke(app, [*command, "--set", f"damping_law={law}"]))
+    found = said("gear", tmp_path / "design.toml", "--torque", 50, "--speed", "9000:9100:2", "--set",
+                 f"damping_law={law}")
     assert f"ζ 0.05 {DAMPING_LAWS[law]}: vary each" in found
     assert ("damping that ends with contact" in found) == (law == "always")
 
@@ -164,8 +148,7 @@ def test_the_explorer_keeps_the_law(law):
     of_gears = start.with_damping_law(law)
     assert of_gears.model.damping_law == of_gears.gears.damping_law == law
     assert from_query(to_query(of_gears), start).model.damping_law == law
-    assert f'damping_law = "{law}"' in as_toml(of_gears)
-    assert f"damping_law='{law}'" in as_python(of_gears)
+    assert f'damping_law = "{law}"' in as_toml(of_gears) and f"damping_law='{law}'" in as_python(of_gears)
     with pytest.raises(gc.InputError, match="damping_law must be one of"):
         view.with_damping_law("never")
 
@@ -173,10 +156,13 @@ def test_the_explorer_keeps_the_law(law):
 @laws
 def test_the_mesh_force_acts_by_the_law(law):
     motion = gc.simulate(gc.MeshModel.of(**SINGLE, damping_law=law), periods=4, transient=40, samples=64)
-    apart, pulls = motion.contact.values == 0, motion.mesh_force.values < 0
-    assert np.any(apart)
-    assert np.any(motion.mesh_force.values[apart] != 0) == (law == "always")
-    assert np.any(pulls) == (law != "unilateral")
+    apart, force = motion.contact.values == 0, motion.mesh_force.values
+    expected = 2 * SINGLE["zeta"] * motion.z_dot.values * (law == "always")
+    assert apart.any() and np.allclose(force[apart], expected[apart], rtol=1e-12, atol=0)
+    assert np.any(force < 0) == (law != "unilateral")
+    of_gears = gc.simulate(operating_model(PAIR).with_values({"damping_law": law}), 1, samples=4)
+    for each in (motion, of_gears, gc.physical(of_gears)):
+        assert ("not 0 while the teeth are apart" in each.mesh_force.attrs["comment"]) == (law == "always")
 
 
 @pytest.mark.parametrize("law", LATER)
@@ -190,13 +176,12 @@ def test_scripts(law):
         gc.script(model, "dynamicalsystems.jl")
 
 
-@laws
+@pytest.mark.parametrize("law", LATER)
 def test_equations_in_sympy(law):
     pytest.importorskip("sympy")
-    model = gc.MeshModel.of(**SINGLE, damping_law=law)
-    assert gc.from_sympy(gc.to_sympy(model)) == model
-    undamped = model.with_values({"zeta": 0.0})
-    assert gc.from_sympy(gc.to_sympy(undamped)) == undamped
+    for zeta in (0.05, 0.0):
+        model = gc.MeshModel.of(**{**SINGLE, "zeta": zeta}, damping_law=law)
+        assert gc.from_sympy(gc.to_sympy(model)) == model
 
 
 @pytest.mark.parametrize("law", LATER)
@@ -212,9 +197,7 @@ def test_proofs_refuse_before_any_work(law, monkeypatch):
     ):
         with pytest.raises(gc.InputError, match=rule):
             attempt()
-    result = CliRunner().invoke(app, ["regime", "--prove", "--set", f"damping_law={law}"])
-    assert result.exit_code == 2
-    assert rule in text(result)
+    assert rule in said("regime", "--prove", "--set", f"damping_law={law}")
 
 
 def test_the_verifier_refuses_a_certificate_with_a_law():
@@ -227,8 +210,7 @@ def test_the_verifier_refuses_a_certificate_with_a_law():
     certificate["model"]["damping_law"] = "contact"
     certificate["sha256"] = checksum(certificate)
     result = verify(certificate)
-    assert not result.proved
-    assert "'damping_law' unknown" in " ".join(result.lines)
+    assert not result.proved and "'damping_law' unknown" in " ".join(result.lines)
 
 
 @pytest.mark.parametrize("law", LATER)

@@ -13,22 +13,14 @@ from gearchaos.model import (
     TwoLevelStiffness,
     backlash,
     mesh_stiffness,
-    transmission_error,
     vary,
 )
 
 
-def test_the_defaults_are_the_papers():
-    model = MeshModel()
-    assert (model.zeta, model.beta1, model.J1, model.mu1, model.zeta_support1) == (0.025, 0.01, 2.0, 4.0, 0.01)
-    assert model.stiffness == TwoLevelStiffness(0.25, 0.25, 1.5)
-    assert MeshModel(kind="single").beta1 == 0.0
-
-
-def test_short_names_set_both_of_a_pair_and_any_harmonic():
-    model = MeshModel.of(q0=0.05, kappa=2.0, chi0=0.1, eps3=0.02, theta3=0.5)
-    assert (model.q1, model.q2, model.kappa1, model.kappa2) == (0.05, 0.05, 2.0, 2.0)
-    assert model.stiffness == TwoLevelStiffness(0.1, 0.1)
+def test_short_names_set_pairs_and_any_harmonic():
+    """Defaults and short names of every pair are in tests/closed_forms/test_waveforms.py."""
+    model = MeshModel.of(q0=0.05, chi0=0.1, eps3=0.02, theta3=0.5)
+    assert (model.q1, model.q2, model.stiffness) == (0.05, 0.05, TwoLevelStiffness(0.1, 0.1))
     assert model.error == TransmissionError((0.0, 0.0, 0.02), (0.0, 0.0, 0.5))
 
 
@@ -36,7 +28,7 @@ def test_amplitudes_of_a_fourier_stiffness_make_it_one():
     assert MeshModel.of(c1=0.2).stiffness == HarmonicStiffness((0.2,))
     assert MeshModel.of(alpha2=0.5, c2=0.1, kind="full").stiffness == HarmonicStiffness((0.0, 0.1), (0.0, 0.5))
     assert MeshModel.of(c1=0.2).with_values({"c1": 0.3, "omega": 2.0}).stiffness == HarmonicStiffness((0.3,))
-    assert MeshModel.of(omega=2.0).stiffness == TwoLevelStiffness()
+    assert MeshModel.of(omega=2.0).stiffness == TwoLevelStiffness(0.25, 0.25, 1.5)
 
 
 def test_short_names_take_whole_waveforms_and_starts():
@@ -85,12 +77,6 @@ def test_models_are_values():
 
 
 def test_waveforms_are_those_of_the_paper():
-    model = MeshModel(omega=2.0, error=TransmissionError((0.1, 0.05), (0.3,)))
-    tau = np.linspace(0, 7, 50)
-    expected = 0.1 * np.cos(2 * tau - 0.3) + 0.05 * np.cos(4 * tau)
-    np.testing.assert_allclose(transmission_error(model, tau), expected, atol=1e-15)
-    slope = (transmission_error(model, tau + 1e-6) - transmission_error(model, tau - 1e-6)) / 2e-6
-    np.testing.assert_allclose(transmission_error(model, tau, 1), slope, atol=1e-8)
     chi = mesh_stiffness(MeshModel(stiffness=TwoLevelStiffness(0.2, 0.1, 1.25)), np.array([0.0, 1.5, 1.6, 6.2]))
     np.testing.assert_array_equal(chi, [1.2, 1.2, 0.9, 0.9])
     np.testing.assert_array_equal(backlash(np.array([-3.0, -1.0, 0.4, 1.0, 2.5])), [-2.0, 0.0, 0.0, 0.0, 1.5])
@@ -98,7 +84,6 @@ def test_waveforms_are_those_of_the_paper():
 
 BAD = [
     ({"omega": 0.0}, r"omega must be greater than 0; got 0\.0"),
-    ({"omega": -1.0}, r"omega must be greater than 0; got -1\.0"),
     ({"omega": float("nan")}, "omega must be a finite number; got nan"),
     ({"q0": float("inf")}, "q1 must be a finite number"),
     ({"zeta": -0.1}, "zeta must not be negative"),
@@ -109,7 +94,9 @@ BAD = [
     ({"contact_ratio": 2.1}, r"contact_ratio must lie in \[1, 2\]; got 2\.1"),
     ({"contact_ratio": 0.9}, r"contact_ratio must lie in \[1, 2\]"),
     ({"chi2": 1.0}, "chi2 must be less than 1"),
-    ({"chi1": -1.5}, "chi1 must be greater than -1"),
+    ({"chi1": -1.0}, "chi1 must be greater than -1"),
+    ({"zeta_support": -0.1}, "zeta_support1 must not be negative"),
+    ({"x1": float("nan")}, "initial.x1 must be a finite number"),
     ({"omgea": 1.0}, "Did you mean 'omega'"),
     ({"eps0": 1.0}, "Did you mean 'eps1'"),
     ({"omega": "fast"}, "omega must be a number; got 'fast'"),
@@ -125,23 +112,13 @@ def test_bad_values_are_named_with_rule_and_value(values, message):
         MeshModel().with_values(values)
 
 
-def test_harmonic_stiffness_must_stay_positive():
-    HarmonicStiffness((0.9, 0.2), (0.0, np.pi / 2))
-    with pytest.raises(InputError, match="must keep the mesh stiffness above 0"):
-        HarmonicStiffness((1.2,))
-    model = MeshModel(stiffness=HarmonicStiffness((0.5,)))
-    with pytest.raises(InputError, match="must keep the mesh stiffness above 0"):
-        vary(model, {"c1": [0.1, 0.5, 1.1]})
-
-
-def test_batches_obey_the_same_rules():
-    batch = vary(MeshModel(), {"omega": [1.0, 2.0]})
-    assert batch.size == 2
-    with pytest.raises(InputError, match=r"omega must be greater than 0; got -2\.0"):
-        vary(MeshModel(), {"omega": [1.0, -2.0]})
-    with pytest.raises(InputError, match="one common length"):
-        vary(MeshModel(), {"omega": [1.0, 2.0], "q0": [1.0, 2.0, 3.0]})
-    with pytest.raises(InputError, match="either z, z_dot or the x coordinates"):
-        vary(MeshModel(kind="single"), {"z": [1.0, 2.0], "x1": [1.0, 2.0]})
-    with pytest.raises(InputError, match="must be a parameter of the torsional model"):
-        vary(MeshModel(), {"kappa": [1.0, 2.0]})
+@pytest.mark.parametrize(("kind", "values", "message"), [
+    ("torsional", {"omega": [1.0, -2.0]}, r"omega must be greater than 0; got -2\.0"),
+    ("torsional", {"omega": [1.0, 2.0], "q0": [1.0, 2.0, 3.0]}, "one common length"),
+    ("single", {"z": [1.0, 2.0], "x1": [1.0, 2.0]}, "either z, z_dot or the x coordinates"),
+    ("torsional", {"kappa": [1.0, 2.0]}, "must be a parameter of the torsional model"),
+])
+def test_batches_obey_the_same_rules(kind, values, message):
+    assert vary(MeshModel(kind=kind), {"omega": [1.0, 2.0]}).size == 2
+    with pytest.raises(InputError, match=message):
+        vary(MeshModel(kind=kind), values)

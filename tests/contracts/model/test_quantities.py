@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 
 import pytest
 from matplotlib.mathtext import MathTextParser
@@ -33,10 +31,6 @@ TABLES = (PARAMETERS, STIFFNESS_PARAMETERS, COORDINATES, RESPONSES, VERDICTS, RE
 NAMES = [q.name for table in TABLES for q in table] + [f"{family}{n}" for family in HARMONICS for n in (1, 12, 64)]
 
 
-def test_no_name_has_two_rows():
-    assert len(NAMES) == len(set(NAMES))
-
-
 def test_a_dynamic_factor_is_a_quantity_by_whatever_standard_it_is():
     for name in ("Kv_STANDARD", "Kv_ISO_B", "Kv_made_up"):
         assert (quantity(name).name, quantity(name).symbol, quantity(name).unit) == (name, "K_v", "1")
@@ -44,7 +38,8 @@ def test_a_dynamic_factor_is_a_quantity_by_whatever_standard_it_is():
 
 
 @pytest.mark.parametrize("prefix", ["", *PREFIXES])
-def test_every_name_is_its_parts_and_leads_to_its_quantity(prefix):
+def test_every_name_has_one_row_is_its_parts_and_leads_to_its_quantity(prefix):
+    assert len(NAMES) == len(set(NAMES))
     for name in NAMES:
         assert str(parse(prefix + name)) == prefix + name
         assert parse(prefix + name).prefix == prefix
@@ -77,16 +72,13 @@ def test_what_is_no_quantity(name):
 
 
 def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
+    parameters = {q.name for q in (*PARAMETERS, *STIFFNESS_PARAMETERS)}
+    assert all(set(members) <= parameters for members in PARAMETER_PAIRS.values())
     models = [MeshModel.of("full", eps3=0.1), MeshModel.of("single", c2=0.1), MeshModel()]
     for name in {*PARAMETER_PAIRS, *(n for m in models for n in m.parameters()), *(q.name for q in COORDINATES)}:
         low, high, least, most = quantity(name).range
         assert least <= low < high <= most, name
         assert quantity(name).range.step == (high - low) / 400
-
-
-def test_members_of_pairs_are_parameters():
-    names = {q.name for q in (*PARAMETERS, *STIFFNESS_PARAMETERS)}
-    assert all(set(members) <= names for members in PARAMETER_PAIRS.values())
 
 
 def test_every_symbol_renders():
@@ -104,15 +96,8 @@ def test_every_symbol_renders():
 ])
 def test_symbols(name, symbol, tex):
     assert (quantity(name).symbol, quantity(name).tex) == (symbol, tex)
-
-
-def test_a_harmonic_in_units_has_its_order_too():
-    assert (quantity("eps3").physical.symbol, quantity("eps3").physical.tex) == ("e₃", "e_{3}")
-
-
-def test_the_table_loads_nothing_heavy():
-    code = "import sys, gearchaos.quantities; print([m for m in ('numpy', 'xarray', 'pint') if m in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+    of_order = quantity("eps3").physical
+    assert (of_order.symbol, of_order.tex) == ("e₃", "e_{3}")
 
 
 MODEL_PAGE = (ROOT / "docs" / "model.md").read_text()

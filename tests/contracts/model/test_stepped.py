@@ -34,18 +34,14 @@ SHORT = gc.Classification(longest_transient=400, doublings=1, averaging_periods=
 @pytest.mark.parametrize(("levels", "starts", "message"), [
     ((), (), "stiffness.levels must have 1 to 64 levels; got 0"),
     ((1.0,) * 65, tuple(np.arange(65) / 65), "stiffness.levels must have at most 64 levels; got 65"),
-    ((1.0,), tuple(np.arange(65) / 65), "stiffness.starts must have at most 64 levels; got 65"),
     ((1.0, 0.5), (0.0,), r"stiffness.starts must have as many values as levels \(2\); got 1"),
     ((1.0, 0.0), (0.0, 0.5), "stiffness.levels must be greater than 0; got 0.0"),
-    ((-0.1,), (0.0,), "stiffness.levels must be greater than 0; got -0.1"),
     ((1.0, np.nan), (0.0, 0.5), "stiffness.levels must be a finite number; got nan"),
-    ((1.0, np.inf), (0.0, 0.5), "stiffness.levels must be a finite number; got inf"),
     ((1.0, 1e13), (0.0, 0.5), "stiffness.levels must be at most 1e"),
     ((1.0, "2"), (0.0, 0.5), "stiffness.levels must be a number"),
     (1.0, (0.0,), "stiffness.levels must be a list of numbers"),
     ((1.0, 0.5), (0.0, 1.0), r"stiffness.starts must lie in \[0, 1\); got 1.0"),
     ((1.0, 0.5), (-0.1, 0.5), r"stiffness.starts must lie in \[0, 1\); got -0.1"),
-    ((1.0, 0.5), (0.0, np.nan), "stiffness.starts must be a finite number; got nan"),
     ((1.0, 0.5), (0.5, 0.5), r"stiffness.starts must increase strictly; got \(0.5, 0.5\)"),
     ((1.0, 0.5), (0.5, 0.2), "stiffness.starts must increase strictly.*Sort the levels"),
 ])
@@ -54,9 +50,13 @@ def test_bad_steps_are_refused(levels, starts, message):
         SteppedStiffness(levels, starts)
 
 
-def test_steps_may_be_lists_and_arrays():
+def test_steps_are_values_and_may_be_lists_and_arrays():
     assert SteppedStiffness(np.array(STEPS.levels), list(STEPS.starts)) == STEPS
     assert SteppedStiffness([2], [0]).levels == (2.0,)
+    again = MeshModel.of(omega=0.9, eps1=0.1, stiffness=SteppedStiffness(STEPS.levels, STEPS.starts))
+    assert again == MODEL and hash(again) == hash(MODEL)
+    assert MODEL.with_values({"stiffness": replace(STEPS, levels=(1.2, 0.7, 1.05, 0.8))}) != MODEL
+    assert pickle.loads(pickle.dumps(MODEL)) == eval(repr(MODEL), vars(gc.model)) == MODEL
 
 
 def test_steps_are_set_as_a_whole_and_have_no_names():
@@ -68,7 +68,6 @@ def test_steps_are_set_as_a_whole_and_have_no_names():
 
 @pytest.mark.parametrize(("name", "rule", "advice"), [
     ("chi1", "must be a parameter of a two-level stiffness", "has steps: set stiffness=TwoLevelStiffness"),
-    ("contact_ratio", "must be a parameter of a two-level stiffness", "has steps"),
     ("chi0", "must be a parameter of a two-level stiffness", "has steps"),
     ("c1", "must be a parameter of a Fourier stiffness", "has steps. Begin with MeshModel.of"),
     ("levels", "must be one of", ""),
@@ -80,17 +79,10 @@ def test_names_of_other_stiffnesses_are_refused(name, rule, advice):
         assert name in str(caught.value) and rule in str(caught.value) and advice in str(caught.value)
 
 
-def test_equal_models_are_equal_hashed_and_copied():
-    again = MeshModel.of(omega=0.9, eps1=0.1, stiffness=SteppedStiffness(STEPS.levels, STEPS.starts))
-    other = MODEL.with_values({"stiffness": replace(STEPS, levels=(1.2, 0.7, 1.05, 0.8))})
-    assert again == MODEL and hash(again) == hash(MODEL) and other != MODEL and hash(other) != hash(MODEL)
-    assert pickle.loads(pickle.dumps(MODEL)) == MODEL
-    assert eval(repr(MODEL), vars(gc.model)) == MODEL
-
-
 def test_files_and_stores_keep_the_steps(tmp_path):
     assert model_from_json(model_json(MODEL)) == MODEL
-    assert json.loads(model_json(MODEL))["stiffness_kind"] == "steps"
+    with pytest.raises(InputError, match="must carry the model"):
+        model_from_json(model_json(MODEL).replace('"steps"', '"stairs"'))
     data = gc.simulate(MODEL, 3, samples=8)
     gc.save(data, tmp_path / "motion.nc")
     assert model_from_json(gc.load(tmp_path / "motion.nc").attrs["model"]) == MODEL
@@ -103,25 +95,7 @@ def test_files_and_stores_keep_the_steps(tmp_path):
     np.testing.assert_array_equal(stored.label, gc.zones(MODEL, study.x, study.y, settings=SHORT).label)
 
 
-def test_a_damaged_kind_of_stiffness_is_refused():
-    text = model_json(MODEL).replace('"steps"', '"stairs"')
-    with pytest.raises(InputError, match="must carry the model"):
-        model_from_json(text)
-
-
-def study_of(text, tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text(text)
-    return load_study(path)
-
-
-def test_a_study_file_has_steps(tmp_path):
-    found = study_of('[model.stiffness]\nkind = "steps"\nlevels = [1.2, 0.7]\nstarts = [0, 0.25]\n', tmp_path)
-    assert found.model.stiffness == SteppedStiffness((1.2, 0.7), (0.0, 0.25))
-
-
 @pytest.mark.parametrize(("table", "message"), [
-    ('kind = "steps"', "stiffness.levels must have 1 to 64 levels"),
     ('kind = "steps"\nlevels = [1.2]', "stiffness.starts must have as many values"),
     ('kind = "steps"\nlevels = [1.2]\nstarts = [0.0]\nchi1 = 0.1', "chi1 must be left out for kind 'steps'"),
     ('kind = "steps"\nlevels = [1.2]\nstarts = [0.0]\nphases = [0.1]', "phases must be left out for kind 'steps'"),
@@ -129,9 +103,13 @@ def test_a_study_file_has_steps(tmp_path):
     ('kind = "steps"\nlevels = 1.2\nstarts = [0.0]', "model.stiffness.levels must be a valid list"),
     ('kind = "steps"\nlevels = ["1"]\nstarts = [0.0]', r"model.stiffness.levels\[0\] must be a valid number"),
 ])
-def test_bad_steps_of_a_study_file_are_refused(table, message, tmp_path):
+def test_a_study_file_has_steps_and_bad_ones_are_refused(table, message, tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text('[model.stiffness]\nkind = "steps"\nlevels = [1.2, 0.7]\nstarts = [0, 0.25]\n')
+    assert load_study(path).model.stiffness == SteppedStiffness((1.2, 0.7), (0.0, 0.25))
+    path.write_text(f"[model.stiffness]\n{table}\n")
     with pytest.raises(InputError, match=message):
-        study_of(f"[model.stiffness]\n{table}\n", tmp_path)
+        load_study(path)
 
 
 def test_the_picture_has_the_steps():
@@ -145,7 +123,6 @@ def test_the_picture_has_the_steps():
 
 def test_the_explorer_shows_and_keeps_steps(tmp_path):
     view = view_of(MODEL, gc.Axis("omega", 0.5, 2.0, 3), gc.Axis("eps1", 0.0, 0.2, 3))
-    assert view.model.stiffness.kind == "steps"
     assert from_query(to_query(view), presets()["2"].view) == view
     assert not {"chi1", "c1"} & field_values(view).keys()
     shown = (*parameter_form(view, (), view).menus, *plane_menus(view, Units(marked=False)))
@@ -165,17 +142,14 @@ def test_the_explorer_changes_to_steps_and_back():
     assert stepped.model.stiffness == SteppedStiffness((1.25, 0.75), (0.0, 0.5))
     assert stepped.with_stiffness("two-level").point == start.point
     assert stepped.with_stiffness("harmonics").with_stiffness("steps") == stepped
-
-
-def test_64_levels_fit_into_the_address_bar():
     many = SteppedStiffness(tuple(1 + np.sin(np.arange(64)) / 3), tuple(np.arange(64) / 64 + 1e-3 / 3))
     view = view_of(MeshModel.of(kind="full", stiffness=many, eps1=1 / 3, zeta=1 / 30, J1=1 / 0.7, kappa=1 / 3))
-    assert from_query(to_query(view), presets()["2"].view) == view
+    assert from_query(to_query(view), start) == view, "64 levels fit into the address bar"
 
 
 @pytest.mark.parametrize("query", [
     "stiffness=steps", "stiffness=steps&levels=1&starts=x", "stiffness=steps&levels=1,2&starts=0",
-    "stiffness=steps&levels=30&starts=0", "stiffness=steps&levels=1e-9&starts=0", "levels=1&starts=0",
+    "stiffness=steps&levels=30&starts=0", "levels=1&starts=0",
 ])
 def test_absurd_steps_in_the_address_are_refused(query):
     with pytest.raises(InputError):

@@ -15,6 +15,7 @@ import pytest
 from filelock import FileLock
 from numba import typeof
 
+import gearchaos as gc
 from gearchaos.flow import ExactFlow, beside, exact, first_kernels, step_tables
 from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
@@ -34,6 +35,8 @@ def twice(x):
     return total
 
 folder, name, count, chosen = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), sys.argv[4].split(",")
+if name == "endless":
+    twice._compiler.compile = lambda *_: time.sleep(600)
 (folder / ("here-" + name)).touch()
 while len(list(folder.glob("here-*"))) < count:
     time.sleep(0.001)
@@ -41,21 +44,39 @@ print([twice(np.arange(5).astype(kind)) for kind in chosen], sum(twice.stats.cac
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("kinds", "hits"), [(("f8", "i8", "u1"), [0, 0, 0]), (("f8", "f8", "f8"), [0, 1, 1])])
-def test_processes_that_compile_at_once_do_not_spoil_the_cache_and_compile_each_kernel_once(tmp_path, kinds, hits):
-    script = tmp_path / "program.py"
-    script.write_text(PROGRAM)
+@pytest.fixture
+def begin(tmp_path):
+    """Start a process that waits until so many have begun, calls a kernel with numbers of these kinds, and prints what
+    it found and how many kernels it loaded."""
+    (tmp_path / "program.py").write_text(PROGRAM)
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
-    def begin(name, *chosen):
-        command = [sys.executable, str(script), str(tmp_path), str(name), str(len(kinds)), ",".join(chosen)]
+    def start(name, count, *chosen):
+        command = [sys.executable, tmp_path / "program.py", tmp_path, str(name), str(count), ",".join(chosen)]
         return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 
-    together = [begin(i, kind) for i, kind in enumerate(kinds)]
-    assert sorted(p.communicate(timeout=300)[0] for p in together) == [f"[20.0] {n}\n" for n in hits]
-    after = begin(0, *kinds).communicate(timeout=300)[0]
-    assert after == f"{[20.0] * len(kinds)} {len(set(kinds))}\n"
+    return start
+
+
+@pytest.mark.slow
+def test_processes_that_compile_at_once_do_not_spoil_the_cache_and_compile_each_kernel_once(begin):
+    kinds = ("f8", "i8", "f8")
+    together = [begin(number, len(kinds), kind) for number, kind in enumerate(kinds)]
+    assert sorted(p.communicate(timeout=300)[0] for p in together) == ["[20.0] 0\n", "[20.0] 0\n", "[20.0] 1\n"]
+    assert begin(0, 1, *kinds).communicate(timeout=300)[0] == "[20.0, 20.0, 20.0] 2\n"
+
+
+@pytest.mark.slow
+def test_a_process_killed_while_it_compiles_leaves_a_cache_that_works(begin, tmp_path):
+    killed = begin("endless", 1, "f8")
+    while not list(tmp_path.rglob(".*.lock")):
+        assert killed.poll() is None
+        time.sleep(0.01)
+    killed.kill()
+    killed.communicate()
+    assert killed.returncode != 0 and not list(tmp_path.rglob("*.nbc"))
+    assert begin(0, 1, "f8").communicate(timeout=60)[0] == "[20.0] 0\n"
+    assert len(list(tmp_path.rglob("*.nbc"))) == 1
 
 
 def test_a_process_does_not_wait_for_ever_for_another_one_to_compile(tmp_path, monkeypatch):
@@ -149,43 +170,28 @@ def test_a_process_beside_imports_nothing_from_where_it_is(monkeypatch, tmp_path
     beside._start("advance", b"")  # is no error
 
 
-@pytest.mark.slow
-def test_a_process_killed_while_it_compiles_leaves_a_cache_that_works(tmp_path):
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", "from gearchaos.flow.first_kernels import main; main('orbits')"]
-    given = pickle.dumps(switched_system(vary(MeshModel.of(), {})))
-    killed = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE)
-    killed.stdin.write(given)
-    killed.stdin.close()
-    while not list(tmp_path.rglob(".*.lock")):
-        time.sleep(0.01)
-    killed.kill()
-    assert killed.wait() != 0 and not list(tmp_path.rglob("*.nbc"))
-    subprocess.run(command, env=environment, input=given, check=True, timeout=60)
-    assert len(list(tmp_path.rglob("*.nbc"))) == 2
+def test_compiling_is_announced_once_for_a_kernel_with_its_subroutines_and_loading_is_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "cache_directory", lambda: tmp_path)
+    announced = []
+    compilation.on_compile(lambda: announced.append(1))
+
+    @compilation.subroutine
+    def half(x):
+        return x / 2
+
+    def quarter(x):
+        return half(half(x))
+
+    for _ in range(2):
+        assert compilation.kernel(quarter)(2.0) == 0.5
+        assert announced == [1]
 
 
-@pytest.mark.slow
-def test_compiling_is_announced_and_loading_is_not(tmp_path):
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    program = (
-        "import numpy as np; from gearchaos.flow import near_returns, on_compile;"
-        "on_compile(lambda: print('compiles')); near_returns(np.ones((5, 1, 1)), 2, 0.1, 0.1, 1)"
-    )
-    command = [sys.executable, "-c", program]
-    runs = [subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300) for _ in range(2)]
-    assert [run.stdout for run in runs] == ["compiles\n", ""], runs
-
-
-@pytest.mark.slow
-def test_a_cache_that_cannot_be_written_is_done_without():
-    environment = {**os.environ, "NUMBA_CACHE_DIR": "/proc/nowhere"}
-    program = (
-        "import numpy as np; from gearchaos.flow import cache_is_empty, near_returns;"
-        "print(near_returns(np.ones((5, 1, 1)), 2, 0.1, 0.1, 1), cache_is_empty())"
-    )
-    run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
-    assert run.stdout == "[[1]] False\n", run.stderr
+def test_a_cache_that_cannot_be_written_is_done_without(monkeypatch):
+    monkeypatch.setattr(compilation, "cache_directory", lambda: Path("/proc/nowhere/sources"))
+    monkeypatch.setattr(compilation, "_writable", compilation._writable.__wrapped__)
+    assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0
+    assert not compilation.cache_is_empty()
 
 
 @pytest.fixture
@@ -208,11 +214,30 @@ def test_one_compiled_kernel_serves_every_call(lanes, options, seen):
     assert len(seen) == 1
 
 
-def test_a_process_beside_compiles_the_kernel_of_a_motion(seen, monkeypatch):
+@pytest.fixture
+def compile_in_this_process(monkeypatch):
+    """What a process beside this one does, but for its end."""
+    def compile_job(job, system):
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(pickle.dumps(system))))
+        first_kernels.main(job)
+
+    monkeypatch.setattr(step_tables, "tabulate_steps", step_tables.tabulate_steps)  # which is replaced
+    monkeypatch.setattr(os, "_exit", lambda code: None)
+    return compile_job
+
+
+def test_a_process_beside_compiles_the_kernel_of_a_motion(seen, compile_in_this_process):
     system = switched_system(vary(MeshModel.of(), {}))
     ExactFlow(system).advance(np.zeros((2, 1)), 1)
-    monkeypatch.setattr(step_tables, "tabulate_steps", step_tables.tabulate_steps)  # which it replaces
-    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(pickle.dumps(system.take(np.zeros(1, int))))))
-    monkeypatch.setattr(os, "_exit", lambda code: None)
-    first_kernels.main("advance")
+    compile_in_this_process("advance", system.take(np.zeros(1, int)))
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize(("job", "study"), [
+    ("orbits", gc.regime), ("corrections", lambda model: gc.branch(model, "eps1=0.1:0.11"))])
+def test_processes_beside_compile_no_kernel_that_a_study_lacks(job, study, compile_in_this_process, monkeypatch):
+    model, others = MeshModel.of(eps1=0.1), []
+    study(model)
+    monkeypatch.setattr(compilation._SharedCache, "load_overload", lambda _, given, __: others.append(given))
+    compile_in_this_process(job, switched_system(vary(model, {})).take(np.zeros(1, int)))
+    assert others == []

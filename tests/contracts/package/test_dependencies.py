@@ -137,19 +137,17 @@ def test_the_browser_s_half_of_bokeh_has_what_the_page_replaces():
     assert not missing, f"BokehJS {version('bokeh')} lacks {missing}: adapt page.js of the explorer"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("package", PRIVATE)
-def test_every_private_module_that_is_imported_is_listed(package):
-    imported = {
-        name for file in SOURCES.rglob("*.py") for name in imports(file)
-        if name.split(".")[0] == package and not PUBLIC.fullmatch(name)
-    }
-    assert imported <= set(PRIVATE[package]), "list what they are used for in PRIVATE"
+def test_every_private_module_that_is_imported_is_listed():
+    texts = [text for file in SOURCES.rglob("*.py") if re.search("numba|bokeh", text := file.read_text())]
+    imported = {name for text in texts for name in imports(text) if re.match("numba|bokeh", name)}
+    private = {name for name in imported if not PUBLIC.fullmatch(name)}
+    assert {"numba.core.caching", "bokeh.server.session"} <= private
+    assert private <= {module for modules in PRIVATE.values() for module in modules}, "list what they are used for"
 
 
-def imports(file: Path) -> set[str]:
-    """The modules that a file imports from; ``from package.core import module`` counts as that module."""
-    found = [n for n in ast.walk(ast.parse(file.read_text())) if isinstance(n, ast.ImportFrom) and n.module]
+def imports(text: str) -> set[str]:
+    """The modules that a source imports from; ``from package.core import module`` counts as that module."""
+    found = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom) and n.module]
     deep = {f"{n.module}.{a.name}" for n in found for a in n.names if n.module.endswith(".core")}
     return deep | {n.module for n in found if not n.module.endswith(".core")}
 

@@ -60,8 +60,8 @@ def test_the_stub_has_every_public_name():
 def test_a_function_has_the_arguments_of_its_study_and_those_of_a_run(kind):
     study, function = STUDIES[kind], inspect.signature(getattr(gearchaos, kind)).parameters
     fields, of_run = inspect.signature(study).parameters, {option.name for option in study.run_options}
-    assert {n: p.default for n, p in function.items() if n not in of_run} == {n: p.default for n, p in fields.items()}
-    assert {n: p.kind for n, p in function.items() if n not in of_run} == {n: p.kind for n, p in fields.items()}
+    expected = {name: (parameter.default, parameter.kind) for name, parameter in fields.items()}
+    assert {n: (p.default, p.kind) for n, p in function.items() if n not in of_run} == expected
     assert of_run <= set(function) and of_run.isdisjoint(fields)
 
 
@@ -70,34 +70,22 @@ def test_every_public_name_is_there(name):
     assert getattr(gearchaos, name) is not None and name in dir(gearchaos)
 
 
-@pytest.fixture(scope="module")
-def checked(tmp_path_factory):
-    """What mypy says of each script, in order, and how many errors there are."""
-    folder = tmp_path_factory.mktemp("typed")
+@pytest.mark.slow
+def test_a_type_checker_sees_names_and_signatures_and_knows_what_studies_accept_and_a_run_returns(tmp_path):
     for name, script in (("names", SCRIPT), ("values", VALUES)):
-        (folder / f"{name}.py").write_text(script)
-    command = [sys.executable, "-m", "mypy", "--config-file", "pyproject.toml", *map(str, sorted(folder.iterdir()))]
+        (tmp_path / f"{name}.py").write_text(script)
+    command = [sys.executable, "-m", "mypy", "--config-file", "pyproject.toml", *map(str, sorted(tmp_path.iterdir()))]
     environment = {**os.environ, "MYPYPATH": str(PACKAGE.parent)}
     run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
     *lines, found = run.stdout.splitlines()
-    return [[line for line in lines if f"{name}.py:" in line] for name in ("names", "values")], found
-
-
-@pytest.mark.slow
-def test_a_type_checker_sees_names_and_signatures(checked):
-    (lines, _), found = checked
-    assert "def (model: gearchaos.model" in lines[0] and "starts: int" in lines[0], lines
-    assert lines[0].endswith('-> xarray.core.dataset.Dataset"')
-    assert 'Revealed type is "def (' in lines[1]
-    assert 'Unexpected keyword argument "strats"' in lines[2] and 'no attribute "nonsense"' in lines[-1]
+    names, values = ([line for line in lines if f"{name}.py:" in line] for name in ("names", "values"))
+    assert "def (model: gearchaos.model" in names[0] and "starts: int" in names[0], names
+    assert names[0].endswith('-> xarray.core.dataset.Dataset"')
+    assert 'Revealed type is "def (' in names[1]
+    assert 'Unexpected keyword argument "strats"' in names[2] and 'no attribute "nonsense"' in names[-1]
+    assert [line.split('"')[1].split(".")[-1] for line in values[:3]] == ["Dataset", "Dataset", "Outcome"], values
+    assert [line for line in values if "error" in line] == [values[3]] and "Too many positional arguments" in values[3]
     assert "Found 3 errors" in found
-
-
-@pytest.mark.slow
-def test_a_type_checker_knows_what_studies_accept_and_what_a_run_returns(checked):
-    (_, lines), _ = checked
-    assert [line.split('"')[1].split(".")[-1] for line in lines[:3]] == ["Dataset", "Dataset", "Outcome"], lines
-    assert [line for line in lines if "error" in line] == [lines[3]] and "Too many positional arguments" in lines[3]
 
 
 def test_a_wheel_holds_types_templates_and_data():

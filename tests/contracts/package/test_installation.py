@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 import tempfile
 import time
@@ -28,12 +27,6 @@ def outcome(name: str) -> installation.Check:
     return next(c for c in installation.checks() if c.name == name)
 
 
-def doctor(before: str) -> subprocess.CompletedProcess:
-    """`gearchaos doctor` in a process of its own, in which other code runs first."""
-    code = f"{before}\nfrom gearchaos.cli import main\nmain()"
-    return subprocess.run([sys.executable, "-c", code, "doctor"], capture_output=True, text=True, timeout=300)
-
-
 @pytest.mark.slow
 def test_a_good_installation_is_called_good():
     run = CliRunner().invoke(app, ["doctor", "--json"])
@@ -47,19 +40,13 @@ def test_a_good_installation_is_called_good():
     assert "bit for bit" in outcome("orbit").detail or re.search(r"values to \de-1[3-6]$", outcome("orbit").detail)
 
 
-def test_only_extras_that_serve_a_user_are_checked():
-    assert set(installation.extras()) == installation.EXTRAS.keys() and "docs" not in installation.EXTRAS
-
-
-@pytest.mark.slow
-def test_what_cannot_be_imported_is_named_with_what_to_do():
-    hook = ("import sys\nclass Hook:\n    def find_spec(self, name, *_):\n"
-            "        if name.split('.')[0] in ('h5netcdf', 'flint'): raise ImportError('not found by the hook')\n"
-            "sys.meta_path.insert(0, Hook())")
-    run = doctor(hook)
+def test_what_cannot_be_imported_is_named_with_what_to_do(monkeypatch):
+    for name in ("h5netcdf", "flint"):
+        monkeypatch.setitem(sys.modules, name, None)
+    run = CliRunner().invoke(app, ["doctor"])
     lines = run.stdout.splitlines()
-    assert run.returncode == 1 and run.stderr == ""
-    assert lines[0] == "FAILED   packages: h5netcdf cannot be imported (ImportError: not found by the hook)"
+    assert run.exit_code == 1
+    assert lines[0].startswith("FAILED   packages: h5netcdf cannot be imported (ModuleNotFoundError: import of")
     assert lines[1] == "         → pip install --upgrade --force-reinstall gearchaos"
     assert re.match(r"failed: packages, files, (docs, )?proof", lines[-1])  # docs depends on proof
     assert '         → pip install "gearchaos[proof]" --upgrade' in lines
@@ -141,9 +128,9 @@ def test_a_version_that_is_too_old_is_a_problem(monkeypatch):
 
 
 def test_every_extra_is_either_described_or_for_developers():
-    declared = set(PROJECT["optional-dependencies"])
-    assert set(installation.DEVELOPERS_EXTRAS) <= declared
-    assert declared - set(installation.DEVELOPERS_EXTRAS) <= set(installation.EXTRAS)
+    declared, developers = set(PROJECT["optional-dependencies"]), set(installation.DEVELOPERS_EXTRAS)
+    assert developers <= declared and declared - developers <= set(installation.EXTRAS)
+    assert set(installation.extras()) == installation.EXTRAS.keys() and "docs" not in installation.EXTRAS
 
 
 def test_the_requirements_are_those_of_the_project():
@@ -194,8 +181,9 @@ def test_the_version_is_stated_once():
     assert headings[0] == version
     sources = (ROOT / "src").rglob("*.py")
     assert not [f for f in sources if re.search(rf"[\"']{re.escape(version)}[\"']", f.read_text(encoding="utf-8"))]
-    assert json.loads(CliRunner().invoke(app, ["--version", "--json"]).stdout) == {"gearchaos": metadata.version(
-        "gearchaos")}
+    installed = metadata.version("gearchaos")
+    assert CliRunner().invoke(app, ["--version"]).stdout == f"gearchaos {installed}\n"
+    assert json.loads(CliRunner().invoke(app, ["--version", "--json"]).stdout) == {"gearchaos": installed}
 
 
 def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_path, monkeypatch):

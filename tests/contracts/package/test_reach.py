@@ -1,8 +1,19 @@
 """Which tests a change reaches, for `make quick`."""
 
+from functools import cache
+
+import grimp
 import pytest
 
 from tests.reach import distances
+
+
+@pytest.fixture(autouse=True)
+def one_graph(monkeypatch):
+    monkeypatch.setattr(grimp, "build_graph", build_graph)
+
+
+build_graph = cache(grimp.build_graph)
 
 
 @pytest.mark.parametrize(("changed", "near", "far", "apart"), [

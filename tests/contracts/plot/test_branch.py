@@ -16,22 +16,33 @@ def lines(ax, dashed: bool) -> list:
             and line.get_marker() == "None"]
 
 
+def legend(ax) -> list[str]:
+    return [t.get_text() for t in ax.get_legend().get_texts()]
+
+
+def arrows_of(ax) -> list:
+    return [t for t in ax.texts if t.arrow_patch is not None]
+
+
+def events(ds, *kinds) -> np.ndarray:
+    return ds["event_value"].values[np.isin(ds["event_kind"].values, kinds)]
+
+
 def test_the_response_curve_shows_stability_events_and_jumps():
     ds = resonance()
-    ax = plot.response_curve(ds, ax=axes())
-    names = [t.get_text() for t in ax.get_legend().get_texts()]
-    assert names == ["stable", "unstable", "fold", "flip", "graze", "jump"]
-    changes = ds["event_value"].values[np.isin(ds["event_kind"].values, CHANGES)]
+    ax, other = plot.response_curve(ds, ax=axes()), plot.branch(ds, ax=axes())
+    assert legend(ax) == ["stable", "unstable", "fold", "flip", "graze", "jump"]
+    ends = np.append(events(ds, *CHANGES), (0.3, 2.5))
     for line in lines(ax, dashed=False):
-        assert all(np.abs(np.append(changes, (0.3, 2.5)) - x).min() < 1e-12 for x in line.get_xdata()[[0, -1]])
+        assert all(np.abs(ends - x).min() < 1e-12 for x in line.get_xdata()[[0, -1]])
     assert lines(ax, dashed=True)
-    arrows = [t for t in ax.texts if t.arrow_patch is not None]
-    assert arrows
-    folds = ds["event_value"].values[ds["event_kind"].values == "fold"]
-    for arrow in arrows:
+    for dashed in (False, True):  # the other picture changes at the same events
+        assert [x.get_xdata().tolist() for x in lines(ax, dashed)] == [
+            x.get_xdata().tolist() for x in lines(other, dashed)]
+    for arrow in arrows_of(ax):
         (x, end), (x0, start) = arrow.xy, arrow.xyann
-        assert x == x0 and np.abs(folds - x).min() < 1e-12 and start != end
-    last = max(arrows, key=lambda a: a.xy[0])  # the jump of a run-up at the main resonance, upwards
+        assert x == x0 and np.abs(events(ds, "fold") - x).min() < 1e-12 and start != end
+    last = max(arrows_of(ax), key=lambda a: a.xy[0])  # the jump of a run-up at the main resonance, upwards
     assert last.xy[1] > last.xyann[1]
 
 
@@ -55,16 +66,11 @@ def test_selected_points_are_drawn_with_gaps():
 
 
 @pytest.mark.slow
-def test_both_pictures_change_from_solid_to_dashed_at_the_same_events():
-    ds = resonance()
-    first, second = plot.response_curve(ds, ax=axes()), plot.branch(ds, ax=axes())
-    for dashed in (False, True):
-        a, b = lines(first, dashed), lines(second, dashed)
-        assert [x.get_xdata().tolist() for x in a] == [x.get_xdata().tolist() for x in b]
-    doubled = plot.branch(cascade(), ax=axes())
-    flips = cascade()["event_value"].values[cascade()["event_kind"].values == "flip"]
-    ends = {x for line in lines(doubled, dashed=False) for x in line.get_xdata()[[0, -1]].tolist()}
-    assert ends & set(flips.tolist())
+def test_a_branch_of_doubled_motions_begins_or_ends_at_a_flip():
+    ax = plot.branch(cascade(), ax=axes())
+    ends = {x for line in lines(ax, dashed=False) for x in line.get_xdata()[[0, -1]].tolist()}
+    assert ends & set(events(cascade(), "flip").tolist())
+    assert ax.get_legend() is not None and ax.get_ylabel()
 
 
 def test_jumps_are_variables():
@@ -83,8 +89,7 @@ def test_jumps_are_variables():
         assert min(points) - 1e-3 <= reached.section["z"][0] <= max(points) + 1e-3
         assert stable[after] or stable[after + 1]
         assert min(x[after : after + 2]) <= value + direction * 2.2e-4 <= max(x[after : after + 2])
-    arrows = [t for t in plot.response_curve(ds, ax=axes()).texts if t.arrow_patch is not None]
-    assert len(arrows) == (ds["jump_point"] >= 0).sum()
+    assert len(arrows_of(plot.response_curve(ds, ax=axes()))) == (ds["jump_point"] >= 0).sum()
     scaled = gc.physical(ds, PAIR)
     np.testing.assert_allclose(scaled["jump_value"], scaled["event_value"].values[ds["jump_event"].values], rtol=1e-15)
     old = ds.drop_dims("jump").drop_vars("position")
@@ -108,14 +113,11 @@ def test_the_section_lies_over_a_diagram():
     limits = ax.get_xlim(), ax.get_ylim()
     plot.branch(resonance(), ax=ax)
     assert (ax.get_xlim(), ax.get_ylim()) == limits and len(ax.lines) > 1
-    alone = plot.branch(cascade(), ax=axes())
-    assert alone.get_legend() is not None and alone.get_ylabel()
 
 
 def test_a_branch_without_events_has_a_picture():
     ds = gc.branch(SINGLE, "omega=0.99:1.01")
-    names = [t.get_text() for t in plot.response_curve(ds, "v_rms", axes()).get_legend().get_texts()]
-    assert names == ["stable"]
+    assert legend(plot.response_curve(ds, "v_rms", axes())) == ["stable"]
 
 
 def test_what_is_no_branch_is_refused():

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import re
-import subprocess
-import sys
 from dataclasses import replace
+from functools import cache
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
 
 import gearchaos as gc
 from gearchaos.cards import Card
@@ -26,59 +29,46 @@ DESIGN = gc.GearDesign(
     transmission_error="none")
 
 
-@pytest.fixture(scope="module")
-def values():
-    verdict = gc.regime(SINGLE)
-    orbit = gc.orbit(SINGLE, period=1)
-    return {
-        "model": SINGLE, "full": gc.MeshModel.of(kind="full", kappa=0.7, c1=0.2, eps1=0.1),
-        "operating": gc.Zones(DESIGN.at(speed="3000 rpm", torque=100), "omega=1:2:3", "eps1=0:0.1:3").model,
-        "design": DESIGN, "pair": DESIGN.at(speed="3000 rpm", torque=100).to_pair(), "verdict": verdict, "orbit": orbit,
-        "edge": EdgeState(orbit, orbit.points), "no orbit": EdgeState(None, orbit.points),
-        "study": gc.Zones(SINGLE, "omega=0.6:1:4", "eps1=0:0.2:3", refine=2), "regime": gc.Regime(SINGLE),
-        "zones": gc.zones(SINGLE, "omega=0.6:1:4", "eps1=0:0.2:3"),
-        "bifurcation": gc.bifurcation(SINGLE, "eps1=0:0.2:4"),
-        "without points": gc.bifurcation(SINGLE, "eps1=0:0.2:4", points=0),
-        "basins": gc.basins(SINGLE, "z=-1:1:4", "z_dot=-1:1:3"), "attractors": gc.attractors(SINGLE, starts=8),
-        "simulate": gc.simulate(SINGLE, 4, samples=16), "section": gc.simulate(SINGLE, 4),
-        "branch": gc.branch(SINGLE, "omega=0.78:0.82"), "verdict data": verdict.to_dataset(),
-    }
+MAKE = {
+    "model": lambda: SINGLE, "full": lambda: gc.MeshModel.of(kind="full", kappa=0.7, c1=0.2, eps1=0.1),
+    "operating": lambda: gc.Zones(DESIGN.at(speed="3000 rpm", torque=100), "omega=1:2:3", "eps1=0:0.1:3").model,
+    "design": lambda: DESIGN, "pair": lambda: DESIGN.at(speed="3000 rpm", torque=100).to_pair(),
+    "verdict": lambda: gc.regime(SINGLE), "orbit": lambda: gc.orbit(SINGLE, period=1),
+    "edge": lambda: EdgeState(made("orbit"), made("orbit").points),
+    "study": lambda: gc.Zones(SINGLE, "omega=0.6:1:4", "eps1=0:0.2:3", refine=2), "regime": lambda: gc.Regime(SINGLE),
+    "no orbit": lambda: EdgeState(None, made("orbit").points),
+    "zones": lambda: gc.zones(SINGLE, "omega=0.6:1:4", "eps1=0:0.2:3"),
+    "bifurcation": lambda: gc.bifurcation(SINGLE, "eps1=0:0.2:4"),
+    "without points": lambda: gc.bifurcation(SINGLE, "eps1=0:0.2:4", points=0),
+    "basins": lambda: gc.basins(SINGLE, "z=-1:1:4", "z_dot=-1:1:3"),
+    "attractors": lambda: gc.attractors(SINGLE, starts=8), "simulate": lambda: gc.simulate(SINGLE, 4, samples=16),
+    "section": lambda: gc.simulate(SINGLE, 4), "branch": lambda: gc.branch(SINGLE, "omega=0.78:0.82"),
+    "verdict data": lambda: made("verdict").to_dataset(),
+}
 
 
-NAMES = ("model", "full", "operating", "design", "pair", "verdict", "orbit", "edge", "no orbit", "study", "regime",
-         "zones", "bifurcation",
-         "without points", "basins", "attractors", "simulate", "section", "branch", "verdict data")
-WITHOUT_PICTURE = ("no orbit", "verdict data")
+@cache
+def made(name):
+    return MAKE[name]()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_card_is_well_formed_and_loads_nothing(values, name):
-    html = gc.card(values[name]).html
+@pytest.mark.parametrize("name", MAKE)
+def test_a_card_is_well_formed_loads_nothing_and_has_the_colours_of_the_page(name):
+    """No colour of text or background is fixed, so that a card is readable on light and dark pages."""
+    html = gc.card(made(name)).html
     tree = ElementTree.fromstring(html.replace("&#x27;", "'"))
     tags = {element.tag for element in tree.iter()}
     assert tags <= {"div", "span", "svg", "path", "image"}
     links = [v for element in tree.iter() for k, v in element.items() if k in ("src", "href")]
     assert all(link.startswith("data:image/png;base64,") for link in links) and "url(" not in html
-    assert ("svg" in tags) == (name not in WITHOUT_PICTURE)
+    assert ("svg" in tags) == (name not in ("no orbit", "verdict data"))
     assert "nan" not in "".join(element.get("d", "") for element in tree.iter())
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_texts_and_lines_have_the_colour_of_the_page(values, name):
-    """No colour of text or background is fixed, so that a card is readable on light and dark pages."""
-    html = gc.card(values[name]).html
     styles = re.findall(r'style="([^"]*)"', html)
     assert {m for s in styles for m in re.findall(r"(?<![-\w])color:([^;]*)", s)} == {"inherit"}
     backgrounds = {m for s in styles for m in re.findall(r"background:([^;]*)", s)}
     assert backgrounds - {kind.colour for kind in gc.plot.MOTION_CLASSES} == {"transparent"}
-
-
-OWN = ("model", "operating", "design", "pair", "verdict", "orbit", "edge", "study", "regime")
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_notebooks_show_values_as_their_card(values, name):
-    assert values[name]._repr_html_() == gc.card(values[name]).html
+    if not isinstance(made(name), xr.Dataset):
+        assert made(name)._repr_html_() == html, "what notebooks show"
 
 
 def test_every_text_is_escaped():
@@ -88,17 +78,17 @@ def test_every_text_is_escaped():
     assert "<script" not in gc.card(unit).html
 
 
-def test_a_card_says_what_the_value_is(values):
-    verdict = values["verdict"]
+def test_a_card_says_what_the_value_is():
+    verdict = made("verdict")
     card = gc.card(verdict)
     assert card.title == "Verdict: 3T" and dict(card.rows)["because"] == verdict.reason
     assert card.colour == {kind.name: kind.colour for kind in gc.plot.MOTION_CLASSES}["3T"]
-    study = dict(gc.card(values["study"]).rows)
+    study = dict(gc.card(made("study")).rows)
     assert study["omega"] == "0.6 to 1, 4 values" and study["refine"] == "2" and study["to compute"] == "12 items"
     assert "mesh frequency ω" not in study and study["mesh damping ζ"] == "0.025", "what varies has no value"
-    assert dict(gc.card(values["full"]).rows)["kappa1"] == "0.7"
-    assert dict(gc.card(values["operating"]).rows)["operating point"].startswith("3000 rpm, 100 N m")
-    shares = dict(gc.card(values["zones"]).rows)["motions"]
+    assert dict(gc.card(made("full")).rows)["kappa1"] == "0.7"
+    assert dict(gc.card(made("operating")).rows)["operating point"].startswith("3000 rpm, 100 N m")
+    shares = dict(gc.card(made("zones")).rows)["motions"]
     assert sum(float(share) for share in re.findall(r"([\d.]+) %", shares)) == pytest.approx(100, abs=1)
 
 
@@ -108,18 +98,14 @@ def test_a_card_says_what_the_value_is(values):
     ("basins", lambda ds: ds.isel(z=1)), ("attractors", lambda ds: ds[["attractor_label"]]),
     ("bifurcation", lambda ds: ds.isel(eps1=1)), ("simulate", lambda ds: ds[["contact"]]),
     ("branch", lambda ds: ds[["z_peak_to_peak"]]), ("bifurcation", lambda ds: ds[["section_z"]])])
-def test_the_card_of_a_part_of_a_result_says_so_and_has_no_picture(values, name, part):
-    card = gc.card(part(values[name]))
+def test_the_card_of_a_part_of_a_result_says_so_and_has_no_picture(name, part):
+    card = gc.card(part(made(name)))
     assert dict(card.rows)["shown"] == "a part of the result" and card.picture == ""
 
 
-def test_a_motion_that_diverges_is_called_so():
+def test_a_motion_that_diverges_is_called_so_and_many_harmonics_are_counted():
     far = gc.simulate(gc.MeshModel.of(eps1=0.1, initial={"x1": 1e9}), 3, samples=8)
-    assert dict(gc.card(far).rows)["status"] == "diverged"
-    assert "status" not in dict(gc.card(gc.simulate(SINGLE, 3)).rows)
-
-
-def test_many_harmonics_are_counted():
+    assert dict(gc.card(far).rows)["status"] == "diverged" and "status" not in dict(gc.card(made("section")).rows)
     few, many = (dict(gc.card(gc.MeshModel.of(**{f"eps{j}": -0.1})).rows) for j in (6, 64))
     assert few["transmission error ε"] == "0, 0, 0, 0, 0, -0.1"
     assert many["transmission error ε"] == "64 harmonics of at most 0.1"
@@ -131,53 +117,26 @@ def test_values_that_are_no_result_have_no_card():
             gc.card(value)
 
 
-@pytest.mark.slow
-def test_a_class_is_not_bound_to_cards_until_a_notebook_asks():
-    code = ("import sys, gearchaos as gc; m = gc.MeshModel(); print('gearchaos.cards' in sys.modules);"
-            "m._repr_html_(); print('gearchaos.cards' in sys.modules)")
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() == [
-        "False", "True"]
-
-
-def test_the_cells_of_a_map_have_the_colours_of_the_palette_with_the_lowest_row_below():
-    import base64
-    import io
-
-    from matplotlib.colors import to_rgb
-    from matplotlib.image import imread
-
-    card = gc.card(zones_map().assign_attrs(study="zones"))
-    image = imread(io.BytesIO(base64.b64decode(re.search(r"base64,([^\"]*)", card.picture)[1])))
+def test_the_cells_of_a_map_have_the_colours_of_the_palette_or_none_with_the_lowest_row_below():
+    ds = starts().assign_attrs(study="basins")
+    ds["attractor"][0, 0] = -2  # not computed
+    coloured, partly = (imread(io.BytesIO(base64.b64decode(re.search(r"base64,([^\"]*)", gc.card(found).picture)[1])))
+                        for found in (zones_map().assign_attrs(study="zones"), ds))
     colours = [to_rgb(kind.colour) for kind in gc.plot.MOTION_CLASSES]
     expected = np.array([[5, 6, 3], [0, 1, 4]])  # eps1 0.2: quasi-periodic, chaotic, 4T; below it 1T, 2T, 7T
-    assert np.allclose(image[..., :3], np.array(colours)[expected], atol=0.01)
+    assert np.allclose(coloured[..., :3], np.array(colours)[expected], atol=0.01)
+    assert partly[1, 0, 3] == 0 and partly[0, 2, 3] == 1, "undecided cells have a colour"
 
 
-def test_cells_that_are_not_computed_are_transparent():
-    import base64
-    import io
-
-    from matplotlib.image import imread
-
-    ds = starts().assign_attrs(study="basins")
-    ds["attractor"][0, 0] = -2
-    image = imread(io.BytesIO(base64.b64decode(re.search(r"base64,([^\"]*)", gc.card(ds).picture)[1])))
-    assert image[1, 0, 3] == 0 and image[0, 2, 3] == 1, "undecided cells have a colour"
-
-
-def test_a_line_is_drawn_where_its_points_are():
+def test_a_line_is_drawn_where_its_points_are_with_few_of_them():
     drawing = Drawing("", (0, 10), (0, 1))
     drawing.line(np.array([0, 5, np.nan, 10]), np.array([0, 1, 0.5, 0.5]))
     (path,) = re.findall(r' d="([^"]*)"', drawing.svg)
     moves = [(kind, float(x), float(y)) for kind, x, y in re.findall(r"([ML])([\d.]+) ([\d.]+)", path)]
     assert [kind for kind, *_ in moves] == ["M", "L", "M"], "interrupted where a value is missing"
     assert moves[0][1] < 5 < WIDTH / 2 == moves[1][1] and moves[0][2] > HEIGHT - 5 and moves[1][2] < 5
-
-
-def test_a_long_line_has_few_points():
-    drawing = Drawing("", (0, 1), (0, 1))
     drawing.line(np.linspace(0, 1, 50_000), np.zeros(50_000))
-    assert drawing.svg.count("L") <= MOST_POINTS
+    assert drawing.svg.count("L") <= MOST_POINTS + 1
 
 
 @pytest.mark.parametrize(("values", "low", "high"), [
@@ -208,11 +167,6 @@ def test_the_card_of_a_verdict_of_gears_has_their_speed_and_torque():
     assert dict(gc.card(gc.regime(SINGLE)).rows)["operating point"] == "single, ω = 0.8"
 
 
-def test_a_design_with_many_teeth_is_drawn_as_discs():
-    many = replace(DESIGN, teeth=(250, 251), centre_distance=None)
-    assert len(gc.card(many).html) < 20_000
-
-
-def test_a_diagram_without_z_has_a_card():
-    ds = diagram().assign_attrs(study="bifurcation")
-    assert "<image" in gc.card(ds).html
+def test_a_design_with_many_teeth_is_drawn_as_discs_and_a_diagram_without_z_has_a_card():
+    assert len(gc.card(replace(DESIGN, teeth=(250, 251), centre_distance=None)).html) < 20_000
+    assert "<image" in gc.card(diagram().assign_attrs(study="bifurcation")).html

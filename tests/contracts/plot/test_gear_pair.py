@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.path import Path
 
@@ -16,6 +15,8 @@ from gearchaos import plot
 from gearchaos.errors import InputError
 from gearchaos.gears.design.transverse_section import FILLET_POINTS, FLANK_POINTS, TransverseSection, transverse_section
 from gearchaos.gears.stiffness.potential_energy import tooth_profile
+from tests.branches import axes
+from tests.contracts.plot.figures import cut
 
 pytestmark = pytest.mark.slow
 
@@ -48,14 +49,19 @@ DAILY = ("17/103 helical", "40/12 speeding up", "14/30 undercut", "119/18 with t
 
 @pytest.fixture(params=[
     pytest.param(name, marks=[] if name in DAILY else [pytest.mark.exhaustive]) for name in DESIGNS])
-def design(request) -> gc.GearDesign:
-    return gc.GearDesign(**DESIGNS[request.param])
+def name(request) -> str:
+    return request.param
 
 
-def fresh(width: float = 6.4, height: float = 4.8):
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure.subplots()
+@pytest.fixture
+def design(name) -> gc.GearDesign:
+    return gc.GearDesign(**DESIGNS[name])
+
+
+@cache
+def drawn(name: str, **options):
+    """The picture of a pair, which no test changes."""
+    return plot.gear_pair(gc.GearDesign(**DESIGNS[name]), axes(), **options)
 
 
 def polygons(ax) -> list[np.ndarray]:
@@ -83,8 +89,8 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 
 @pytest.mark.parametrize("phase", [
     None, 0.77, *(pytest.param(phase, marks=pytest.mark.exhaustive) for phase in (0.0, 0.31, 0.999))])
-def test_flanks_of_the_drawing_touch_and_do_not_overlap(design, phase):
-    close, whole = plot.gear_pair(design, fresh(), phase=phase).child_axes
+def test_flanks_of_the_drawing_touch_and_do_not_overlap(name, design, phase):
+    close, whole = drawn(name, phase=phase).child_axes
     section = transverse_section(design, phase)
     first, second = polygons(close)
     assert overlap(first, second) < TOLERANCE
@@ -144,42 +150,32 @@ def test_teeth_have_their_thickness_and_their_radii(design):
         assert (falling - rising) * reference == pytest.approx(thickness, abs=2e-6 * g.normal_module)
 
 
-def test_both_panels_are_to_scale(design):
-    ax = plot.gear_pair(design, fresh())
+def test_both_panels_are_to_scale(name, design):
+    ax = drawn(name, phase=None)
     ax.figure.canvas.draw()
     for panel in ax.child_axes:
         box = panel.get_window_extent()
         assert np.ptp(panel.get_xlim()) / np.ptp(panel.get_ylim()) == pytest.approx(box.width / box.height, rel=1e-6)
     whole = ax.child_axes[1]
+    assert drawn(name, teeth=None).child_axes == [] and len(polygons(drawn(name, teeth=None))) == 2
     assert f"{1e3 * design.geometry.centre_distance:.6g} mm" in whole.texts[-1].get_text()
-
-
-def texts_overlap(ax) -> list[tuple[str, str]]:
-    """Pairs of texts in the panels of an Axes that lie over each other."""
-    ax.figure.canvas.draw()
-    found = [t for panel in ax.child_axes for t in panel.texts if t.get_text()]
-    found += [label for panel in ax.child_axes if panel.axison for label in (panel.xaxis.label, panel.yaxis.label)]
-    boxes = [(t.get_text(), t.get_window_extent()) for t in found]
-    return [(a, b) for i, (a, one) in enumerate(boxes) for b, other in boxes[:i] if one.padded(-1).overlaps(other)]
 
 
 @pytest.mark.parametrize("size", [(13.6, 6), (3.4, 2.8), *(
     pytest.param(size, marks=pytest.mark.exhaustive) for size in ((6.4, 4.8), (3.9, 4.8)))], ids=str)
 def test_no_text_is_cut_or_lies_over_another_one(design, size):
-    ax = plot.gear_pair(design, fresh(*size))
-    assert texts_overlap(ax) == []
-    drawn, (width, height) = ax.figure.get_tightbbox(), ax.figure.get_size_inches()
-    assert drawn.x0 > -0.01 and drawn.y0 > -0.01 and drawn.x1 < width + 0.01 and drawn.y1 < height + 0.01
+    ax = plot.gear_pair(design, axes(*size))
+    assert cut(ax.figure) == []
     assert ax.child_axes[0].get_window_extent().width > 0.25 * ax.figure.bbox.width
+    found = [t for panel in ax.child_axes for t in panel.texts if t.get_text()]
+    found += [label for panel in ax.child_axes if panel.axison for label in (panel.xaxis.label, panel.yaxis.label)]
+    boxes = [(t.get_text(), t.get_window_extent()) for t in found]
+    pairs = [(a, b) for i, (a, one) in enumerate(boxes) for b, other in boxes[:i] if one.padded(-1).overlaps(other)]
+    assert pairs == []
 
 
-def test_the_whole_pair_alone(design):
-    ax = plot.gear_pair(design, fresh(), teeth=None)
-    assert ax.child_axes == [] and len(polygons(ax)) == 2
-
-
-def test_the_arrows_of_rotation_cross_no_teeth(design):
-    whole = plot.gear_pair(design, fresh()).child_axes[1]
+def test_the_arrows_of_rotation_cross_no_teeth(name):
+    whole = drawn(name, phase=None).child_axes[1]
     outlines = [Path(polygon) for polygon in polygons(whole)]
     arrows = [1e-3 * np.column_stack(line.get_data()) for line in whole.lines if 20 < len(line.get_xdata()) < 40]
     assert len(arrows) == 2
@@ -189,20 +185,13 @@ def test_the_arrows_of_rotation_cross_no_teeth(design):
             assert limits[0] < values.min() and values.max() < limits[1]
 
 
-def test_circles_are_drawn_in_one_order():
+def test_circles_are_drawn_in_one_order_and_reference_circles_only_where_they_differ():
     """The same pixels in every process: circles of nearly the same radius overlap."""
-    ax = plot.gear_pair(gc.GearDesign(**DESIGNS["12/40 shifted"]), fresh())
+    ax = drawn("12/40 shifted")
     colours = {line.get_label(): line.get_color() for line in ax.get_legend().get_lines()}
     names = [f"{name} circles" for name in ("tip", "pitch", "reference", "base")]
     assert [line.get_color() for line in ax.child_axes[0].lines[:8:2]] == [colours[name] for name in names]
-
-
-def test_reference_circles_are_drawn_only_where_they_differ():
-    names = {}
-    for name in ("62/62", "12/40 shifted"):
-        ax = plot.gear_pair(gc.GearDesign(**DESIGNS[name]), fresh())
-        names[name] = [t.get_text() for t in ax.get_legend().get_texts()]
-    assert "reference circles" in names["12/40 shifted"] and "reference circles" not in names["62/62"]
+    assert "reference circles" not in [t.get_text() for t in drawn("62/62").get_legend().get_texts()]
 
 
 @pytest.mark.parametrize(("arguments", "field"), [
@@ -211,13 +200,13 @@ def test_reference_circles_are_drawn_only_where_they_differ():
 ])
 def test_what_cannot_be_drawn_is_refused(arguments, field):
     with pytest.raises(InputError) as error:
-        plot.gear_pair(**{"design": gc.GearDesign(**DESIGNS["62/62"]), "ax": fresh(), **arguments})
+        plot.gear_pair(**{"design": gc.GearDesign(**DESIGNS["62/62"]), "ax": axes(), **arguments})
     assert error.value.field == field
 
 
 def test_wheels_with_many_teeth_are_drawn_as_discs():
     design = gc.GearDesign(teeth=(20, 500), module="2 mm", face_width="20 mm")
-    close, whole = plot.gear_pair(design, fresh()).child_axes
+    close, whole = plot.gear_pair(design, axes()).child_axes
     corners = [len(polygon) for polygon in polygons(whole)]
     assert corners[0] > 20 * 20 and corners[1] < 400
     assert overlap(*polygons(close)) < TOLERANCE

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasets import model_json
@@ -17,9 +14,9 @@ from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.plot.axes import axis_label, cell_extent, symbol
 from gearchaos.plot.diagrams import density
-from gearchaos.plot.motions import amplitudes, distinct
+from gearchaos.plot.motions import amplitudes
 from gearchaos.plot.states import attractor_colours
-from tests.colour_vision import VISION, lab, linear
+from tests.branches import axes
 from tests.pictures import legend_words
 
 FLAGS = {
@@ -30,22 +27,12 @@ NAMES = [c.name for c in plot.MOTION_CLASSES]
 OMEGA = 2.0
 
 
-def axes() -> matplotlib.axes.Axes:
-    figure = Figure(figsize=(4, 3))
-    FigureCanvasAgg(figure)
-    return figure.subplots()
-
-
-def pixels(ax: matplotlib.axes.Axes) -> np.ndarray:
-    ax.figure.canvas.draw()
-    return np.asarray(ax.figure.canvas.buffer_rgba())[..., :3]
-
-
 def is_drawn(ax: matplotlib.axes.Axes) -> bool:
     """Whether the inside of the Axes holds more than one colour, frame and labels aside."""
-    image = pixels(ax)
+    ax.figure.canvas.draw()
+    image = np.asarray(ax.figure.canvas.buffer_rgba())[::-1, :, :3]
     box = ax.get_window_extent()
-    inside = image[::-1][int(box.y0) + 3 : int(box.y1) - 3, int(box.x0) + 3 : int(box.x1) - 3]
+    inside = image[int(box.y0) + 3 : int(box.y1) - 3, int(box.x0) + 3 : int(box.x1) - 3]
     return bool(inside.reshape(-1, 3).std(axis=0).max() > 1)
 
 
@@ -115,22 +102,15 @@ PICTURES = {
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_draws_on_the_given_axes_and_returns_it_without_pyplot(name):
-    import matplotlib.pyplot as plt
-
-    before = plt.get_fignums()
     ax = axes()
     assert PICTURES[name](ax) is ax
     assert is_drawn(ax)
-    assert plt.get_fignums() == before
+    assert plt.get_fignums() == []
 
 
 def test_makes_its_own_axes_when_none_is_given():
-    import matplotlib.pyplot as plt
-
     plt.switch_backend("agg")
-    ax = plot.zones(zones_map())
-    assert plt.fignum_exists(ax.figure.number)
-    plt.close(ax.figure)
+    assert plt.fignum_exists(plot.zones(zones_map()).figure.number)
 
 
 def test_classes_follow_label_and_period():
@@ -141,13 +121,9 @@ def test_classes_follow_label_and_period():
     ]
 
 
-def test_zones_legend_names_only_the_classes_present():
-    texts = legend_words(plot.zones(zones_map(), axes()))
-    assert texts == ["1T", "2T", "4T", "other sub-harmonic", "quasi-periodic", "chaotic"]
-
-
-def test_axes_span_the_ranges_of_the_study():
+def test_zones_span_the_ranges_of_the_study_and_the_legend_names_only_the_classes_present():
     ax = plot.zones(zones_map(), axes())
+    assert legend_words(ax) == ["1T", "2T", "4T", "other sub-harmonic", "quasi-periodic", "chaotic"]
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.0, 3.0), (0.1, 0.2))
     assert "omega" in ax.get_xlabel() and "varepsilon" in ax.get_ylabel()
 
@@ -155,19 +131,6 @@ def test_axes_span_the_ranges_of_the_study():
 def test_level_has_a_colour_bar_with_the_name_of_the_variable():
     ax = plot.level(zones_map(), "v_rms", axes())
     assert any("RMS" in other.get_ylabel() for other in ax.figure.axes if other is not ax)
-
-
-def test_level_keeps_missing_cells_apart():
-    ds = zones_map()
-    ds["v_rms"][0, 0] = np.nan
-    assert is_drawn(plot.level(ds, "v_rms", axes()))
-
-
-@pytest.mark.parametrize("eye", VISION)
-def test_classes_stay_apart_in_every_kind_of_colour_vision(eye):
-    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(c.colour), 0, 1)) for c in plot.MOTION_CLASSES]
-    nearest = min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2))
-    assert nearest > 25
 
 
 def test_density_is_the_share_of_points_in_each_pixel():
@@ -181,15 +144,10 @@ def test_bifurcation_of_many_columns_is_one_picture_not_many_markers():
     assert ax.images[0].get_array().shape[1] == 2000
 
 
-def test_bifurcation_strip_names_the_verdicts():
-    ax = plot.bifurcation(diagram(), "x1", axes())
-    (strip,) = ax.child_axes
+def test_bifurcation_strip_names_the_verdicts_and_a_single_value_is_drawn():
+    (strip,) = plot.bifurcation(diagram(), "x1", axes()).child_axes
     assert legend_words(strip) == ["1T", "chaotic"]
-
-
-def test_bifurcation_of_a_single_value_draws():
-    ds = diagram().isel(q0=slice(0, 1))
-    assert plot.bifurcation(ds, "x1", axes()).images
+    assert plot.bifurcation(diagram().isel(q0=slice(0, 1)), "x1", axes()).images
 
 
 def test_lyapunov_shows_the_zero_line_and_the_interval():
@@ -198,23 +156,16 @@ def test_lyapunov_shows_the_zero_line_and_the_interval():
     assert "99 % confidence interval" in legend_words(ax)
 
 
-def test_basins_name_each_attractor_with_its_share():
+def test_basins_name_each_attractor_with_its_share_and_those_of_one_period_have_different_colours():
     assert legend_words(plot.basins(starts(), axes())) == ["1T (17 %)", "4T (33 %)", "4T′ (33 %)", "undecided (17 %)"]
-
-
-def test_attractors_of_one_period_have_different_colours():
-    colours = attractor_colours(starts())
-    assert len(set(colours)) == 3
-
-
-def dashed(ax) -> list[float]:
-    return sorted(float(np.ravel(line.get_xdata())[0]) for line in ax.lines if line.get_linestyle() == "--")
+    assert len(set(attractor_colours(starts()))) == 3
 
 
 def test_phase_marks_the_backlash_only_where_z_is_shown():
-    ds = motion().rename({"z": "x1", "z_dot": "x1_dot", "section_z": "section_x1", "section_z_dot": "section_x1_dot"})
-    assert dashed(plot.phase(motion(), "z", ax=axes())) == [-1.0, 1.0]
-    assert dashed(plot.phase(ds, "x1", ax=axes())) == []
+    other = {"z": "x1", "z_dot": "x1_dot", "section_z": "section_x1", "section_z_dot": "section_x1_dot"}
+    for ds, name, expected in ((motion(), "z", [-1.0, 1.0]), (motion().rename(other), "x1", [])):
+        dashed = [line for line in plot.phase(ds, name, ax=axes()).lines if line.get_linestyle() == "--"]
+        assert sorted(float(np.ravel(line.get_xdata())[0]) for line in dashed) == expected
 
 
 def test_a_response_along_a_parameter_has_its_values_and_gaps_where_there_is_none():
@@ -258,15 +209,8 @@ def test_spectrum_finds_the_amplitudes_of_pure_tones_without_leakage():
     assert found == pytest.approx({0.0: 0.9, 0.5: 0.1, 1.0: 0.5})
 
 
-def test_points_of_an_orbit_count_once():
-    x = np.tile([0.1, 0.5, 0.9], 400)
-    assert distinct(x, 2 * x) == 3
-
-
 def test_stiffness_of_a_series_follows_the_series():
-    model = MeshModel(stiffness=HarmonicStiffness((0.3,), (0.0,)))
-    ax = plot.stiffness(model, axes())
-    line = ax.lines[0]
+    line = plot.stiffness(MeshModel(stiffness=HarmonicStiffness((0.3,), (0.0,))), axes()).lines[0]
     assert np.allclose(line.get_ydata(), 1 + 0.3 * np.cos(2 * np.pi * line.get_xdata()))
 
 
@@ -279,12 +223,10 @@ def test_cells_reach_half_a_step_beyond_their_centres():
     assert cell_extent(np.array([0.0, 1.0, 2.0]), np.array([5.0])) == (-0.5, 2.5, 4.5, 5.5)
 
 
-@pytest.mark.parametrize(("name", "expected"), [
-    ("omega", r"$\omega$"), ("eps1", r"$\varepsilon_{1}$"), ("x1_dot", r"$\dot{x}_{1}$"), ("kappa2", r"$\kappa_{2}$"),
-    ("contact_fraction", "contact fraction"),
-])
-def test_symbols_are_those_of_the_paper(name, expected):
-    assert symbol(name) == expected
+def test_symbols_are_those_of_the_paper():
+    names = {"omega": r"$\omega$", "eps1": r"$\varepsilon_{1}$", "x1_dot": r"$\dot{x}_{1}$", "kappa2": r"$\kappa_{2}$",
+             "contact_fraction": "contact fraction"}
+    assert {name: symbol(name) for name in names} == names
 
 
 def test_labels_show_physical_units_and_leave_out_dimensionless_scales():

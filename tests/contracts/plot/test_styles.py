@@ -34,21 +34,18 @@ def _settings_are_restored():
         yield
 
 
-def drawn(name: str) -> Figure:
-    figure = Figure()
+def drawn(draw, **options) -> Figure:
+    """A figure with one of the pictures, by name, or what a function draws."""
+    figure = Figure(**options)
     FigureCanvasAgg(figure)
-    PICTURES[name](figure.subplots())
-    figure.draw_without_rendering()
+    PICTURES.get(draw, draw)(figure.subplots())
+    figure.canvas.draw()
     return figure
-
-
-def luminance(colour: str) -> float:
-    return float(np.array([0.2126, 0.7152, 0.0722]) @ linear(colour))
 
 
 def contrast(colour: str, other: str) -> float:
     """Contrast ratio of two colours, from 1 to 21 (WCAG 2)."""
-    low, high = sorted((luminance(colour), luminance(other)))
+    low, high = sorted(float(np.array([0.2126, 0.7152, 0.0722]) @ linear(one)) for one in (colour, other))
     return (high + 0.05) / (low + 0.05)
 
 
@@ -76,11 +73,11 @@ def test_every_colour_of_a_line_is_visible_on_both_backgrounds(colour):
 
 
 @pytest.mark.parametrize("eye", VISION)
-def test_kinds_of_events_stay_apart_on_a_dark_background(eye):
+def test_kinds_of_motions_and_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
     plot.style("dark")
-    colours = [adapt(colour) for colour in EVENT_COLOURS.values()]
-    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in colours]
-    assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) >= 25
+    for colours in ([kind.colour for kind in plot.MOTION_CLASSES], map(adapt, EVENT_COLOURS.values())):
+        seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in colours]
+        assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25
 
 
 def test_colours_of_maps_are_the_same_in_every_style():
@@ -92,10 +89,11 @@ def test_colours_of_maps_are_the_same_in_every_style():
     assert sum(scale(0.0)[:3]) < 0.5 < 2.5 < sum(scale(1.0)[:3]), "no points: the background"
 
 
-def test_a_style_holds_for_a_block_or_until_the_next_call():
+def test_a_style_holds_for_a_block_also_if_it_raises_or_until_the_next_call():
     before = dict(matplotlib.rcParams)
-    with plot.style("dark", width=100):
+    with pytest.raises(RuntimeError), plot.style("dark", width=100):
         assert matplotlib.rcParams["axes.facecolor"] == "#16181d"
+        raise RuntimeError
     assert dict(matplotlib.rcParams) == before
     plot.style("dark")
     plot.style("paper")
@@ -103,41 +101,37 @@ def test_a_style_holds_for_a_block_or_until_the_next_call():
     assert matplotlib.rcParams["font.size"] == 8
 
 
-@pytest.mark.parametrize(("name", "width", "height"), [("slides", "column", 70), ("dark", 50, 70), ("paper", 300, 140)])
-def test_the_height_that_is_not_given_leaves_room_for_labels_and_fits_on_a_page(name, width, height):
-    with plot.style(name, width):
-        assert 25.4 * matplotlib.rcParams["figure.figsize"][1] == pytest.approx(height)
+@pytest.mark.parametrize(("name", "width", "height", "size"), [
+    ("paper", "double", None, (190, 140)), ("paper", 120, 60, (120, 60)), ("paper", None, None, (90, 70)),
+    ("slides", "column", None, (90, 70)), ("dark", 50, None, (50, 70)), ("paper", 300, None, (300, 140))])
+def test_the_height_that_is_not_given_leaves_room_for_labels_and_fits_on_a_page(name, width, height, size):
+    with plot.style(name, width, height):
+        assert np.multiply(25.4, matplotlib.rcParams["figure.figsize"]) == pytest.approx(size)
 
 
-def test_a_style_ends_when_its_block_raises():
-    before = dict(matplotlib.rcParams)
-    with pytest.raises(RuntimeError), plot.style("slides"):
-        raise RuntimeError
-    assert dict(matplotlib.rcParams) == before
-
-
-@pytest.mark.parametrize(("width", "height", "size"), [
-    ("column", None, (90, 70)), ("double", None, (190, 140)), (120, 60, (120, 60)), (None, None, (90, 70))])
-def test_a_pdf_has_the_size_that_was_asked_for_and_embedded_fonts(tmp_path, width, height, size):
-    import matplotlib.pyplot as plt
-
-    with plot.style("paper", width, height):
-        ax = plot.history(motion())
-        ax.figure.savefig(tmp_path / "a.pdf")
-        plt.close(ax.figure)
-    content = (tmp_path / "a.pdf").read_bytes()
-    box = [float(v) for v in re.search(rb"/MediaBox \[ *([^\]]*)\]", content)[1].split()]
-    assert np.allclose(box, [0, 0, *(side / 25.4 * 72 for side in size)], atol=0.05)
+def page_of(file) -> list[float]:
+    """The sides of a page of a PDF in mm, which must have embedded fonts."""
+    content = file.read_bytes()
     assert b"/FontFile2" in content and b"/Type3" not in content
+    box = [float(v) / 72 * 25.4 for v in re.search(rb"/MediaBox \[ *([^\]]*)\]", content)[1].split()]
+    assert box[:2] == [0, 0]
+    return box[2:]
+
+
+def test_a_pdf_has_the_size_that_was_asked_for_and_embedded_fonts(tmp_path):
+    with plot.style("paper", 120, 60):
+        plot.history(motion()).figure.savefig(tmp_path / "a.pdf")
+    assert page_of(tmp_path / "a.pdf") == pytest.approx([120, 60], abs=0.02)
 
 
 @pytest.mark.slow
 def test_a_picture_is_saved_with_its_data_in_the_style_in_which_it_was_drawn(tmp_path):
+    ds = zones_map().assign_attrs(study="zones")
     with plot.style("paper", width="column"):
-        figure = drawn("zones")
-    plot.save_with_data(figure, tmp_path / "a.pdf")
-    content = (tmp_path / "a.pdf").read_bytes()
-    assert b"/FontFile2" in content and b"/Type3" not in content
+        figure = drawn(lambda ax: plot.zones(ds, ax))
+    assert plot.save_with_data(figure, tmp_path / "a.pdf") == [tmp_path / "a.pdf", tmp_path / "a.nc"]
+    assert page_of(tmp_path / "a.pdf")[0] == pytest.approx(90, abs=0.02)
+    xr.testing.assert_identical(gc.load(tmp_path / "a.nc").load()[["label", "period"]], ds[["label", "period"]])
     plot.save_with_data(figure, tmp_path / "a.png")
     assert matplotlib.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(90 / 25.4 * 600, abs=1)
     assert matplotlib.rcParams["pdf.fonttype"] == matplotlib.rcParamsDefault["pdf.fonttype"]
@@ -161,30 +155,21 @@ def test_a_style_that_does_not_exist_is_refused(arguments, field):
     assert error.value.field == field and dict(matplotlib.rcParams) == before
 
 
-def hatched(draw) -> tuple[Figure, np.ndarray]:
-    figure = Figure(figsize=(4, 3), dpi=100)
-    FigureCanvasAgg(figure)
-    draw(figure.subplots())
-    figure.canvas.draw()
-    return figure, np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int)
-
-
 @pytest.mark.parametrize("draw", [
     lambda ax: plot.zones(zones_map(), ax, hatch=True), lambda ax: plot.basins(starts(), ax, points=False, hatch=True),
     lambda ax: plot.level(zones_map().assign(period=zones_map().period), "label", ax, hatch=True)])
 def test_a_hatched_map_has_no_colour_and_tells_all_classes_apart(draw):
-    figure, image = hatched(draw)
-    assert np.ptp(image, axis=2).max() == 0, "grey only"
+    figure = drawn(draw, figsize=(4, 3))
+    assert np.ptp(np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int), axis=2).max() == 0, "grey only"
     ax = figure.axes[0]
     legend = [(to_hex(p.get_facecolor()), p.get_hatch() or "") for p in ax.get_legend().get_patches()]
     assert len(set(legend)) == len(legend) > 2
-    on_map = {patch.get_hatch() for patch in ax.patches}
-    assert on_map == {hatch for _, hatch in legend if hatch}
+    assert {patch.get_hatch() for patch in ax.patches} == {hatch for _, hatch in legend if hatch}
 
 
 def test_hatches_lie_on_the_cells_of_their_class():
-    figure, _ = hatched(lambda ax: plot.zones(zones_map(), ax, hatch=True))
-    (double,) = (p for p in figure.axes[0].patches if p.get_hatch() == "////")  # 2T: the cell at omega 2, eps1 0.1
+    ax = plot.zones(zones_map(), Figure().subplots(), hatch=True)
+    (double,) = (p for p in ax.patches if p.get_hatch() == "////")  # 2T: the cell at omega 2, eps1 0.1
     assert np.allclose(double.get_path().get_extents().extents, [1.5, 0.05, 2.5, 0.15])
 
 
@@ -196,23 +181,11 @@ def test_all_nine_kinds_of_motion_look_different_when_hatched():
 
 
 def test_the_picture_of_a_result_can_be_hatched_where_it_is_a_map_of_classes():
-    import matplotlib.pyplot as plt
-
-    figure = plot.result(zones_map().assign_attrs(study="zones"), hatch=True)
-    assert figure.axes[0].patches
-    plt.close(figure)
+    assert plot.result(zones_map().assign_attrs(study="zones"), hatch=True).axes[0].patches
     with pytest.raises(InputError, match="hatch"):
         plot.result(diagram().assign_attrs(study="bifurcation"), hatch=True)
     with pytest.raises(InputError, match=r"^hatch must be left out for a variable without classes; got 'v_rms'"):
         plot.level(zones_map(), "v_rms", hatch=True)
-
-
-def test_a_picture_is_saved_with_the_data_that_it_shows(tmp_path):
-    ds = zones_map().assign_attrs(study="zones")
-    ax = plot.zones(ds, Figure().subplots())
-    assert plot.save_with_data(ax, tmp_path / "map.pdf") == [tmp_path / "map.pdf", tmp_path / "map.nc"]
-    xr.testing.assert_identical(gc.load(tmp_path / "map.nc").load()[["label", "period"]], ds[["label", "period"]])
-    assert (tmp_path / "map.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_several_datasets_have_files_by_their_study(tmp_path):
@@ -229,8 +202,7 @@ def test_several_datasets_have_files_by_their_study(tmp_path):
 
 
 @pytest.mark.parametrize(("shown", "path", "field"), [
-    (lambda: plot.zones(zones_map(), Figure().subplots()), "a.txt", "path"),
-    (lambda: plot.zones(zones_map(), Figure().subplots()), "no/a.png", "path"),
+    *((lambda: plot.zones(zones_map(), Figure().subplots()), path, "path") for path in ("a.txt", "no/a.png")),
     (lambda: plot.backlash(Figure().subplots()), "a.png", "shown"), (zones_map, "a.png", "shown")])
 def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, shown, path, field):
     with pytest.raises(InputError) as error:
@@ -238,24 +210,17 @@ def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, 
     assert error.value.field == field and list(tmp_path.iterdir()) == []
 
 
-@pytest.fixture
-def saved(tmp_path):
-    gc.save(zones_map().assign_attrs(study="zones"), tmp_path / "zones.nc")
-    return tmp_path / "zones.nc"
-
-
-def command(*arguments) -> tuple[int, str]:
-    result = CliRunner().invoke(app, ["plot", *map(str, arguments)])
-    return result.exit_code, result.stderr
+def command(folder, *options):
+    """What ``gearchaos plot`` says and writes of a saved map."""
+    gc.save(zones_map().assign_attrs(study="zones"), folder / "zones.nc")
+    return CliRunner().invoke(app, ["plot", str(folder / "zones.nc"), *options, "--out", str(folder / "out.pdf")])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("width", "millimetres"), [("column", 90), ("double", 190), ("120", 120)])
-def test_the_command_draws_in_a_style(saved, width, millimetres):
-    out = saved.with_suffix(".pdf")
-    assert command(saved, "--style", "paper", "--width", width, "--hatch", "--out", out)[0] == 0
-    box = re.search(rb"/MediaBox \[ *([^\]]*)\]", out.read_bytes())[1].split()
-    assert float(box[2]) == pytest.approx(millimetres / 25.4 * 72, abs=0.05)
+@pytest.mark.parametrize(("width", "millimetres"), [("column", 90), ("120", 120)])
+def test_the_command_draws_in_a_style(tmp_path, width, millimetres):
+    assert command(tmp_path, "--style", "paper", "--width", width, "--hatch").exit_code == 0
+    assert page_of(tmp_path / "out.pdf")[0] == pytest.approx(millimetres, abs=0.02)
     assert matplotlib.rcParams["font.size"] == matplotlib.rcParamsDefault["font.size"]
 
 
@@ -264,6 +229,6 @@ def test_the_command_draws_in_a_style(saved, width, millimetres):
     (["--style", "poster"], "style must be one of dark, paper, slides"),
     (["--style", "dark", "--width", "broad"], "width must be column, double or a number of mm; got 'broad'"),
     (["--style", "dark", "--width", "5"], "width must be from 40 to 2000 mm; got 5")])
-def test_the_command_refuses_a_style_that_does_not_exist(saved, options, message):
-    code, words = command(saved, *options, "--out", saved.with_suffix(".png"))
-    assert code == 2 and message in words and not saved.with_suffix(".png").exists()
+def test_the_command_refuses_a_style_that_does_not_exist(tmp_path, options, message):
+    refused = command(tmp_path, *options)
+    assert refused.exit_code == 2 and message in refused.stderr and not (tmp_path / "out.pdf").exists()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -28,8 +27,7 @@ def two_stages() -> gc.Train:
     bodies = [gc.Body(name="motor", inertia=8e-3, torque=40.0, torque_orders=[{"order": 2, "amplitude": 10.0}]),
               gc.Body(name="pinion", inertia=3e-4), gc.Body(name="wheel", inertia=6e-3),
               gc.Body(name="second", inertia=6e-4), gc.Body(name="load", inertia=2e-2, torque=-180.0)]
-    shafts = [gc.Shaft(between=("motor", "pinion"), stiffness=8e3), gc.Shaft(between=("wheel", "second"),
-                                                                             stiffness=6e4)]
+    shafts = [gc.Shaft(between=between, stiffness=1e4) for between in (("motor", "pinion"), ("wheel", "second"))]
     return gc.Train(speed=3000, bodies=bodies, shafts=shafts,
                     meshes=[mesh("pinion", "wheel", 20, 40, name="stage 1"), mesh("second", "load", 24, 54)])
 
@@ -48,12 +46,6 @@ def split() -> gc.Train:
     return gc.Train(speed=3000, bodies=bodies, shafts=[
         gc.Shaft(between=(f"a{i}", f"b{i}"), stiffness=1e4) for i in (1, 2)], meshes=[
         mesh("in", "a1", 20, 40), mesh("in", "a2", 20, 40), mesh("b1", "out", 18, 50), mesh("b2", "out", 18, 50)])
-
-
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
 
 
 def circles(ax: Any) -> dict[str, Circle]:
@@ -106,6 +98,8 @@ def test_planets_stand_around_their_sun_inside_a_hatched_ring_that_is_held():
         assert math.remainder(angle - 2 * math.pi * (n - 1) / 3, 2 * math.pi) == pytest.approx(0, abs=1e-9)
     texts = [text.get_text() for text in ax.texts]
     assert "ring\nz 99\nheld" in texts and "carrier\n321.4 rpm" in texts
+    with plot.style("dark"):
+        assert all(to_hex(text.get_color()) > "#888888" for text in plot.train(planetary()).texts)
 
 
 def test_a_loop_that_does_not_close_in_the_plane_is_drawn_and_a_prescribed_motion_is_broken():
@@ -113,8 +107,7 @@ def test_a_loop_that_does_not_close_in_the_plane_is_drawn_and_a_prescribed_motio
     train = gc.Train(speed=100, bodies=[gc.Body(name="a", motion=[]), gc.Body(name="b", inertia=1e-3)],
                      meshes=[mesh("a", "b", 20, 20)])
     found = circles(plot.train(train))
-    assert [found[name].get_linestyle() for name in "ab"] == ["--", "solid"] or (
-        found["a"].get_linestyle() != found["b"].get_linestyle())
+    assert found["a"].get_linestyle() != found["b"].get_linestyle()
 
 
 def test_the_texts_of_a_scheme_of_80_mm_stay_within_their_wheels():
@@ -140,10 +133,7 @@ def test_dots_of_a_campbell_diagram_are_where_orders_have_natural_frequencies():
     np.testing.assert_allclose(sorted(map(tuple, dots)), sorted(expected))
     assert {t.get_text() for t in ax.get_legend().get_texts()} == {
         "20: mesh stage 1", "12: mesh second/load", "2: order 2 of motor", "natural frequency"}
-
-
-def test_meshes_of_one_order_are_one_line():
-    ax = plot.campbell(gc.natural_frequencies(planetary()), harmonics=1)
+    ax = plot.campbell(gc.natural_frequencies(planetary()), harmonics=1)  # meshes of one order are one line
     assert [t.get_text() for t in ax.get_legend().get_texts()] == [
         "21.214: mesh sun/planet1 and 5 more", "natural frequency"]
 
@@ -171,7 +161,7 @@ def test_strips_show_which_flanks_touch():
     assert labels == {"front flanks": colours[1], "apart": colours[0], "back flanks": colours[-1]}
 
 
-def test_pictures_refuse_what_they_cannot_draw(tmp_path):
+def test_pictures_refuse_what_they_cannot_draw():
     ds = gc.natural_frequencies(two_stages())
     with pytest.raises(InputError, match="must be a Train"):
         plot.train(gc.MeshModel())
@@ -189,9 +179,3 @@ def test_a_campbell_diagram_is_drawn_from_its_file(tmp_path):
     ax = plot.campbell(gc.natural_frequencies(two_stages()))
     _, file = plot.save_with_data(ax, tmp_path / "campbell.svg")
     assert plot.result(gc.load(file)).axes[0].get_ylim() == ax.get_ylim()
-
-
-def test_pictures_of_trains_are_drawn_on_a_dark_background():
-    with plot.style("dark"):
-        ax = plot.train(planetary())
-        assert all(to_hex(text.get_color()) > "#888888" for text in ax.texts)

@@ -2,10 +2,11 @@
 
 import json
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
-from typer.testing import CliRunner
+import typer.testing
 
 import gearchaos as gc
 from gearchaos.cli import app
@@ -60,8 +61,11 @@ def files(path):
             for name, data in every.items()}
 
 
+typer.testing._get_command = cache(typer.testing._get_command)  # which takes longer than most commands of small stores
+
+
 def ask(*arguments):
-    return CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
+    return typer.testing.CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
 
 
 def describe(path, **changes):

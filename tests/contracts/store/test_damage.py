@@ -8,6 +8,7 @@ import shlex
 import shutil
 import warnings
 from contextlib import suppress
+from pkgutil import resolve_name
 from uuid import uuid4
 
 import numpy as np
@@ -16,7 +17,7 @@ import xarray as xr
 import zarr
 
 import gearchaos as gc
-from gearchaos.store.blocks import State, damaged_shards, tiles_there, work
+from gearchaos.store.blocks import damaged_shards, work
 from gearchaos.store.check import check, summary
 from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
@@ -67,6 +68,9 @@ def read(path, whole, plainly=False):
 
 
 DAMAGES = ["deleted", "changed", "cut short"]
+EACH = [pytest.param(study, how, each, id=f"{study.kind} {how}{each * ' all'}",
+                     marks=[pytest.mark.exhaustive] if each or (study is BASINS and how != "changed") else [])
+        for study in (MAP, BASINS) for how in DAMAGES for each in (False, True)]
 
 
 def one_of_each_kind(names, number):
@@ -78,9 +82,7 @@ def one_of_each_kind(names, number):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("each", [False, pytest.param(True, marks=pytest.mark.exhaustive)], ids=["of a kind", "all"])
-@pytest.mark.parametrize("how", DAMAGES)
-@pytest.mark.parametrize("study", [MAP, BASINS], ids=lambda study: study.kind)
+@pytest.mark.parametrize(("study", "how", "each"), EACH)
 def test_damage_of_any_object_is_named_never_a_result_and_mended(study, how, each, tmp_path):
     run(study, path := tmp_path / "s.zarr", tile=8)
     before, whole, store = files(path), gc.load(path).load(), open_store(path)
@@ -153,7 +155,7 @@ def test_no_changed_byte_of_a_shard_and_of_the_description_is_accepted(path):
             from_description(store.objects, content[:i] + bytes([content[i] ^ 1]) + content[i + 1:])
 
 
-@pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
+@pytest.mark.parametrize("how", DAMAGES)
 def test_damage_of_a_tile_is_named_never_a_result_and_mended(tmp_path, made, monkeypatch, how):
     path, true = half_done(tmp_path / "map.zarr", monkeypatch), gc.load(made).load()
     damage(path / "run/tiles/0/6", how)
@@ -180,11 +182,11 @@ def test_damage_of_a_tile_is_named_never_a_result_and_mended(tmp_path, made, mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", [MAP, BASINS], ids=lambda study: study.kind)
-@pytest.mark.parametrize("old, new", [(b'"array"', b'"brray"'), (b'"shape": [', b'"shape": [1')])
-def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_path, study, old, new):
+@pytest.mark.parametrize(("study", "name", "old", "new"), [
+    (MAP, "label/zarr.json", b'"array"', b'"brray"'), (BASINS, "items/label/zarr.json", b'"shape": [', b'"shape": [1')])
+def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_path, study, name, old, new):
     run(study, path := tmp_path / "s.zarr")
-    before, name = files(path), "label/zarr.json" if study is MAP else "items/label/zarr.json"
+    before = files(path)
     content = (path / name).read_bytes()
     assert old in content
     (path / name).write_bytes(content.replace(old, new, 1))
@@ -197,7 +199,7 @@ def test_metadata_that_are_valid_json_of_wrong_content_are_written_again(tmp_pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["deleted", "changed", "cut short"])
+@pytest.mark.parametrize("how", DAMAGES)
 def test_a_damaged_description_is_mended_by_that_of_a_new_store(path, made, tmp_path, how):
     damage(path / STUDY, how)
     for command in ("info", "check", "finish", "plot"):
@@ -226,15 +228,21 @@ def test_another_study_another_version_and_no_store_are_told(path, made, tmp_pat
     with pytest.raises(gc.InputError, match="must hold an undamaged run/study"):
         open_store(path)
     shutil.rmtree(path / "run")
+    with pytest.raises(gc.InputError, match="It has other files, such as"):
+        run(MAP, path)
     for command in ("info", "check", "finish", "plot"):
         assert "store must be a folder that gearchaos run made" in ask(command, path).stderr
+    for command in (["info"], ["check"], ["finish"], ["plot"], ["export", "--out", tmp_path / "map.nc"]):
+        said = ask(*command, none := f"memory://{uuid4().hex}/none.zarr")
+        assert said.exit_code == 2 and f"; got '{none}'" in said.stderr
+        assert "must exist" in said.stderr or "must be a folder that gearchaos run made" in said.stderr
     said = ask("info", tmp_path / "none.zarr")
     assert said.exit_code == 2 and "compiles its kernels first" in said.stderr
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
-@pytest.mark.parametrize("name", ["zarr.json", "omega/zarr.json", "omega/c/0", SHARD, "run/blocks/0", "run/finished"])
+@pytest.mark.parametrize("name", ["zarr.json", "omega/c/0", SHARD, "run/blocks/0", "run/finished"])
 def test_what_is_no_file_counts_as_damage_and_nobody_waits_for_it(path, made, make, name, no_waiting):
     (path / name).unlink()
     make(path / name)
@@ -250,24 +258,28 @@ def test_what_is_no_file_counts_as_damage_and_nobody_waits_for_it(path, made, ma
     assert files(path) == files(made)
 
 
-def test_a_store_that_must_not_be_written_to_is_read_and_named_with_what_is_needed(path, monkeypatch):
+def test_a_store_that_must_not_be_written_to_is_read_and_named_with_what_is_needed(path, tmp_path, monkeypatch):
     def refuse(*_, **__):
         raise OSError(errno.EROFS, "Read-only file system", "/somewhere")
 
-    monkeypatch.setattr("gearchaos.store.lock.SoftFileLock", refuse)
+    for name in ("lock.SoftFileLock", "objects.Objects.put", "objects.Objects.delete", "objects.Objects.keep"):
+        monkeypatch.setattr(f"gearchaos.store.{name}", refuse)
     said = ask("finish", path)
     assert said.exit_code == 2 and f"error: store must be writable; got '{path}'. " in said.stderr
     assert "Read-only file system" in said.stderr and "you may write in" in said.stderr
-    assert ask("info", path).exit_code == ask("check", path).exit_code == 0
+    for command in (["info"], ["check"], ["export", "--out", tmp_path / "map.nc"]):
+        assert ask(*command, path).exit_code == 0
     assert gc.load(path).equals(gc.run(MAP))
 
 
 @pytest.mark.parametrize("name", ["thesis.pdf", "data/zarr.json", "label/c/0/0"])
-def test_a_folder_of_others_is_refused_and_untouched(tmp_path, name):
-    Objects(tmp_path / "mine").put(name, b"mine")
+@pytest.mark.parametrize("kind", ["folder", "object store"])
+def test_a_folder_of_others_is_refused_and_untouched(tmp_path, kind, name):
+    mine = Objects(tmp_path / "mine" if kind == "folder" else f"memory://{uuid4().hex}/mine")
+    mine.put(name, b"mine")
     with pytest.raises(gc.InputError, match=rf"store must be a new folder, or .*other files, such as {name}"):
-        run(MAP, tmp_path / "mine", tile=8)
-    assert files(tmp_path / "mine") == {name: b"mine"} and not (tmp_path / "mine/run").exists()
+        run(MAP, mine.url, tile=8)
+    assert mine.names() == [name] and mine.get(name) == b"mine"
 
 
 def test_a_creation_that_was_killed_is_begun_anew(tmp_path, made, monkeypatch):
@@ -299,44 +311,36 @@ def test_what_killed_processes_left_is_cleared_and_own_files_of_the_user_survive
         n: c for n, c in own.items() if not n.startswith("inner.zarr/run/blocks")}
 
 
+def meanwhile(monkeypatch, name, path, late=False):
+    """Let another run finish a store when a function is called first: before what it does, or after it."""
+    true = resolve_name(name)
+
+    def function(*arguments):
+        monkeypatch.setattr(name, true)
+        found = true(*arguments) if late else None
+        assert run(MAP, path).finished
+        return found if late else true(*arguments)
+
+    monkeypatch.setattr(name, function)
+
+
 def test_blocks_that_are_written_during_a_check_are_not_damaged(tmp_path, monkeypatch):
     path = half_done(tmp_path / "map.zarr", monkeypatch)
-
-    def read_tile(*_):
-        monkeypatch.setattr("gearchaos.store.check.read_tile", lambda *_: None)
-        assert run(MAP, path).finished
-
     monkeypatch.setattr("gearchaos.store.check.cores", lambda: 1)
-    monkeypatch.setattr("gearchaos.store.check.read_tile", read_tile)
+    meanwhile(monkeypatch, "gearchaos.store.check.read_tile", path)
     assert check(open_store(path))[0] == []
 
 
-def test_blocks_that_are_written_while_values_are_read_are_read(tmp_path, made, monkeypatch):
+@pytest.mark.parametrize(("name", "opened"), [
+    ("gearchaos.store.check.State.of", False), ("gearchaos.store.read.tiles_there", True)])
+def test_blocks_that_are_written_while_a_store_is_opened_or_read_are_read(tmp_path, made, monkeypatch, name, opened):
     path = half_done(tmp_path / "map.zarr", monkeypatch)
-    with pytest.warns(UserWarning, match="1 of 12 tiles"):
-        found = gc.load(path)
-
-    def listed(*arguments):
-        monkeypatch.setattr("gearchaos.store.read.tiles_there", tiles_there)
-        assert run(MAP, path).finished
-        return tiles_there(*arguments)
-
-    monkeypatch.setattr("gearchaos.store.read.tiles_there", listed)
-    assert found.load().equals(gc.load(made))
-
-
-def test_a_run_that_ends_while_its_store_is_opened_has_lost_nothing(tmp_path, made, monkeypatch):
-    path, state_of = half_done(tmp_path / "map.zarr", monkeypatch), State.of
-
-    def ended(store):
-        state = state_of(store)
-        monkeypatch.setattr("gearchaos.store.check.State.of", state_of)
-        assert run(MAP, path).finished
-        return state
-
-    monkeypatch.setattr("gearchaos.store.check.State.of", ended)
+    if not opened:
+        meanwhile(monkeypatch, name, path, late=True)
     with pytest.warns(UserWarning, match="1 of 12 tiles are not computed"):
         found = gc.load(path)
+    if opened:
+        meanwhile(monkeypatch, name, path)
     assert found.load().equals(gc.load(made))
 
 

@@ -118,16 +118,6 @@ def test_a_missing_package_is_named_with_what_installs_it(monkeypatch):
         Objects(f"s3://bucket/{uuid4().hex}").get("a")
 
 
-def test_objects_that_are_deleted_meanwhile_have_no_size(tmp_path, monkeypatch):
-    objects = Objects(tmp_path)
-    objects.put("a", b"12")
-    objects.put("b", b"1")
-    names = objects.names()
-    objects.delete(["b"])
-    monkeypatch.setattr(objects, "names", lambda: names)
-    assert objects.total_bytes() == 2
-
-
 def test_what_another_process_deletes_at_the_same_time_is_deleted(tmp_path, monkeypatch):
     """It removes a file while this process goes through the folder, which then ends half-way."""
     objects, remove = Objects(tmp_path / "map.zarr"), shutil.rmtree

@@ -1,5 +1,6 @@
 """Runs into stores: they go on where they were stopped, try again what fails, and keep other writers out."""
 
+import json
 import os
 import shutil
 import socket
@@ -16,7 +17,7 @@ from gearchaos.store import blocks
 from gearchaos.store.check import check, summary
 from gearchaos.store.lock import Shard, running, write_lock
 from gearchaos.store.objects import Objects
-from gearchaos.store.run import Outcome, finish_store, run
+from gearchaos.store.run import Outcome, _create, finish_store, run
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide, with_blocks
 from tests.contracts.store.stores import BASINS, MAP, ask, computed, counted, files, half_done
@@ -65,9 +66,12 @@ def test_finish_says_what_is_missing_and_computes_nothing(path, made, monkeypatc
 
 
 def test_a_tile_that_fails_is_tried_three_times_and_named_while_the_rest_goes_on(path, made, monkeypatch):
-    tiles = counted(monkeypatch, lambda items: 10 in items and len(items) > 1)
-    assert run(MAP, path, tile=8) == Outcome(11, {5: "ArithmeticError: no"}, 12, False, {"1/1": 1})
+    tiles, study = counted(monkeypatch, lambda items: 10 in items and len(items) > 1), path.with_name("study.toml")
+    study.write_text('[model]\nq0 = 0.1\n[study]\nkind = "zones"\nx = "omega=0.5:1.1:12"\ny = "eps1=0.05:0.3:8"\n')
+    said = ask("run", study, "--out", path, "--tile", 8)
+    assert said.exit_code == 1 and "\ntile 5 failed: ArithmeticError: no\n" in said.stderr
     assert sorted(tiles) == sorted([0, *range(0, 12, 2), *range(48, 60, 2), 10, 10])  # one of item 0 alone, at first
+    assert run(MAP, path) == Outcome(11, {5: "ArithmeticError: no"}, 12, False, {"1/1": 1})
     assert "tile 5 failed" in ask("info", path).stdout and check(open_store(path))[0] == []
     fails = iter([True, True])
     counted(monkeypatch, lambda items: next(fails, False))
@@ -128,21 +132,25 @@ def test_a_summary_counts_what_is_there(path):
         "running": [], "command": f"gearchaos run STUDY.toml --out {path}"}
 
 
-@pytest.mark.parametrize(("pause", "counts"), [(19.9, True), (20.1, False), (30_000.0, False)])
+@pytest.mark.parametrize(("pause", "counts"), [(19.9, True), (20.1, False)])
 def test_the_rate_leaves_out_pauses_of_twenty_times_the_usual_step(path, pause, counts):
     store = timed(path, tuple(enumerate(map(float, np.cumsum([0.0, 1.0, 1.0, 1.0, pause])))))
     expected = 4 * 8 / (3 + pause) if counts else 3 * 8 / 3
     assert summary(store)["pieces_per_second"] == pytest.approx(expected, rel=1e-9)
 
 
-def test_info_tells_a_finished_run_from_one_that_is_running(made, path, monkeypatch):
+def test_info_and_check_tell_a_finished_run_from_one_that_is_running_or_was_stopped(made, path, monkeypatch):
     assert "finished" in ask("info", made).stdout and summary(open_store(made))["command"] is None
     half_done(path, monkeypatch)
     assert "not finished; to continue: gearchaos run" in " ".join(ask("info", path).stdout.split())
+    assert ask("check", path).stdout == f"{path}: all checksums are right; 1 of 12 tiles are not computed\n"
     with write_lock(Objects(path), Shard(2, 4)):
         assert running(Objects(path)) == [f"shard 2/4, process {os.getpid()} on host {socket.gethostname()}"]
         assert "running: shard 2/4, process" in " ".join(ask("info", path).stdout.split())
     assert running(Objects(path)) == []
+    run(MAP, path)
+    (path / "run/finished").unlink()
+    assert ask("check", path).stdout.endswith(f"right; the store is not finished: gearchaos finish {path}\n")
 
 
 def test_a_second_writer_is_refused_and_told_who_writes(path, made, monkeypatch):
@@ -219,6 +227,18 @@ def test_shards_share_no_block_and_the_last_one_finishes(path, made, monkeypatch
     assert sum(map(len, written.values())) == 12 and gc.load(path).equals(gc.load(made))
 
 
+def test_a_shard_that_begins_at_once_with_another_shares_its_store(path, made, monkeypatch):
+    """The other one makes the store and computes all its tiles, while this one looks how large results are."""
+    def late(*arguments):
+        monkeypatch.setattr("gearchaos.store.run._create", _create)
+        assert run(MAP, path, tile=8, shard="2/2").missing.keys() == {"1/2"}
+        _create(*arguments)
+
+    monkeypatch.setattr("gearchaos.store.run._create", late)
+    outcome = run(MAP, path, tile=8, shard="1/2")
+    assert outcome.finished and outcome.done == outcome.count == 12 and gc.load(path).equals(gc.load(made))
+
+
 def test_a_shard_mends_its_own_blocks_alone_but_finishes_no_damaged_store(path, made, monkeypatch):
     run(MAP, path, tile=8)
     Objects(path).delete(["label/c/0/0", "label/c/0/1"])
@@ -258,6 +278,7 @@ def test_a_run_in_an_object_store_has_the_same_objects(made):
     assert set(Objects(url).names()) == files(made).keys()
     assert ask("check", url).stdout == f"{url}: all checksums are right\n"
     Objects(url).delete(["label/c/0/1"])
+    assert json.loads(ask("info", url, "--json").stdout)["missing"]["files"] == ["label/c/0/1"]
     assert ask("check", url).exit_code == 1 and ask("finish", url).exit_code == 0
     assert Objects(url).get("label/c/0/1") == files(made)["label/c/0/1"]
 
@@ -281,11 +302,3 @@ def test_what_has_the_place_of_a_folder_of_the_store_is_named_with_what_to_do(pa
     words = "free of others" if name == "run/locks" else "Remove what is in the place of a file of the store.*" + name
     with pytest.raises((OSError, gc.InputError), match=words):
         run(MAP, path)
-
-
-def test_a_check_says_that_a_store_without_damage_is_not_finished(path, monkeypatch):
-    half_done(path, monkeypatch)
-    assert ask("check", path).stdout == f"{path}: all checksums are right; 1 of 12 tiles are not computed\n"
-    run(MAP, path)
-    (path / "run/finished").unlink()
-    assert ask("check", path).stdout.endswith(f"right; the store is not finished: gearchaos finish {path}\n")

@@ -29,9 +29,9 @@ axis = "eps1=0.2:0.21"
 start = { x1 = 1 }
 """
 MADE = {
-    "branch": lambda: gc.Branch(MODEL, "omega=0.6:0.8", start={"z": 1.0, "z_dot": 0.0}, longest_step=0.1),
+    "branch": lambda: gc.Branch(MODEL, "omega=0.7:0.8", start={"z": 1.0, "z_dot": 0.0}, longest_step=0.1),
     "curve": lambda: gc.Curve(MODEL.with_values({"omega": 1.9}), "flip", "omega=1.7:2.1", "eps1=0:0.06", period=1),
-    "manifolds": lambda: gc.Manifolds(MODEL, period=1, length=2.0, region={"z": (-3, 3)}),
+    "manifolds": lambda: gc.Manifolds(MODEL, period=1, length=1.0, region={"z": (-3, 3)}),
     "edge_state": lambda: gc.EdgeTracking(MODEL, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0}),
     "skeleton": lambda: gc.Skeleton(
         gc.MeshModel.of(q0=0.1), "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=[1, 1], starts=0),

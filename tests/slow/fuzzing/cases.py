@@ -4,6 +4,7 @@ A case is named by its kind (a key of `KINDS`), a seed and a number. To reproduc
 ``python -m tests.slow.fuzzing.cases KIND SEED NUMBER FOLDER``, then the command it prints in that folder.
 """
 
+import json
 import random
 import re
 import shlex
@@ -11,9 +12,82 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from tests import EXAMPLES
-from tests.slow.fuzzing import values
+
+WORDS = (
+    "0", "-0", "1", "-1", "2", "7", "0.5", "-0.5", "1e-3", "1e3", "1e-6", "1e6", "-1e6", "1e-14", "1e12", "1e13",
+    "1e-30", "1e-31", "nan", "-nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "5e-324", "1e200", "-1e200", "1e-200",
+    "1e400", "9" * 20, "9" * 400, "-" + "9" * 400, "9" * 5000, str(2**31), str(2**53 + 1), str(2**63), str(2**64),
+    "1000000", "1000000000", "", " ", "abc", "1,5", "0x10", "1_000", "½", "१", "∞", "µ", "%s", "{}", "a" * 3000, ".",
+    "..", "/", "-", "--", "é", "日本", "\udce9", "\u202e", "True", "None", "null", "[1, 2]", "1:2:3", "1:2", ":::",
+    "=", "==", "1=2", "'", '"', "\\", "\n", "\t", "single", "torsional", "full", "up", "fixed",
+)
+
+VALUES: tuple[Any, ...] = (
+    None, True, False, 0, -1, 1, 2, 77777, 2**31, 2**63, 2**70, 10**400, 0.5, -0.5, 1e308, -1e308, 5e-324,
+    float("nan"), float("inf"), "", "words",
+    "NaN", "1", "../..", "a" * 3000, "\u0000", "日本", [], [1], [0, 0], [-1], [None], [1e308, 3],
+    {}, {"a": 1}, {"": None},
+)
+
+_TOKEN = re.compile(r"[\w.+-]+|\s+|.", re.DOTALL)
+
+
+def corrupted_text(text: str, rng: random.Random) -> str:
+    """A text with one to four of its tokens replaced, duplicated, swapped or deleted."""
+    tokens = _TOKEN.findall(text)
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        if not tokens:
+            break
+        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
+        match rng.randrange(8):
+            case 0:
+                del tokens[i]
+            case 1:
+                tokens.insert(i, tokens[j])
+            case 2:
+                tokens[i], tokens[j] = tokens[j], tokens[i]
+            case 3:
+                tokens.insert(i, rng.choice(WORDS))
+            case _:
+                numbers = [k for k, token in enumerate(tokens) if re.match(r"[\w.+-]", token)] or [i]
+                tokens[rng.choice(numbers)] = rng.choice(WORDS)
+    return "".join(tokens)
+
+
+def corrupted_bytes(content: bytes, rng: random.Random) -> bytes:
+    """Bytes truncated, partly overwritten with noise, replaced by noise, emptied or given a wrong encoding mark."""
+    at = rng.randrange(len(content) + 1)
+    noise = bytes(rng.randrange(256) for _ in range(rng.randrange(40)))
+    return rng.choice((content[:at], content[:at] + noise + content[at + 1 :], noise, b"", b"\xff\xfe" + content))
+
+
+def corrupted_json(text: str, rng: random.Random) -> str:
+    """A JSON document with one value replaced, renamed or deleted."""
+    document = json.loads(text)
+    places = list(_places(document))
+    if not places:
+        return json.dumps(rng.choice(VALUES))
+    holder, key = rng.choice(places)
+    match rng.randrange(5):
+        case 0:
+            del holder[key]
+        case 1 if isinstance(holder, dict):
+            holder[rng.choice(("", "words", "../../x", str(key).upper()))] = holder.pop(key)
+        case _:
+            holder[key] = rng.choice(VALUES)
+    return json.dumps(document)
+
+
+def _places(document: Any) -> Any:
+    """Every value of a document, as its container and its key or index there."""
+    keys = {dict: list, list: lambda entries: range(len(entries))}.get(type(document), lambda _: ())(document)
+    for key, value in [(key, document[key]) for key in keys]:
+        yield document, key
+        yield from _places(value)
+
 
 STORES = ("zones", "attractors", "simulate", "half done")
 """Names of the stores that `make_stores` writes; `store` copies them, from ``NAME.zarr`` in the parent folder."""
@@ -71,7 +145,7 @@ def command_line(rng: random.Random, folder: Path) -> list[str]:
         return ["paper", "--out", "r", "--quality", "draft", "--figures", rng.choice(_NO_FIGURES)]
     command = shlex.split(rng.choice(_COMMANDS))
     for _ in range(rng.choice((0, 1, 1, 2, 3))):
-        command += ["--set", f"{rng.choice(_NAMES)}={rng.choice(values.WORDS) if rng.random() < 0.4 else _odd(rng)}"]
+        command += ["--set", f"{rng.choice(_NAMES)}={rng.choice(WORDS) if rng.random() < 0.4 else _odd(rng)}"]
     for _ in range(rng.choice((0, 0, 0, 1, 2))):
         i = rng.randrange(len(command) > 1, len(command))
         match rng.randrange(6):
@@ -80,9 +154,9 @@ def command_line(rng: random.Random, folder: Path) -> list[str]:
             case 1:
                 command.insert(i, rng.choice(command))
             case 2:
-                command[i] = rng.choice(values.WORDS)
+                command[i] = rng.choice(WORDS)
             case _:
-                command[i] = values.corrupted_text(command[i], rng)
+                command[i] = corrupted_text(command[i], rng)
     return command
 
 
@@ -123,9 +197,9 @@ def study_file(rng: random.Random, folder: Path) -> list[str]:
     text = re.sub(r':(\d+)"', ':3"', text)
     if kind != "simulate" and rng.random() < 0.5:
         text += _BUDGET
-    content = values.corrupted_text(text, rng).encode(errors="surrogateescape")
+    content = corrupted_text(text, rng).encode(errors="surrogateescape")
     if rng.random() < 0.1:
-        content = values.corrupted_bytes(content, rng)
+        content = corrupted_bytes(content, rng)
     if rng.random() < 0.02:
         content += b"a = " + b"[" * 3000 + b"]" * 3000
     (folder / "s.toml").write_bytes(content)
@@ -167,16 +241,16 @@ def _corrupt_file(rng: random.Random, path: Path) -> None:
             else:
                 (folder / rng.choice(_NO_NUMBERS)).mkdir()
         case 3 | 4 if file.suffix == ".json":
-            file.write_text(values.corrupted_text(file.read_text(), rng), errors="surrogateescape")
+            file.write_text(corrupted_text(file.read_text(), rng), errors="surrogateescape")
         case _ if file.suffix == ".json":
             file.write_text(_corrupted_document(file.read_text(), rng))
         case _:
-            file.write_bytes(values.corrupted_bytes(file.read_bytes(), rng))
+            file.write_bytes(corrupted_bytes(file.read_bytes(), rng))
 
 
 def _corrupted_document(text: str, rng: random.Random) -> str:
     try:
-        return values.corrupted_json(text, rng)
+        return corrupted_json(text, rng)
     except ValueError:  # no longer JSON, since it was corrupted before
         return text
 

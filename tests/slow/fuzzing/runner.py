@@ -1,19 +1,26 @@
-"""Runs commands in a worker process, and kills and replaces it when it exceeds its time or memory."""
+"""Runs commands in a worker process, and kills and replaces it when it exceeds its time or memory.
+
+The worker, which is this file as a program, runs the commands one after another as a shell would, so that packages load
+once. It reads one JSON request per command and answers with its exit code and duration in JSON; after each command it
+writes a zero byte to stdout and to stderr to mark the end of the output.
+"""
 
 import json
 import os
+import resource
 import selectors
 import shlex
 import subprocess
 import sys
 import time
+import traceback
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import psutil
 
-_WORKER = Path(__file__).with_name("worker.py")
 _POLL = 0.25
 """Seconds between two checks of the worker's time and memory."""
 
@@ -93,7 +100,7 @@ class CommandRunner:
         if self._worker is None:
             self._answers, answers = os.pipe()
             self._worker = subprocess.Popen(
-                [sys.executable, str(_WORKER), str(answers)], pass_fds=[answers], stdin=subprocess.PIPE,
+                [sys.executable, __file__, str(answers)], pass_fds=[answers], stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "COLUMNS": "200"},
             )
             os.close(answers)
@@ -105,3 +112,44 @@ class CommandRunner:
             self._worker.communicate()
             os.close(self._answers)
             self._worker = None
+
+
+def _work(answers: int) -> None:
+    for line in sys.stdin:
+        begin = time.monotonic()
+        code = _run(json.loads(line))
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+            os.write(stream.fileno(), b"\0")
+        os.write(answers, json.dumps({"code": code, "seconds": time.monotonic() - begin}).encode() + b"\n")
+
+
+def _run(request: dict) -> int | str:
+    """Run a command in its folder under its limit of file size; return the exit code."""
+    from gearchaos.cli import app
+
+    home, limits = os.getcwd(), resource.getrlimit(resource.RLIMIT_FSIZE)
+    warnings.resetwarnings()
+    warnings.simplefilter("always")  # each time, as in a new process
+    for quiet in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+        warnings.simplefilter("ignore", quiet)
+    os.chdir(request["folder"])
+    try:
+        if request["largest"] is not None:  # writing more fails as it does on a full disk
+            resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest"], limits[1]))
+        app(request["command"], prog_name="gearchaos")
+    except SystemExit as end:
+        return end.code or 0
+    except BaseException:
+        traceback.print_exc()
+        return 1
+    finally:
+        if "matplotlib.pyplot" in sys.modules:
+            sys.modules["matplotlib.pyplot"].close("all")  # as the end of a process would
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        os.chdir(home)
+    return 0
+
+
+if __name__ == "__main__":
+    _work(int(sys.argv[1]))
