@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.linalg import expm
 
 import gearchaos as gc
 
@@ -32,6 +34,16 @@ def cascade() -> xr.Dataset:
 @cache
 def over_speed() -> xr.Dataset:
     return gc.branch(PAIR, "speed=3000:30000")
+
+
+def flip_determinant(omega: float) -> float:
+    """det(M + 1) of z'' + 2 ζ z' + χ(τ) z = 0 over a period of `SINGLE` in permanent contact, Meissner's equation."""
+    stiffness, monodromy = SINGLE.stiffness, np.eye(2)
+    first = stiffness.contact_ratio - 1
+    for level, share in ((1 + stiffness.chi1, first), (1 - stiffness.chi2, 1 - first)):
+        rate = np.array([[0.0, 1.0], [-level, -2 * SINGLE.zeta]])
+        monodromy = expm(rate * share * 2 * np.pi / omega) @ monodromy
+    return float(np.linalg.det(monodromy + np.eye(2)))
 
 
 def axes(width: float = 6.4, height: float = 4.8):

@@ -6,12 +6,11 @@ from functools import cache
 from typing import Any
 
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 import gearchaos as gc
+from tests.branches import SINGLE
+from tests.branches import axes as axes
 
-SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
 FULL = gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
 SMALL = gc.MeshModel.of(q0=0.1)
 WINDOW = {"x": "omega=1.7:2.3:8", "y": "eps1=0.03:0.09:4"}
@@ -42,9 +41,3 @@ def zones() -> xr.Dataset:
 @cache
 def manifolds() -> xr.Dataset:
     return gc.manifolds(SINGLE.with_values({"omega": 2.3}), period=3, length=4, spacing=0.1)
-
-
-def axes():
-    figure = Figure(layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure.subplots()

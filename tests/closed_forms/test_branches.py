@@ -8,7 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import gearchaos as gc
@@ -16,21 +15,23 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
+from tests.branches import DOUBLED, SINGLE, flip_determinant, resonance
 
-SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
+ISOLAS = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
+SYMMETRIC = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
 LINEAR = {"kind": "single", "chi0": 0.0, "J": 2.0, "zeta": 0.05, "q0": 0.1}
 """Constant stiffness, and J1 = J2 = 2: z'' + 2 ζ z' + z − 1 = q0 + ε1 ω² cos ωτ in permanent contact, (2.17)."""
 
 
 @cache
-def resonance():
-    """The 1T branch of the single equation over ω, with folds, flips and grazes."""
-    return gc.branch(SINGLE, "omega=0.3:2.5")
+def isola(period: int):
+    return gc.branch(ISOLAS, "omega=1:3", period=period)
 
 
 @cache
-def isola(period: int):
-    return gc.branch(gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1), "omega=1:3", period=period)
+def lopsided():
+    """Without static torque z(τ + T/2) = −z(τ) is possible; such an orbit loses its symmetry at a pitchfork."""
+    return gc.branch(SYMMETRIC, "omega=0.25:0.9", period=1, pitchforks=True)
 
 
 def events(ds, *kinds: str) -> np.ndarray:
@@ -38,23 +39,12 @@ def events(ds, *kinds: str) -> np.ndarray:
     return np.sort(ds["event_value"].values[np.isin(ds["event_kind"].values, kinds)])
 
 
-def meissner_flip(omega: float) -> float:
-    """det(M + 1) of z'' + 2 ζ z' + χ(τ) z = 0 over a period with two levels of stiffness."""
-    stiffness, monodromy = SINGLE.stiffness, np.eye(2)
-    first = stiffness.contact_ratio - 1
-    for level, share in ((1 + stiffness.chi1, first), (1 - stiffness.chi2, 1 - first)):
-        rate = np.array([[0.0, 1.0], [-level, -2 * SINGLE.zeta]])
-        monodromy = expm(rate * share * 2 * np.pi / omega) @ monodromy
-    return float(np.linalg.det(monodromy + np.eye(2)))
-
-
 def test_flips_in_permanent_contact_are_those_of_meissners_equation():
-    exact = [brentq(meissner_flip, 1.7, 2.0, xtol=1e-14), brentq(meissner_flip, 2.0, 2.3, xtol=1e-14)]
+    exact = [brentq(flip_determinant, *ends, xtol=1e-14) for ends in ((1.7, 2.0), (2.0, 2.3))]
     ds = resonance()
     flips = (ds["event_kind"] == "flip") & (ds["event_value"] > 1.5)
     np.testing.assert_allclose(np.sort(ds["event_value"].values[flips]), exact, atol=1e-10)
-    before = ds["event_point"].values[flips]
-    assert set(ds["contact_sequence"].values[before]) == {"front"}
+    assert set(ds["contact_sequence"].values[ds["event_point"].values[flips]]) == {"front"}
     assert np.abs(ds["event_residual"].values[flips]).max() < 1e-12
 
 
@@ -69,14 +59,16 @@ def test_contact_is_lost_where_the_linear_response_reaches_the_boundary(omega):
 
 
 def test_orbits_meet_at_a_fold_like_the_square_root_of_the_distance():
-    fold = events(resonance(), "fold")[-1]
-    apart = [np.linalg.norm([a.state[n] - b.state[n] for n in ("z", "z_dot")])
-             for a, b in (_pair_before(fold, delta) for delta in (4e-7, 1e-7))]
+    fold, apart = events(resonance(), "fold")[-1], []
+    for delta in (4e-7, 1e-7):
+        pair = orbits_before(fold, delta)
+        assert sorted(o.unstable for o in pair) == [0, 1]
+        apart.append(np.linalg.norm([pair[0].state[n] - pair[1].state[n] for n in ("z", "z_dot")]))
     assert apart[0] / apart[1] == pytest.approx(2, rel=2e-3)
     assert 1e-4 < apart[1] < 1e-2
 
 
-def _pair_before(fold: float, delta: float):
+def orbits_before(fold: float, delta: float) -> list:
     """The stable and the unstable orbit that meet at a fold, at a distance in the parameter before it."""
     ds, found = resonance(), []
     at = int(np.argmin(np.abs(ds["event_value"].values - fold)))
@@ -85,7 +77,6 @@ def _pair_before(fold: float, delta: float):
         near = {n: float((1 - share) * ds[f"event_section_{n}"][at] + share * ds[f"section_{n}"][neighbour, 0])
                 for n in ("z", "z_dot")}
         found.append(gc.orbit(SINGLE.with_values({"omega": fold - delta}), period=1, near=near))
-    assert sorted(o.unstable for o in found) == [0, 1]
     return found
 
 
@@ -115,15 +106,6 @@ def test_the_branch_is_the_same_from_either_end():
             np.testing.assert_allclose(events(ds, kind), events(resonance(), kind), atol=1e-9)
 
 
-def test_the_ends_lie_on_the_bounds():
-    ds = gc.branch(SINGLE, "eps1=0:0.06")
-    assert ds["eps1"].values[[0, -1]].tolist() == [0.0, 0.06]
-    assert [e["value"] for e in json.loads(ds.attrs["ends"])] == [0.0, 0.06]
-    assert ds["residual"].values[[0, -1]].max() < 1e-12
-    on_bound = gc.branch(SINGLE.with_values({"eps1": 0.0}), "eps1=0:0.06")
-    assert on_bound["eps1"].values[0] == 0.0 and np.all(np.diff(on_bound["eps1"].values) > 0)
-
-
 def test_motions_from_rest_settle_on_the_stable_part():
     axis = gc.Axis("omega", 0.85, 2.4, 32)
     diagram, ds = gc.bifurcation(SINGLE, axis, points=1), resonance()
@@ -131,12 +113,13 @@ def test_motions_from_rest_settle_on_the_stable_part():
     assert len(settled) > 12
     for x, z in zip(axis.values[settled], diagram["section_z"].values[settled, 0], strict=True):
         assert any(a < x < b for a, b in json.loads(ds.attrs["stable"])), x
-        assert np.abs(_orbits_on_branch(ds, x) - z).min() < 1e-8, x
+        assert np.abs(orbits_at(x) - z).min() < 1e-8, x
 
 
-def _orbits_on_branch(ds, value: float) -> np.ndarray:
-    """z of the orbits of a branch at a parameter value, converged from interpolated points."""
-    x, found = ds["omega"].values, []
+def orbits_at(value: float) -> np.ndarray:
+    """z of the orbits of the resonance at a value of ω, converged from interpolated points."""
+    ds, found = resonance(), []
+    x = ds["omega"].values
     for i in np.flatnonzero((x[1:] - value) * (x[:-1] - value) <= 0):
         share = (value - x[i]) / (x[i + 1] - x[i])
         near = {n: float((1 - share) * ds[f"section_{n}"][i, 0] + share * ds[f"section_{n}"][i + 1, 0])
@@ -145,7 +128,7 @@ def _orbits_on_branch(ds, value: float) -> np.ndarray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("period", [3, 4, 5])
+@pytest.mark.parametrize("period", [3, 5])
 def test_subharmonic_branches_are_isolas(period):
     ds = isola(period)
     low, high = json.loads(ds.attrs["range"])
@@ -157,10 +140,9 @@ def test_subharmonic_branches_are_isolas(period):
 
 
 def test_stable_intervals_of_an_isola_do_not_depend_on_its_start():
-    model = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
-    found = gc.orbits(model, period=3)
+    found = gc.orbits(ISOLAS, period=3)
     assert sorted(o.unstable for o in found) == [0, 1]
-    parts = [json.loads(gc.branch(model, "omega=1:3", period=3, start=o.state).attrs["stable"]) for o in found]
+    parts = [json.loads(gc.branch(ISOLAS, "omega=1:3", period=3, start=o.state).attrs["stable"]) for o in found]
     np.testing.assert_allclose(parts[0], parts[1], atol=1e-9)
     assert any(a < 2.3 < b for a, b in parts[0])
 
@@ -177,25 +159,23 @@ def test_two_coordinates_have_no_neimark_sacker_bifurcation():
 def test_a_torus_is_born_where_a_pair_of_multipliers_leaves_the_unit_circle():
     model = gc.MeshModel.of(kind="full", kappa=0.5, omega=1.05, eps1=0.02)
     ds = gc.branch(model, "eps1=0:0.05")
-    at = int(np.flatnonzero(ds["event_kind"].values == "neimark-sacker")[-1])
-    value = float(ds["event_value"][at])
+    event = ds.isel(event=np.flatnonzero(ds["event_kind"].values == "neimark-sacker")[-1])
+    value = float(event["event_value"])
     assert value == pytest.approx(0.0336555, abs=5e-8)
-    state = {n: float(ds[f"event_section_{n}"][at]) for n in ("x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2",
-                                                              "y2_dot")}
+    state = {str(n)[14:]: float(event[n]) for n in ds.data_vars if str(n).startswith("event_section_")}
     batch = vary(model.with_values({"eps1": value, **state}), {})
     system = switched_system(batch)
-    w, n = initial_state(batch, system).T.copy(), int(ds["event_period"][at])
-    unit = np.eye(system.dimension)[:, :, None]
-    out = ExactFlow(system).advance(w, n, tangent=unit)
+    w = initial_state(batch, system).T.copy()
+    out = ExactFlow(system).advance(w, int(event["event_period"]), tangent=np.eye(system.dimension)[:, :, None])
     assert np.abs(out.w - w).max() < 1e-10
     multipliers = np.linalg.eigvals(out.tangent[:, :, 0].T)
-    critical = multipliers[np.abs(multipliers.imag) > 0.1]
-    np.testing.assert_allclose(np.abs(critical[np.argsort(-np.abs(critical))][:2]), 1, atol=1e-9)
+    critical = np.sort(np.abs(multipliers[np.abs(multipliers.imag) > 0.1]))
+    np.testing.assert_allclose(critical[-2:], 1, atol=1e-9)
     inside, outside = (gc.regime(model.with_values({"eps1": value + d})).label for d in (-1e-3, 4e-3))
     assert inside == "1T" and outside != "1T"
 
 
-@pytest.mark.parametrize("step", [0.03, 0.02, 0.01])
+@pytest.mark.parametrize("step", [0.03, 0.01])
 def test_a_symmetric_orbit_loses_its_symmetry_at_a_pitchfork(step):
     """Without load and with constant stiffness z(τ + T/2) = −z(τ) solves the equations: here z_min = −z_max."""
     model = gc.MeshModel.of(kind="single", chi0=0, q0=0, zeta=0.05, omega=0.6, eps1=2.0)
@@ -214,22 +194,20 @@ def test_a_symmetric_orbit_loses_its_symmetry_at_a_pitchfork(step):
 def test_orbits_finds_stable_and_unstable_ones():
     found = gc.orbits(SINGLE.with_values({"omega": 0.7}), period=1)
     assert sorted(o.unstable for o in found) == [0, 0, 1]
-    lowest = min(o.state["z"] for o in found)
-    assert _orbits_on_branch(resonance(), 0.7).min() == pytest.approx(lowest, abs=1e-9)
+    assert orbits_at(0.7).min() == pytest.approx(min(o.state["z"] for o in found), abs=1e-9)
 
 
 def test_period_doublings_follow_feigenbaum():
     """The flips are a regression; the limit of the ratios is Feigenbaum's constant 4.669…"""
-    ds = gc.branch(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "eps1=0:0.3", cascade=4)
-    flips = ds["event_value"].values[ds["event_kind"].values == "flip"]
+    ds = gc.branch(DOUBLED, "eps1=0:0.3", cascade=4)
+    flips = events(ds, "flip")
     known = [0.206988838, 0.208041000, 0.208096881, 0.208109531, 0.208112261]
     np.testing.assert_allclose(flips, known, atol=1e-9)
     assert ds["event_period"].values[ds["event_kind"].values == "flip"].tolist() == [8, 16, 32, 64, 128]
     ratios = json.loads(ds.attrs["feigenbaum"])
     assert ratios[-1] == pytest.approx(4.6692, rel=0.01)
     assert abs(ratios[-1] - 4.6692) < abs(ratios[0] - 4.6692)
-    lengths = np.diff(flips)
-    np.testing.assert_allclose(ratios, lengths[:-1] / lengths[1:], rtol=1e-12)
+    np.testing.assert_allclose(ratios, np.diff(flips)[:-1] / np.diff(flips)[1:], rtol=1e-12)
 
 
 def test_the_users_events_are_located():
@@ -241,27 +219,20 @@ def test_the_users_events_are_located():
 
 
 def test_a_pitchfork_begins_two_branches_that_are_mirror_images():
-    """Without static torque z(τ + T/2) = −z(τ) is possible; such an orbit loses its symmetry at a pitchfork."""
-    model = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
-    found = gc.branch(model, "omega=0.25:0.9", period=1, pitchforks=True)
-    main, left, right = (found.isel(event=found.event_branch.values == k) for k in range(3))
-    assert "pitchfork" in main.event_kind.values
+    main, left, right = (lopsided().isel(event=lopsided().event_branch.values == k) for k in range(3))
     for kind in ("fold", "flip"):
-        values = [np.sort(side.event_value.values[side.event_kind.values == kind]) for side in (left, right)]
+        values = [events(side, kind) for side in (left, right)]
         assert len(values[0]) > 0
         np.testing.assert_allclose(*values, rtol=0, atol=1e-10)
-    pitchfork = float(main.event_value.values[main.event_kind.values == "pitchfork"][0])
-    for branch in json.loads(found.attrs["asymmetric"]):
-        assert branch["ends"][0] == {"value": pitchfork, "why": "joins a branch at a pitchfork"}
-    z = [found.isel(point=found.branch.values == k) for k in (1, 2)]
+    for branch in json.loads(lopsided().attrs["asymmetric"]):
+        assert branch["ends"][0] == {"value": events(main, "pitchfork")[0], "why": "joins a branch at a pitchfork"}
+    z = [lopsided().isel(point=lopsided().branch.values == k) for k in (1, 2)]
     np.testing.assert_allclose(z[0].z_max.max(), -z[1].z_min.min(), rtol=1e-3)  # the points of both are not the same
 
 
 def test_a_branch_of_asymmetric_orbits_ends_at_its_pitchfork():
-    model = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
-    along = gc.branch(model, "omega=0.25:0.9", period=1, pitchforks=True)
-    side = along.isel(point=np.flatnonzero(along.branch.values == 1)[40:41])
+    side = lopsided().isel(point=np.flatnonzero(lopsided().branch.values == 1)[40:41])
     start = {"z": float(side.section_z[0, 0]), "z_dot": float(side.section_z_dot[0, 0])}
-    found = gc.branch(model.with_values({"omega": float(side.omega[0])}), "omega=0.25:0.9", period=1, start=start)
+    found = gc.branch(SYMMETRIC.with_values({"omega": float(side.omega[0])}), "omega=0.25:0.9", period=1, start=start)
     assert "joins a branch at a pitchfork" in [end["why"] for end in json.loads(found.attrs["ends"])]
-    assert not {"pitchfork"} & set(found.event_kind.values)
+    assert "pitchfork" not in found.event_kind.values

@@ -270,7 +270,7 @@ def test_page_is_self_contained(page):
     assert not re.search(r"<(script|link|iframe|object)|https?://|url\(|@import", page)
     sources, links = values_of(page, "src|srcset"), values_of(page, "href")
     assert sources and all(source.startswith("data:image/") for source in sources)
-    assert links and {link.removeprefix("#") for link in links} <= set(values_of(page, "id"))
+    assert links and set(links) <= {f"#{name}" for name in values_of(page, "id")}
 
 
 def test_style_sheet_is_not_escaped(page):

@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from importlib import import_module
 from pathlib import Path
@@ -544,10 +545,13 @@ def test_ctrl_c_ends_cleanly(tmp_path):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     signal.signal(signal.SIGINT, before)
+    watch = threading.Timer(120, process.kill)  # else a command that announces nothing would be waited for
+    watch.start()
     assert any("this may take" in line for line in process.stderr)  # reads up to this line
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate(timeout=120)
+    watch.cancel()
     assert process.returncode == 130 and stdout == ""
     assert stderr.splitlines()[-1] == "interrupted" and "Traceback" not in stderr
     assert list(tmp_path.iterdir()) == []

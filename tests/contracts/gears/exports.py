@@ -101,6 +101,8 @@ _EXTRA = ("Torque [Nm]", "Contact stress [N/mm²]", "Pressure angle [°]", "Sing
 _TRAPS = ("thousands", "decimal commas between commas", "two columns", "Grad", "missing value", "angle of wheel 2",
           "teeth", "DOS", "blanks in a column of texts", "half a period")
 
+_OF_WHEEL_2 = ("angle of wheel 2", "teeth")
+
 _Columns = dict[str, tuple[np.ndarray, str]]
 
 
@@ -110,7 +112,7 @@ def exports(seed: int, stiffnesses: int, errors: int) -> Iterator[Export]:
     for number in range(stiffnesses + errors):
         trap = str(draw.choice(_TRAPS)) if number % 3 == 2 else ""
         teeth = tuple(int(z) for z in draw.choice(np.arange(17, 60), 2, replace=False))
-        passed = teeth[trap in ("teeth", "angle of wheel 2")]  # mesh periods in a turn of the angle of the table
+        passed = teeth[trap in _OF_WHEEL_2]  # mesh periods in a turn of the angle of the table
         if number < stiffnesses:
             key, options, (columns, truth) = "stiffness", {}, _stiffness(draw, passed, trap)
         else:
@@ -133,7 +135,7 @@ def _stiffness(draw: np.random.Generator, passed: int, trap: str) -> tuple[_Colu
     knots = np.arange(count + 1) / count
     smooth = (350 + 60 * np.cos(2 * np.pi * knots - 0.7) + 20 * np.cos(4 * np.pi * knots + 2)) * 1e6
     x, y = np.add.outer(np.arange(cycles), knots[:-1]).ravel(), np.tile(smooth[:-1], cycles)
-    if draw.random() < 0.3:
+    if draw.random() < 0.3 and trap not in _OF_WHEEL_2:  # where the last level ends is not in a table
         kind, truth = "level", smooth[np.searchsorted(knots, AT) - 1]
     else:
         kind, truth = "stiffness", np.interp(AT, knots, smooth)
