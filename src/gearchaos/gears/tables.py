@@ -249,7 +249,7 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
         lines[comments[-1]] = given[comments[-1]].lstrip("# \t")
     # where spaces separate, a header has as many cells as the line below it has words
     texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
-    counts = [*(len(line.split()) for _, line in texts[1:]), 0]
+    counts = [*(len(line.split()) for _, line in texts[1:]), -1]  # below the last line there is none
     spaced = [
         (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
          if not _is_number(line.split()[0]) else line.split()) for (n, line), count in zip(texts, counts, strict=False)]

@@ -35,6 +35,7 @@ def read(tmp_path):
 SAME = {
     "commas": "order,amplitude [um],phase [deg]\n1,12.5,90\n2,0.5,-180\n",
     "spaces": "order amplitude[um]   phase [deg]\n1  12.5 90\n2 0.5 -180\n",
+    "texts in the first column": "remark  order  amplitude [um]  phase [deg]\nok  1  12.5  90\nok  2  0.5  -180\n",
     "decimal commas": "order;amplitude [um];phase [deg]\n1;12,5;90\n2;0,5;-180\n",
     "decimal commas and tabs": "order\tamplitude [um]\tphase [deg]\n1\t12,500\t90\n2\t,5\t-1,8e2\n",
     "CR": "order,amplitude [um],phase [deg]\r1,12.5,90\r2,0.5,-180\r",
