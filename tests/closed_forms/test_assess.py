@@ -1,7 +1,7 @@
 """Edges, jumps and usable speeds of an assessment against branches, and motions that are lost between speeds."""
 
-import json
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -44,6 +44,11 @@ def nearest(found, speed):
     return abs(at - speed) / speed, found[at]
 
 
+def to_avoid_in_the_middle(found):
+    (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
+    return window
+
+
 def other_motion(design, speed, period):
     """The state of a motion of a period with separating teeth that random initial states reach."""
     there = gc.attractors(design.at(speed=speed), 64)
@@ -53,12 +58,12 @@ def other_motion(design, speed, period):
 
 @pytest.fixture(scope="module")
 def found():
-    return gc.assess(SPUR, "750:1330:30", [100.0, 300.0], starts=16, spacing=0.02)
+    return gc.assess(SPUR, "750:1330:20", [100.0, 300.0], starts=16, spacing=0.02)
 
 
 @pytest.mark.slow
 def test_a_range_of_a_motion_that_no_sweep_reaches_begins_at_the_fold_of_its_branch(found):
-    (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
+    window = to_avoid_in_the_middle(found)
     assert (window.begins_with, window.start_resolution, window.depends_on_history) == ("fold", 0.0, True)
     design = replace(SPUR, torque=100.0)
     far, kind = nearest(events(design, 800.0, other_motion(design, 800.0, 2), 2, "speed=780:830"), window.start)
@@ -78,7 +83,7 @@ def test_the_jumps_of_slow_sweeps_are_at_the_folds_of_the_branch_between_them(fo
 
 @pytest.mark.slow
 def test_torques_side_by_side_are_as_each_alone(found):
-    own, alone = found.at[1], gc.speeds_to_avoid(SPUR, "750:1330:30", 300.0, starts=16, spacing=0.02)
+    own, alone = found.at[1], gc.speeds_to_avoid(SPUR, "750:1330:20", 300.0, starts=16, spacing=0.02)
     assert alone.windows == own.windows and alone.jumps == own.jumps and alone.tried == own.tried
 
 
@@ -88,8 +93,7 @@ def test_torques_are_in_rising_order_however_they_are_given():
 
 
 def test_the_share_of_random_states_is_that_of_a_basin_drawn_anew(found):
-    design = replace(SPUR, torque=100.0)
-    (window,) = (w for torque, w in found.avoid if torque == 100 and w.start < 850)
+    window, design = to_avoid_in_the_middle(found), replace(SPUR, torque=100.0)
     speeds = np.linspace(window.start, window.stop, 6)[1:-1]
     drawn = [gc.attractors(design.at(speed=speed), 256, seed=7) for speed in speeds.tolist()]
     share = np.mean([each.attractor_fraction.values[each.attractor_contact.values > 0].sum() for each in drawn])
@@ -173,27 +177,22 @@ def test_usable_ranges_are_between_those_to_avoid_and_shared_by_all_torques(foun
     assert UsableRange(900.0, 1100.0).margin == pytest.approx(0.1)  # 10 % either way of 1000 rpm
 
 
-def test_the_document_is_json_with_the_names_that_others_read(found):
-    document = json.loads(json.dumps(found.document()))
-    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history"} <= {
-        *document["avoid"][0]}
-    assert {*document["usable"][0]} == {"torque", "from", "to", "margin"}
-    assert document["torques"] == [100, 300] and any("friction" in each for each in document["assumptions"])
-    assert [each["from"] for each in document["avoid"]] == [w.start for _, w in found.avoid]
-
-
 ISOLA, TORQUE = 394.06281334269397, 1420.7565772023154
 """rpm and N m, at which one of 64 initial states of the random design 16 reaches a closed branch of motions."""
 
 
-def isola_motion():
-    """The model of that design at that speed, and the motion on the closed branch."""
-    design = random_design(16)
-    model = as_model(design.at(speed=ISOLA, torque=TORQUE))
+@cache
+def isola():
+    """The model of that design at that speed, and the point and the dynamic factor of the motion on that branch."""
+    model = as_model(random_design(16).at(speed=ISOLA, torque=TORQUE))
     there = gc.attractors(model, 64, seed=1016)
     (i,) = np.flatnonzero(there.attractor_contact.values > 0)
     state = np.array([there[f"attractor_section_{name}"].values[i, 0] for name in ("z", "z_dot")])
-    factor = float(there.attractor_dynamic_factor.values[i])
+    return model, state, float(there.attractor_dynamic_factor.values[i])
+
+
+def isola_motion():
+    model, state, factor = isola()
     return model, Motion(1, 1, 2, factor, -0.1, tuple(state), state)
 
 
@@ -201,9 +200,8 @@ def isola_motion():
 def test_an_orbit_is_followed_to_both_folds_of_a_closed_branch():
     model, motion = isola_motion()
     ways = [Way(None, ISOLA, to, motion) for to in (0.9 * ISOLA, 1.1 * ISOLA)]
-    (low, _), (high, _) = ends_of_orbits(model, ways)
     along = events(model.gears, ISOLA, motion.w, 1, "speed=300:500")
-    for end in (low, high):
+    for end, _ in ends_of_orbits(model, ways):
         far, kind = nearest(along, end.speed)
         assert far < EDGE and (kind, end.kind, end.resolution) == ("fold", "fold", 0.0)
 
@@ -247,4 +245,5 @@ def test_nothing_to_avoid_says_what_was_tried():
     found = gc.assess(exact, "200:220:2", 400.0, starts=4, spacing=0.1)
     assert isinstance(found, Assessment) and found.avoid == []
     assert [(part.start, part.stop) for part in found.usable_at_all] == [(200.0, 220.0)]
-    assert any(found.at[0].tried in each for each in found.assumptions)
+    for words in (found.at[0].tried, "friction"):
+        assert any(words in each for each in found.assumptions)

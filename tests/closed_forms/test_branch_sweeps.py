@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,13 +10,8 @@ import gearchaos as gc
 
 NAMES = ("omega", "eps1", "q0", "zeta", "chi1", "contact_ratio")
 LOW, HIGH = (0.3, 0.02, 0.02, 0.015, 0.0, 1.2), (2.6, 0.3, 0.3, 0.08, 0.4, 1.8)
-VALUES = 41
 
 
-SEEDS = [*range(8), *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(8, 24))]
-
-
-@cache
 def random_sweep(seed: int) -> tuple[gc.MeshModel, gc.Axis, xr.Dataset]:
     """A random model, an axis from its own value of one of its parameters, and the sweep along it."""
     rng = np.random.default_rng(seed)
@@ -26,7 +19,7 @@ def random_sweep(seed: int) -> tuple[gc.MeshModel, gc.Axis, xr.Dataset]:
     model = gc.MeshModel.of(kind="single", **values)
     name = NAMES[seed % len(NAMES)]
     width = 0.1 * (HIGH[NAMES.index(name)] - LOW[NAMES.index(name)])
-    axis = gc.Axis(name, values[name], values[name] + width, VALUES)
+    axis = gc.Axis(name, values[name], values[name] + width, 41)
     return model, axis, gc.bifurcation(model, axis, mode="up", points=64)
 
 
@@ -36,21 +29,22 @@ def stays(sweep: xr.Dataset) -> bool:
     return bool(np.all(sweep.label == 1) and np.ptp(sweep.period.values) == 0 and jump <= 0.05)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_end_of_a_sweep_lies_on_the_branch_of_its_start(seed):
+def distance_from_branch(seed: int) -> float:
+    """How far the orbit at the end of a random sweep is from the branch of its start; NaN where the motion changes."""
     model, axis, sweep = random_sweep(seed)
     if not stays(sweep):
-        pytest.skip("the motion changes on the way")
+        return np.nan
     period = sweep.period.values[0]
     found = gc.branch(model, gc.Axis(axis.name, axis.start, axis.stop, 2))
     assert found.period.values[0] == period
     at_end = found.section_z.values[found[axis.name].values == axis.stop]
     expected = np.sort(sweep.section_z.values[-1, :period])
-    assert min(np.abs(np.sort(row) - expected).max() for row in at_end) < 1e-6
+    return min(np.abs(np.sort(row) - expected).max() for row in at_end)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [8, pytest.param(24, marks=pytest.mark.exhaustive)])
-def test_at_least_half_of_the_sweeps_are_compared(count):
-    assert sum(stays(random_sweep(seed)[2]) for seed in range(count)) >= count / 2
+@pytest.mark.parametrize("seeds", [range(5), pytest.param(range(5, 24), marks=pytest.mark.exhaustive)])
+def test_the_ends_of_sweeps_lie_on_the_branches_of_their_starts(seeds):
+    found = np.array([distance_from_branch(seed) for seed in seeds])
+    assert np.nanmax(found) < 1e-6
+    assert np.isfinite(found).mean() >= 0.5, "at least half of the sweeps are compared"

@@ -9,16 +9,9 @@ import gearchaos as gc
 from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow, Measure
 from gearchaos.model import COORDINATES, vary
-from gearchaos.model.coordinates import (
-    initial_state,
-    reset_mean_rotation,
-    to_physical,
-    transmission_error_at_start,
-)
+from gearchaos.model.coordinates import initial_state, reset_mean_rotation, to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.initial_value_problems import swept_initial_values
-
-FRICTIONS = (0.0, 1e-30, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 0.01, 0.05)
 
 
 def _pair(kind: str, friction: float, **values: float) -> gc.MeshModel:
@@ -28,7 +21,7 @@ def _pair(kind: str, friction: float, **values: float) -> gc.MeshModel:
     )
 
 
-@pytest.mark.parametrize("friction", FRICTIONS)
+@pytest.mark.parametrize("friction", [0.0, 1e-30, 1e-14, 1e-8, 1e-4, 1.9e-3, 2.1e-3, 0.05])
 @pytest.mark.parametrize("kind", ["torsional", "full"])
 def test_the_rotation_is_right_to_twelve_digits_at_any_friction(kind, friction):
     oracle = pytest.importorskip("tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError)
@@ -110,7 +103,7 @@ def test_the_rms_velocity_without_friction_leaves_the_mean_rotation_out_beside_p
 @pytest.mark.parametrize("up", [True, False])
 def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):
     """Without friction the relative equation is the whole truth; x1 and x2 grow by 10^5 a column if torques differ."""
-    axis = gc.Axis("omega", 1.0, 1.4, 30)
+    axis = gc.Axis("omega", 1.0, 1.4, 12)
     torques = {"q1": 0.14, "q2": 0.1, "eps1": 0.05, "zeta": 0.05}
     pair = gc.MeshModel.of(**torques, **friction)
     z = swept_initial_values(gc.MeshModel.of(kind="single", **torques, x1=1.0), axis, up)["z"]

@@ -22,6 +22,7 @@ from gearchaos.continuation.orbit import find_cycle
 from gearchaos.continuation.shooting import CycleEquations
 from gearchaos.continuation.skeleton import Line, line_branches, line_seeds
 from gearchaos.continuation.special_points import flip_coefficient
+from tests.branches import SINGLE
 
 BORN = [
     ("eps1", (0.0, 0.4), {"zeta": 0.038, "q0": 0.218, "eps1": 0.076, "omega": 1.148, "eps3": 0.043}),
@@ -48,45 +49,39 @@ def fine(number: int) -> Branch:
     return follow_branch(family, start, bounds, Settings())
 
 
-def own_grazes(branch: Branch) -> list[tuple[int, float]]:
-    """The point before each graze, and the parameter there."""
-    pairs = zip(branch.event_positions, branch.events, strict=True)
-    return [(i, float(e.point.u[-1])) for i, e in pairs if e.kind == GRAZE]
-
-
-def check_stride(number: int, first: int, last: int) -> None:
+def check_strides(number: int, strides: list[tuple[int, int]]) -> None:
     """The grazes found in one stride between two points are those of the branch."""
     branch, (low, high) = fine(number), (BORN + TWICE)[number][1]
     equations = CycleEquations(branch.family, 1, high - low)
-    events = find_events(equations, branch.points[first], branch.points[last])
-    found = [e for e in events if e.kind == GRAZE]
-    within = [value for i, value in own_grazes(branch) if first <= i < last]
-    assert sorted(e.point.u[-1] for e in found) == pytest.approx(sorted(within), abs=1e-10)
-    assert all(e.defect < 1e-12 and e.boundary in (1, -1) for e in found)
+    assert strides
+    for first, last in strides:
+        first, last = max(first, 0), min(last, len(branch.points) - 1)
+        events = find_events(equations, branch.points[first], branch.points[last])
+        found = [e for e in events if e.kind == GRAZE]
+        within = [value for i, value in own_grazes(number) if first <= i < last]
+        assert sorted(e.point.u[-1] for e in found) == pytest.approx(sorted(within), abs=1e-10)
+        assert all(e.defect < 1e-12 and e.boundary in (1, -1) for e in found)
 
 
-@pytest.mark.parametrize("reach", [1, 2, 3])
+def own_grazes(number: int) -> list[tuple[int, float]]:
+    """The point before each graze, and the parameter there."""
+    pairs = zip(fine(number).event_positions, fine(number).events, strict=True)
+    return [(i, float(e.point.u[-1])) for i, e in pairs if e.kind == GRAZE]
+
+
 @pytest.mark.parametrize("number", range(len(BORN)))
-def test_a_graze_of_new_extrema_is_found_over_longer_distances(number, reach):
-    branch = fine(number)
-    assert own_grazes(branch)
-    for position, _ in own_grazes(branch):
-        check_stride(number, max(position - reach, 0), min(position + 1 + reach, len(branch.points) - 1))
+def test_a_graze_of_new_extrema_is_found_over_longer_distances(number):
+    check_strides(number, [(i - reach, i + 1 + reach) for i, _ in own_grazes(number) for reach in (1, 2, 3)])
 
 
 @pytest.mark.parametrize("number", range(len(BORN), len(BORN) + len(TWICE)))
 def test_two_grazes_of_one_extremum_are_found_between_two_points(number):
-    branch = fine(number)
-    own = own_grazes(branch)
-    pairs = [(i, j) for (i, _), (j, _) in pairwise(own) if j - i <= 5]
-    assert pairs
-    for i, j in pairs:
-        check_stride(number, max(i - 1, 0), min(j + 2, len(branch.points) - 1))
+    check_strides(number, [(i - 1, j + 2) for (i, _), (j, _) in pairwise(own_grazes(number)) if j - i <= 5])
 
 
 def test_the_coefficient_of_a_flip_is_unknown_next_to_a_graze():
     """In permanent contact the equations are linear, so that the coefficient is 0, up to the graze at ε1 = 0.0683."""
-    model = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=1.8458643004984736)
+    model = SINGLE.with_values({"omega": 1.8458643004984736})
     family = ParameterFamily(model, ("omega", "eps1"))
 
     def coefficient(eps1: float) -> float:
@@ -111,23 +106,29 @@ def parent_flips() -> dict[int, list[float]]:
     return found
 
 
-@pytest.mark.parametrize("longest_step", [0.03, 0.01])
-@pytest.mark.parametrize(("eps1", "period"), [(0.1, 2), (0.11, 2), (0.115, 2), (0.122, 4), (0.12408, 16)])
+@pytest.mark.parametrize(("eps1", "period", "longest_step"), [
+    (0.1, 2, 0.03), (0.11, 2, 0.01), (0.115, 2, 0.03), (0.122, 4, 0.03), (0.12408, 16, 0.03), (0.12408, 16, 0.01)])
 def test_a_branch_of_doubled_orbits_ends_at_the_flip_of_the_others(eps1, period, longest_step):
     ds = gc.branch(TORSIONAL.with_values({"eps1": eps1}), "eps1=0:0.3", longest_step=longest_step)
     assert set(ds["period"].values.tolist()) == {period}
     joined = [e["value"] for e in json.loads(ds.attrs["ends"]) if e["why"] == "joins a branch of half the period"]
     assert joined
-    assert all(min(abs(value - flip) for flip in parent_flips()[period // 2]) < 1e-12 for value in joined)
     others = ds["event_value"].values[np.isin(ds["event_kind"].values, ["fold", "pitchfork"])]
-    assert all(abs(value - other) > 1e-7 for value in joined for other in others), "the flip is no event of the branch"
     intervals = np.array(json.loads(ds.attrs["stable"]))
-    assert all(np.abs(intervals - value).min() < 1e-12 for value in joined), "stable up to the flip"
+    for value in joined:
+        assert min(abs(value - flip) for flip in parent_flips()[period // 2]) < 1e-12
+        assert all(abs(value - other) > 1e-7 for other in others), "the flip is no event of the branch"
+        assert np.abs(intervals - value).min() < 1e-12, "stable up to the flip"
 
 
 def test_a_cascade_begins_from_an_unstable_orbit():
     ds = gc.branch(TORSIONAL.with_values({"eps1": 0.206}), "eps1=0:0.3", period=1, cascade=2)
     assert [b["period"] for b in json.loads(ds.attrs["cascade"])] == [2, 4]
+
+
+@cache
+def skeleton() -> xr.Dataset:
+    return gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
 
 
 def half_differences(ds: xr.Dataset) -> np.ndarray:
@@ -138,11 +139,6 @@ def half_differences(ds: xr.Dataset) -> np.ndarray:
         names = [n for n in ds.data_vars if str(n).startswith("section_x1")]
         out[i] = max(abs(float(ds[n][i, 0] - ds[n][i, period[i] // 2])) for n in names)
     return out
-
-
-@cache
-def skeleton() -> xr.Dataset:
-    return gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
 
 
 def test_no_curve_of_doubled_orbits_is_one_of_the_others():
@@ -181,14 +177,11 @@ def test_an_unstable_branch_is_unstable_up_to_the_flip_that_it_joins():
 
 def test_branches_are_followed_beyond_the_ends_of_a_line():
     """The fold of the resonance lies outside the line; the unstable arm inside is joined to it there."""
-    single = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=0.9)
-    bounds = (0.55, 0.75)
-    found = [branch for seed in (1,) for branch in line_branches(
-        Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, seed))[1]]
-    folds = [e.cycle.values[0] for b in found for e in b.events if e.kind == "fold"]
+    model, bounds = SINGLE.with_values({"omega": 0.9}), (0.55, 0.75)
+    line = Line(model, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, 1)
+    folds = [e.cycle.values[0] for branch in line_branches(line)[1] for e in branch.events if e.kind == "fold"]
     assert any(0.75 < value < 0.8 for value in folds), folds
-    seeds = line_seeds(Line(single, ("omega", "eps1"), (bounds, (0.02, 0.08)), 0, 0.05, 6, 2, 1))
-    assert all(bounds[0] <= seed.values[0] <= bounds[1] for seed in seeds)
+    assert all(bounds[0] <= seed.values[0] <= bounds[1] for seed in line_seeds(line))
 
 
 def test_a_point_of_codimension_2_at_a_corner_is_listed_once():
@@ -233,13 +226,7 @@ def test_no_graze_is_reported_where_extrema_are_matched_wrongly():
     assert ds["event_residual"].values[grazes].max() < 1e-9
 
 
-def test_nothing_is_located_without_a_change_of_sign():
-    branch = fine(0)
-    equations = CycleEquations(branch.family, 1, 0.4)
-    assert locate(equations, branch.points[0], branch.points[1], lambda point: 1.0) is None
-
-
-def test_events_of_small_test_functions_are_located_as_well():
+def test_events_are_located_by_changes_of_sign_however_small():
     """Products over the pairs of seven multipliers may be 1e-20 everywhere."""
     branch = fine(0)
     equations, (first, last) = CycleEquations(branch.family, 1, 0.4), branch.points[:2]
@@ -247,6 +234,9 @@ def test_events_of_small_test_functions_are_located_as_well():
     found = locate(equations, first, last, lambda point: 1e-20 * (point.u[-1] ** 3 - root**3))
     assert found is not None
     assert found.u[-1] == pytest.approx(root, rel=1e-13)
+    at_ends = {id(first): -1.0, id(last): 1.0}  # and no value between
+    for function in (lambda point: 1.0, lambda point: at_ends.get(id(point), math.nan)):
+        assert locate(equations, first, last, function) is None
 
 
 @pytest.mark.exhaustive  # that of seven coordinates, too
@@ -264,9 +254,14 @@ FOLDS = gc.MeshModel.of(kind="single", zeta=0.05, omega=0.53, damping_law="conta
                         eps3=0.006, theta3=-0.17, c1=0.323)
 
 
+@cache
+def fold_curve(longest_step: float) -> xr.Dataset:
+    return gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1, longest_step=longest_step)
+
+
 def test_a_fold_curve_does_not_turn_back_at_a_graze():
     """Some steps before a corner, another extremum is nearer to the boundary than the one that touches it there."""
-    ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
+    ds = fold_curve(0.03)
     assert sorted(ds["special_kind"].values) == ["cusp", *4 * ["grazing-fold"]]
     assert sorted(end["omega"] for end in json.loads(ds.attrs["ends"])) == pytest.approx([0.25, 0.338991], abs=1e-6)
 
@@ -274,20 +269,16 @@ def test_a_fold_curve_does_not_turn_back_at_a_graze():
 def test_corners_that_a_step_passes_are_found():
     """They lie where they lie, whatever the steps are."""
     found = []
-    for longest_step in (0.02, 0.012):
-        ds = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1, longest_step=longest_step)
+    for ds in (fold_curve(0.03), fold_curve(0.012)):
         corners = ds["special_kind"].values == "grazing-fold"
         found.append(np.column_stack([ds["special_omega"].values[corners], ds["special_q0"].values[corners]]))
-    assert len(found[0]) == 4
     np.testing.assert_allclose(*found, atol=1e-9)
 
 
 def test_a_curve_that_passes_the_ends_of_both_axes_in_one_step_ends_at_the_first():
-    whole = gc.curve(FOLDS, "fold", "omega=0.25:2.4", "q0=0.01:0.5", period=1)
-    omega, q0 = whole["omega"].values[-5:-3], whole["q0"].values[-5:-3]
+    omega, q0 = (fold_curve(0.03)[name].values[-5:-3] for name in ("omega", "q0"))
     low = 0.8 * omega[0] + 0.2 * omega[1]
     ds = gc.curve(FOLDS, "fold", f"omega={low}:2.4", f"q0={q0[0]}:0.5", period=1)
     for end in json.loads(ds.attrs["ends"]):
         assert end["why"] == "end of the axis"
-        assert end["omega"] >= low - 1e-12
-        assert end["q0"] >= q0[0] - 1e-12
+        assert end["omega"] >= low - 1e-12 and end["q0"] >= q0[0] - 1e-12

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from gearchaos.flow import DIVERGED, OK, ExactFlow, Measure, combine_measures
+from gearchaos.flow import (
+    DIVERGED,
+    OK,
+    ExactFlow,
+    Measure,
+    combine_measures,
+    near_returns,
+    newton_iteration,
+    start_newton_search,
+)
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import coordinates, switched_system
+from tests import ROOT
 
 KINDS = ("single", "torsional", "full")
 
@@ -38,7 +49,7 @@ def random_model(draw):
     model = MeshModel.of(kind=kind, **values)
     if draw(st.booleans()):
         harmonics = HarmonicStiffness((number(0.0, 0.5), number(0.0, 0.3)), (number(0.0, 6.0),))
-        model = MeshModel(**{**model.__dict__, "stiffness": harmonics})
+        model = replace(model, stiffness=harmonics)
     return model
 
 
@@ -46,24 +57,15 @@ models = st.composite(random_model)()
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None, derandomize=True)
 @given(models)
-def test_the_monodromy_determinant_has_its_closed_form(model):
+def test_the_monodromy_determinant_and_the_sum_of_the_exponents_have_their_closed_forms(model):
     flow, w = flow_of(model)
-    d = flow.dimension
-    out = flow.advance(w, 1, tangent=np.eye(d)[:, :, None].copy())
-    determinant = np.linalg.det(out.tangent[:, :, 0])
-    assert determinant == pytest.approx(np.exp(flow.system.trace[0] * flow.system.period[0]), rel=1e-11)
-
-
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(models)
-def test_exponents_sum_to_the_trace(model):
-    flow, w = flow_of(model)
-    d = flow.dimension
-    out = flow.advance(w, 20, tangent=np.eye(d)[:, :, None].copy(), growth=True)
-    rate = out.growth[:, :, 0].sum() / (20 * flow.system.period[0])
-    assert rate == pytest.approx(flow.system.trace[0], abs=1e-12)
+    trace, period, unit = flow.system.trace[0], flow.system.period[0], np.eye(flow.dimension)[:, :, None]
+    determinant = np.linalg.det(flow.advance(w, 1, tangent=unit.copy()).tangent[:, :, 0])
+    assert determinant == pytest.approx(np.exp(trace * period), rel=1e-11)
+    growth = flow.advance(w, 20, tangent=unit.copy(), growth=True).growth[:, :, 0]
+    assert growth.sum() / (20 * period) == pytest.approx(trace, abs=1e-12)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
@@ -146,78 +148,42 @@ def test_at_rest_on_the_boundary_without_load_stays():
     assert np.all(out.status == OK)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_lane_does_not_feel_its_neighbours(kind):
-    """Bit for bit the same alone, in another order, and among others."""
-    rng = np.random.default_rng(3)
-    values = {"omega": rng.uniform(0.3, 3, 300), "eps1": rng.uniform(0, 0.3, 300), "q0": rng.uniform(0, 0.3, 300)}
-    model = MeshModel(kind=kind)
-    flow, w = flow_of(model, values)
-    together = flow.advance(w, 12).w
-    order = rng.permutation(300)
-    np.testing.assert_array_equal(flow.advance(w[:, order], 12, points=order).w, together[:, order])
-    for i in (0, 17, 299):
-        alone, w_alone = flow_of(model, {k: v[[i]] for k, v in values.items()})
-        np.testing.assert_array_equal(alone.advance(w_alone, 12).w[:, 0], together[:, i])
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_trajectories_may_each_have_their_own_number_of_periods(kind):
-    """Bit for bit what each would be with that number for all: states, tangents, sections, growth and measures."""
-    rng = np.random.default_rng(4)
-    values = {"omega": rng.uniform(0.3, 3, 300), "eps1": rng.uniform(0, 0.3, 300)}
-    flow, w = flow_of(MeshModel(kind=kind, q1=0.1, q2=0.1), values)
-    periods = rng.integers(0, 9, 300)
-    options = {"sections": 5, "tangent": np.repeat(np.eye(flow.dimension)[:, :, None], 300, axis=2)}
-    own = flow.advance(w, periods, growth=True, measured=True, **options)
-    for n in range(9):
-        mine = periods == n
-        same = flow.advance(w, n, growth=True, measured=True, **options)
-        for name in ("w", "tangent", "measures", "status"):
-            np.testing.assert_array_equal(getattr(own, name)[..., mine], getattr(same, name)[..., mine])
-        np.testing.assert_array_equal(own.sections[max(0, 5 - n):, :, mine], same.sections[:, :, mine])
-        assert np.isnan(own.sections[:max(0, 5 - n), :, mine]).all()
-        np.testing.assert_array_equal(own.growth[:n, :, mine], same.growth[:, :, mine])
-        assert not own.growth[n:, :, mine].any()
+def test_runaway_is_a_status():
+    flow, w = flow_of(MeshModel.of(kind="single", omega=2.0, z=30.0))
+    assert flow.advance(w, 600).status[0] == DIVERGED
 
 
 def test_measuring_and_sampling_do_not_change_the_motion():
-    batch = vary(MeshModel.of(eps1=0.1, omega=0.95), {})
-    system = switched_system(batch)
-    w = initial_state(batch, system).T.copy()
-    plain = ExactFlow(system).advance(w, 5)
-    measured = ExactFlow(system).advance(w, 5, measured=True)
-    sampled = ExactFlow(system, samples=50).advance(w, 5, sample=True)
+    flow, w = flow_of(MeshModel.of(eps1=0.1, omega=0.95))
+    plain, measured = flow.advance(w, 5), flow.advance(w, 5, measured=True)
+    sampled = ExactFlow(flow.system, samples=50).advance(w, 5, sample=True)
     np.testing.assert_array_equal(measured.w, plain.w)
     np.testing.assert_allclose(sampled.w, plain.w, atol=1e-13)
     z, contact = sampled.samples[:, :, 0, 0], sampled.samples[:, :, -1, 0]
     np.testing.assert_array_equal(contact, np.where(z > 1, 1, np.where(z < -1, -1, 0)))
-    share = contact.ravel().mean()
-    assert measured.measures[Measure.FRONT_TIME, 0] / (5 * system.period[0]) == pytest.approx(share, abs=0.03)
+    share = measured.measures[Measure.FRONT_TIME, 0] / (5 * flow.system.period[0])
+    assert share == pytest.approx(contact.mean(), abs=0.03)
 
 
 @pytest.mark.parametrize("values", [{"kind": "torsional"}, {"kind": "full", "kappa1": 0.5, "kappa2": 0.8}])
 def test_measures_are_those_of_a_densely_sampled_motion(values):
     """Twenty motions, impacts and all; samples miss an extreme by no more than their largest second difference."""
-    rng, periods, samples = np.random.default_rng(5), 12, 1500
-    batch = vary(MeshModel.of(q0=0.05, **values), {"omega": rng.uniform(0.5, 2.5, 20), "eps1": rng.uniform(0, 0.3, 20)})
-    system = switched_system(batch)
-    w = initial_state(batch, system).T.copy()
-    found = ExactFlow(system).advance(w, periods, measured=True).measures
-    sampled = ExactFlow(system, samples=samples).advance(w, periods, sample=True)
-    out = sampled.samples
+    rng, periods = np.random.default_rng(5), 12
+    flow, w = flow_of(MeshModel.of(q0=0.05, **values),
+                      {"omega": rng.uniform(0.5, 2.5, 20), "eps1": rng.uniform(0, 0.3, 20)})
+    found = flow.advance(w, periods, measured=True).measures
+    sampled = ExactFlow(flow.system, samples=1500).advance(w, periods, sample=True)
+    z, z_dot = (np.vstack([sampled.samples[:, :, i].reshape(-1, 20), sampled.w[i]]) for i in (0, 1))
     assert found[Measure.SWITCHES].max() > 20
-    for highest, i in ((Measure.Z_MAX, 0), (Measure.Z_DOT_MAX, 1)):
-        series = np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]])
+    for highest, series in ((Measure.Z_MAX, z), (Measure.Z_DOT_MAX, z_dot)):
         missed = np.abs(np.diff(series, 2, axis=0)).max(axis=0)
         above, below = found[highest] - series.max(axis=0), series.min(axis=0) - found[highest + 1]
         assert np.all(above > -1e-12) and np.all(below > -1e-12)
         assert np.all(above < missed) and np.all(below < missed)
-    seconds = system.period * periods
-    for integral, i, power in ((Measure.Z, 0, 1), (Measure.Z_SQUARE, 0, 2), (Measure.Z_DOT_SQUARE, 1, 2)):
-        series = (np.vstack([out[:, :, i].reshape(-1, 20), sampled.w[i]]) - (w[0] if i == 0 else 0)) ** power
+    for integral, series in ((Measure.Z, z - w[0]), (Measure.Z_SQUARE, (z - w[0]) ** 2),
+                             (Measure.Z_DOT_SQUARE, z_dot**2)):
         mean = (series[1:] + series[:-1]).mean(axis=0) / 2
-        assert found[integral] / seconds == pytest.approx(mean, rel=1e-4, abs=1e-6)
+        assert found[integral] / (flow.system.period * periods) == pytest.approx(mean, rel=1e-4, abs=1e-6)
 
 
 def test_measures_of_parts_are_combined_to_those_of_the_motion():
@@ -236,73 +202,38 @@ def test_measures_of_parts_are_combined_to_those_of_the_motion():
     np.testing.assert_allclose(found, whole, rtol=1e-12, atol=1e-12)
 
 
-def test_runaway_is_a_status():
-    flow, w = flow_of(MeshModel.of(kind="single", omega=2.0, z=30.0))
-    out = flow.advance(w, 600)
-    assert out.status[0] == DIVERGED
+@pytest.mark.parametrize(("dimension", "values"), [
+    (2, {"kind": "single"}), (2, {}), (3, {"beta1": 0.02}), (4, {"kind": "full"}), (5, {"kind": "full", "J1": 1.5}),
+    (6, {"kind": "full", "kappa1": 0.7}), (7, {"kind": "full", "kappa1": 0.7, "beta1": 0.02}),
+    (4, {"kind": "full", "kappa1": 0.5, "mu1": 4.0, "kappa2": 1.0, "mu2": 8.0})])
+def test_the_dimension_follows_from_the_symmetry(dimension, values):
+    assert len(coordinates(vary(MeshModel.of(**values), {}))) == dimension
 
 
-def test_the_dimension_follows_from_the_symmetry():
-    def dimension(**values):
-        return len(coordinates(vary(MeshModel.of(**values), {})))
-
-    assert dimension(kind="single") == dimension(kind="torsional") == 2
-    assert dimension(kind="torsional", beta1=0.02) == 3
-    assert dimension(kind="full") == 4
-    assert dimension(kind="full", J1=1.5) == 5
-    assert dimension(kind="full", kappa1=0.7) == 6
-    assert dimension(kind="full", kappa1=0.7, beta1=0.02) == 7
-    assert dimension(kind="full", kappa1=0.5, mu1=4.0, kappa2=1.0, mu2=8.0) == 4
-
-
-@pytest.mark.slow
-def test_the_kernels_say_the_same_without_the_compiler():
-    """The plain Python below the compiler, vectors included, gives the same motion."""
-    code = (
-        "import gearchaos as gc; m = gc.MeshModel.of(omega=0.95, eps1=0.1);"
-        "print(gc.simulate(m, 2).section_z.values.tolist())"
-    )
-    plain = subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True,
-        check=True,
-    )
-    flow, w = flow_of(MeshModel.of(omega=0.95, eps1=0.1))
-    np.testing.assert_allclose(json.loads(plain.stdout), flow.advance(w, 2, sections=2).sections[:, 0, 0], atol=1e-13)
-
-
-ALL_OF_IT = """
-import json
-import numpy as np
-from gearchaos.flow import ExactFlow, Measure, near_returns, start_newton_search, newton_iteration
-from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.model.switched import switched_system
-
-def results(stiffness):
+def results():
+    """What each kernel gives, with two levels of stiffness and with harmonics."""
     model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)
-    model = MeshModel(**{**model.__dict__, "stiffness": HarmonicStiffness((0.3,), ())}) if stiffness else model
+    return [results_of(each) for each in (model, replace(model, stiffness=HarmonicStiffness((0.3,), ())))]
+
+
+def results_of(model):
     flow, w = ExactFlow(switched_system(vary(model, {}))), np.array([[1.0], [0.1]])
     unit = np.eye(2)[:, :, None]
     out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
     search, busy = start_newton_search(w), np.arange(1)
     newton_iteration(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
-    sections = flow.advance(w, 5, sections=5).sections
-    returns = near_returns(sections, 2, 1e9, 1e9, 2)
-    return [a.ravel().tolist() for a in (out.w, out.tangent, out.measures, grown.growth, search.at, returns)]
-
-print(json.dumps([results(False), results(True)]))
-"""
+    returns = near_returns(flow.advance(w, 5, sections=5).sections, 2, 1e9, 1e9, 2)
+    return [a.ravel().tolist() for a in (out.measures, out.w, out.tangent, grown.growth, search.at, returns)]
 
 
 @pytest.mark.slow
 def test_every_kernel_does_the_same_with_the_compiler_off():
     """To rounding: without the compiler a product and a sum are rounded one after the other."""
-    plain, compiled = (
-        json.loads(subprocess.run([sys.executable, "-c", ALL_OF_IT], env={**os.environ, "NUMBA_DISABLE_JIT": off},
-                                  capture_output=True, text=True, check=True).stdout)
-        for off in "10"
-    )
-    for ours, theirs in zip(plain, compiled, strict=True):
+    code = "import json; from tests.closed_forms.test_flow import results; print(json.dumps(results()))"
+    plain = subprocess.run([sys.executable, "-c", code], env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, cwd=ROOT,
+                           capture_output=True, text=True, check=True)
+    compiled = results()
+    for ours, theirs in zip(json.loads(plain.stdout), compiled, strict=True):
         for mine, other in zip(ours, theirs, strict=True):
             np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
-    measures = np.array(compiled[0][2])
-    assert measures[Measure.SWITCHES] > 0  # else neither is resolved
+    assert compiled[0][0][Measure.SWITCHES] > 0  # else neither is resolved

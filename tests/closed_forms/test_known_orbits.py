@@ -1,5 +1,6 @@
 """Motions that reach orbits known already, against the verdict of each."""
 
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,11 +19,6 @@ from tests import EXAMPLES
 SPEEDS = np.array([0.8, 1.4, 2.1])
 
 
-class Known:
-    def __init__(self, period, w):
-        self.period, self.w = period, w
-
-
 @pytest.fixture(scope="module")
 def problem():
     """Random states of the torsional model where orbits coexist, 40 at each of three points, and their verdicts."""
@@ -34,14 +30,15 @@ def problem():
     return Motions(flow, start, points), classify(flow, start.copy(), points=points)
 
 
-def known_of(problem):
+@pytest.fixture(scope="module")
+def known(problem):
     """The different orbits of the verdicts at each point."""
     motions, found = problem
     known = [[] for _ in SPEEDS]
     for i, point in enumerate(motions.points):
         points = orbit(motions.flow, found.w[:, i], point, found.period[i])
         if found.period[i] and not any(np.abs(points - each.w).max(axis=1).min() < 1e-6 for each in known[point]):
-            known[point].append(Known(int(found.period[i]), found.w[:, i]))
+            known[point].append(SimpleNamespace(period=int(found.period[i]), w=found.w[:, i]))
     return known
 
 
@@ -53,11 +50,10 @@ def orbit(flow, w, point, period):
     return np.array(points)
 
 
-def test_a_motion_that_reaches_a_known_orbit_is_the_one_of_its_own_verdict(problem):
+def test_a_motion_that_reaches_a_known_orbit_is_the_one_of_its_own_verdict(problem, known):
     motions, found = problem
-    known = known_of(problem)
     assert max(map(len, known)) > 1 and any(each.period > 1 for at in known for each in at)
-    followed = Motions(motions.flow, motions.w.copy(), motions.points)
+    followed, one = (Motions(motions.flow, motions.w.copy(), motions.points) for _ in range(2))
     reached = reach(followed, known)
     assert (reached >= 0).mean() > 0.5
     for i in np.flatnonzero(reached >= 0):
@@ -67,28 +63,18 @@ def test_a_motion_that_reaches_a_known_orbit_is_the_one_of_its_own_verdict(probl
     for i in np.flatnonzero(reached < 0)[:5]:
         after = motions.flow.advance(motions.w[:, [i]], LONGEST, points=motions.points[[i]]).w
         assert np.array_equal(after[:, 0], followed.w[:, i])
-
-
-def test_an_orbit_that_is_not_known_is_not_taken_for_another(problem):
-    motions, _ = problem
-    known = known_of(problem)
-    first = [at[:1] for at in known]
-    all_known, one = reach(replaced(motions), known), reach(replaced(motions), first)
-    assert np.array_equal(one >= 0, all_known == 0) and (all_known > 0).any()
-
-
-def replaced(motions):
-    return Motions(motions.flow, motions.w.copy(), motions.points)
+    # an orbit that is not known is not taken for another
+    assert np.array_equal(reach(one, [at[:1] for at in known]) >= 0, reached == 0) and (reached > 0).any()
 
 
 @pytest.mark.slow
 def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch):
     design = load_design(EXAMPLES / "spur_50_50.toml")
-    scan = (design, "780:900:2", 100.0)
-    found = gc.speeds_to_avoid(*scan, starts=32, spacing=0.01)
+    scan = {"speed": "780:900:2", "torque": 100.0, "starts": 24, "spacing": 0.02}
+    found = gc.speeds_to_avoid(design, **scan)
     assert found.windows and max(each.random_states.fraction for each in found.windows) < 1
     monkeypatch.setattr("gearchaos.studies.followed_motions.LONGEST_ORBIT", 0)
-    each_judged = gc.speeds_to_avoid(*scan, starts=32, spacing=0.01)
+    each_judged = gc.speeds_to_avoid(design, **scan)
     assert [each.words for each in each_judged.windows] == [each.words for each in found.windows]
     for name in ("random_states", "avoided_states", "contact", "period"):
         assert np.array_equal(each_judged.dataset[name], found.dataset[name])
