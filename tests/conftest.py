@@ -60,7 +60,7 @@ def pytest_collection_modifyitems(config, items):
     since, left = config.getoption("reached"), config.getoption("within")
     if since is None and left is None:
         return
-    steps = _steps(since)
+    steps = _steps(since) if since else {}
     seconds, cases, turns, chosen = _seconds_of(config), Counter(), [], set()
     for item in items:
         if (near := steps.get(_file(item)) if steps else 0) is not None:
@@ -71,7 +71,8 @@ def pytest_collection_modifyitems(config, items):
             left = None if left is None else left - duration
             chosen.add(name)
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in chosen])
-    config.stash[_SAID] = _in_words(items, {name for *_, name in turns}, chosen)
+    if since:
+        config.stash[_SAID] = _in_words(items, {name for *_, name in turns}, chosen, bool(steps))
     items[:] = [item for item in items if item.nodeid in chosen]
 
 
@@ -85,14 +86,14 @@ def _file(item):
 
 def _steps(since):
     """How many imports lead from each test file to what differs from a commit; nothing if that reaches none."""
-    if since is None:
-        return {}
     from tests.reach import changed_files, distances
 
     return distances(changed_files(since))
 
 
-def _in_words(items, reached, chosen):
+def _in_words(items, reached, chosen, some):
+    if not some:
+        return f"the change reaches no test; instead of them {len(chosen)} of all {len(items)}"
     files = {name: {_file(item) for item in items if item.nodeid in group} for name, group in (
         ("reached", reached), ("chosen", chosen))}
     out = [f"{len(chosen)} tests of {len(files['chosen'])} files; the change reaches {len(reached)} of "

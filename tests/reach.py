@@ -35,6 +35,8 @@ def distances(files: Iterable[str]) -> dict[str, int]:
     del sys.path[0]
     _add_lazy(graph)
     begin = {_module(file, graph.modules) for file in files} - {""}
+    folders = tuple(module.removesuffix("conftest") for module in begin if module.endswith(".conftest"))
+    begin |= {module for module in graph.modules if folders and module.startswith(folders)}  # pytest loads it for them
     found, front = dict.fromkeys(begin, 0), begin
     while front:
         front = {user for module in front for user in graph.find_modules_that_directly_import(module)} - found.keys()

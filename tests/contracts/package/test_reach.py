@@ -20,6 +20,7 @@ build_graph = cache(grimp.build_graph)
     ("src/gearchaos/gears/units.py", "gears/test_units", "studies/test_assess", "store/test_objects"),
     ("src/gearchaos/studies/assess.py", "studies/test_assess", "cli/test_gear", "gears/test_units"),  # as gc.assess
     ("src/gearchaos/explorer/web/templates/page.html", "explorer/test_state", "cli/test_cli", "plot/test_shape"),
+    ("tests/contracts/store/conftest.py", "store/test_damage", "store/test_objects", "plot/test_shape"),
     ("tests/contracts/store/stores.py", "store/test_damage", "store/test_layout", "store/test_objects"),
 ])
 def test_a_change_reaches_the_tests_that_import_it(changed, near, far, apart):
