@@ -4,10 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from typer.testing import CliRunner, Result
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.gears.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
@@ -48,10 +46,3 @@ def onset(order: float = 2, acceleration: float = 300.0, k: float = 2e8) -> floa
     """The drag in N m below which the loose wheel loses contact: r_b m r_a α k/|k − m w² + i c w| with m = J/r_b²."""
     m, w = 5e-4 / 0.045**2, order * 800 * 2 * math.pi / 60
     return 0.045 * m * 0.03 * acceleration * k / abs(k - m * w**2 + 60j * w)
-
-
-def command(*arguments: Any, code: int = 0) -> Result:
-    """What a command says, which ends with this code."""
-    result = CliRunner().invoke(app, [str(each) for each in arguments])
-    assert result.exit_code == code, result.output
-    return result

@@ -16,7 +16,8 @@ from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.sound import RATE, write_wav
 from gearchaos.studyfile import load_study
-from tests.closed_forms.linear_gears import LINEAR, PAIR, PAIR_FILE, command, loose_train, steady_force
+from tests.closed_forms.linear_gears import LINEAR, PAIR, PAIR_FILE, loose_train, steady_force
+from tests.commands import ask
 
 MODEL = load_study(PAIR_FILE).model
 
@@ -121,9 +122,9 @@ def test_the_run_jumps_at_the_fold_of_the_branch(tmp_path):
     """A run passes the fold by the time that the motion takes to leave: the less, the slower it is."""
     branch = gc.branch(MODEL.with_values({"speed": 1300.0}), "speed=1200:1330")
     fold = branch.event_value.values[branch.event_kind.values == "fold"].min()
-    document = json.loads(command(
+    document = json.loads(ask(
         "runup", PAIR_FILE, "--speed", "1240:1330", "--duration", "1.5 s", "--down", "--json", "--out",
-        tmp_path / "r.nc", "--wav", tmp_path / "r.wav").stdout)
+        tmp_path / "r.nc", "--wav", tmp_path / "r.wav", code=0).stdout)
     (jump,) = [jump for jump in document["jumps"] if jump["direction"] == "down"]
     assert jump["from"] > jump["to"] > 1
     slower = gc.runup(MODEL, "speed=1240:1330", 4.0, down=True)
@@ -175,10 +176,10 @@ def test_the_answer_stands_first_and_the_options_of_a_file_count(tmp_path):
     study = '[study]\nkind = "runup"\nspeed = "speed=1250:1270"\nduration = 1\ndown = true\n'
     (tmp_path / "run.toml").write_text(text + study)
     (tmp_path / "pair.toml").write_text(text)
-    lines = command("runup", tmp_path / "run.toml").stdout.splitlines()
+    lines = ask("runup", tmp_path / "run.toml", code=0).stdout.splitlines()
     assert lines[0].startswith("speed rising: dynamic factor up to ") and max(map(len, lines)) <= 80
     assert any(line.startswith("speed falling: ") for line in lines)
-    assert "--speed must be given" in command("runup", tmp_path / "pair.toml", code=2).stderr
+    assert "--speed must be given" in ask("runup", tmp_path / "pair.toml", code=2).stderr
 
 
 @pytest.mark.slow

@@ -15,7 +15,8 @@ import gearchaos as gc
 from gearchaos.studies import runup, runup_results
 from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
 from gearchaos.studyfile import load_study
-from tests.closed_forms.linear_gears import PAIR_FILE, command
+from tests.closed_forms.linear_gears import PAIR_FILE
+from tests.commands import ask
 
 MODEL = load_study(PAIR_FILE).model
 
@@ -122,9 +123,9 @@ def test_a_command_that_is_killed_goes_on(tmp_path, monkeypatch):
     os.kill(run.pid, signal.SIGKILL)
     run.wait()
     assert part.exists() and not (tmp_path / "r.nc").exists()
-    command(*arguments("r.nc"))
+    ask(*arguments("r.nc"), code=0)
     assert not part.exists()
-    command(*arguments("whole.nc"))
+    ask(*arguments("whole.nc"), code=0)
     xr.testing.assert_identical(gc.load(tmp_path / "r.nc"), gc.load(tmp_path / "whole.nc"))
 
 
@@ -138,7 +139,7 @@ def test_the_event_of_a_jump_is_that_of_the_branch(monkeypatch):
     np.testing.assert_allclose(found.event_speed.values[at], fold, rtol=1e-8)
     assert found.event_speed.values[at] > found.speed_of_jump.values[at]  # it is passed before
     monkeypatch.setattr(gc.RunUp, "run", lambda *_, **__: found)  # as it was computed
-    said = command("runup", PAIR_FILE, "--speed", "1240:1330", "--duration", "2", "--down", "--events").stdout
+    said = ask("runup", PAIR_FILE, "--speed", "1240:1330", "--duration", "2", "--down", "--events", code=0).stdout
     assert f"fold at {fold:.5g} rpm" in " ".join(said.split())
     assert max(map(len, said.splitlines())) <= 80
 

@@ -13,7 +13,8 @@ from gearchaos.sound import check_sound
 from gearchaos.studies.measured_runup import MeasuredOrders, read_measured_runup
 from gearchaos.studyfile import load_study
 from gearchaos.uff_files import even_rate
-from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE, command
+from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE
+from tests.commands import ask
 
 pyuff = pytest.importorskip("pyuff")
 RATE, Z = 20_000.0, 50
@@ -103,14 +104,14 @@ def test_the_commands_take_them(tmp_path, monkeypatch):
     written(tmp_path, tacho(), force())
 
     def row(order, *options):
-        said = command("runup", PAIR_FILE, "--speed", "500:700", "--duration", "1 s", *options).stdout
+        said = ask("runup", PAIR_FILE, "--speed", "500:700", "--duration", "1 s", *options, code=0).stdout
         return next((line.split() for line in said.splitlines() if line.split()[:1] == [order]), None)
 
     assert float(row("50", "--against", "bench.uff", "--uff", "own.uff")[1]) == pytest.approx(250, rel=0.01)
     own = row("100", "--against", "own.uff")
     assert float(own[1]) == pytest.approx(float(own[3]), rel=0.03)
     written(tmp_path, spectrum(550.0, np.arange(101.0), np.full(101, 200.0)))
-    refused = command("fit", PAIR_FILE, "bench.uff", "--vary", "damping_ratio=0.1", code=2)
+    refused = ask("fit", PAIR_FILE, "bench.uff", "--vary", "damping_ratio=0.1", code=2)
     assert "two speeds or more; got [550.0]" in refused.stderr
 
 
@@ -171,7 +172,8 @@ def found():
 
 def test_the_signals_of_a_run_up_have_the_force_and_the_speed_at_even_instants(tmp_path, found):
     path, orders = tmp_path / "r.uff", tmp_path / "orders.unv"
-    command("runup", PAIR_FILE, "--speed", "500:700", "--duration", "0.5 s", "--down", "--uff", path, "--out", orders)
+    ask("runup", PAIR_FILE, "--speed", "500:700", "--duration", "0.5 s", "--down", "--uff", path, "--out", orders,
+        code=0)
     _, *signals = pyuff.UFF(str(path)).read_sets()
     labels = [(s["ordinate_axis_lab"].strip(), s["ordinate_axis_units_lab"].strip(), s["id1"]) for s in signals]
     assert labels == [(name, unit, f"{what}, speed {way}") for way in ("rising", "falling") for name, unit, what in (
@@ -206,14 +208,14 @@ def test_a_direction_that_never_came_has_no_signal(tmp_path, found):
 def test_no_file_is_written_over_another(tmp_path, monkeypatch, options):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "b.uff").write_text("measured")
-    assert "--uff must be a file of its own" in command(
+    assert "--uff must be a file of its own" in ask(
         "runup", PAIR_FILE, "--speed", "500:700", *options, code=2).stderr
     assert (tmp_path / "b.uff").read_text() == "measured" and not (tmp_path / "x.uff").exists()
 
 
 def test_a_sound_that_does_not_fit_in_the_memory_is_refused_before_the_run(monkeypatch):
     monkeypatch.setattr("gearchaos.execute.machine.memory", lambda: 1 << 32)
-    refused = command("runup", PAIR_FILE, "--speed", "20:30", "--wav", "r.wav", "--duration", "3600 s", code=2)
+    refused = ask("runup", PAIR_FILE, "--speed", "20:30", "--wav", "r.wav", "--duration", "3600 s", code=2)
     assert "samples of the sound must be at most" in refused.stderr
     check_sound(60.0)
 
@@ -241,7 +243,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
             gc.save(result, tmp_path / "m.uff")
     monkeypatch.setattr("gearchaos.uff_files.find_spec", lambda name: None)
     for option in ("--uff", "--out"):
-        words = " ".join(command("runup", PAIR_FILE, "--speed", "500:700", option, "r.uff", code=2).stderr.split())
+        words = " ".join(ask("runup", PAIR_FILE, "--speed", "500:700", option, "r.uff", code=2).stderr.split())
         assert f'{option} needs the package pyuff; got \'no such package\'. Run: pip install "gearchaos[uff]"' in words
-    assert "must end in" in command("zones", PAIR_FILE, "--out", "z.uff", code=2).stderr
+    assert "must end in" in ask("zones", PAIR_FILE, "--out", "z.uff", code=2).stderr
     assert not list(tmp_path.iterdir())

@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -415,6 +416,69 @@ def test_a_step_in_any_contact_state_contains_that_in_the_right_one(start, share
         for i in range(4):
             assert all(after[i, j].overlaps(tube.G[i, j]) for j in range(3))
             assert (before * tube.E + arb_mat([[change]] * 2 + [[0]] * 2))[i, 0].overlaps((tube.G * tube.E)[i, 0])
+
+
+def standing(model: MeshModel, z: float, z_dot: float) -> verifier.Tube:
+    """The motion from one state at s = 0."""
+    tube = verifier.Tube(verifier.Mesh(model_fields(model)), arb_mat([[z], [z_dot], [1]]), arb_mat([[1]]), fmpq(0), 7)
+    tube.sigma = tube.contact()
+    return tube
+
+
+@pytest.mark.parametrize("sigma", [-1, 0, 1])
+def test_what_a_series_leaves_out_is_bounded_and_part_of_its_end(sigma):
+    model = MeshModel.of(omega=1.3, eps1=0.2, q0=0.1, beta1=0.02, c1=0.3, c2=0.1)
+    with ctx.workprec(64):
+        mesh = verifier.Mesh(model_fields(model))
+        h = mesh.rho / 5
+        series, end, tail, slope = mesh.expand(fmpq(1, 3), h, sigma)
+        assert all(end[i, j].rad() >= tail for i in range(mesh.d) for j in range(mesh.d + 1))
+    with ctx.workprec(1024):
+        whole, t = verifier.Mesh(model_fields(model)).expand(fmpq(1, 3), h, sigma)[0], arb(h)
+        for i, j in np.ndindex(mesh.d, mesh.d + 1):
+            rest = [whole[k][i, j] * t ** k for k in range(len(series), len(whole))]
+            assert abs(sum(rest, arb(0))) <= tail
+            assert abs(sum((k * x / t for k, x in enumerate(rest, len(series))), arb(0))) <= slope
+
+
+@pytest.mark.parametrize("wrong", [2, 3])
+def test_what_a_series_leaves_out_may_hide_a_switch(wrong):
+    with ctx.workprec(64):
+        tube = standing(MeshModel.of(kind="single", omega=1.3, eps1=0.0, q0=0.0), 0.0, 0.0)
+        exact = list(tube.mesh.series(fmpq(0), tube.mesh.rho / 8, 0))
+        tube.frozen(fmpq(0), tube.mesh.rho / 8)
+        exact[wrong] = arb(1e15)
+        tube.mesh.series = lambda *_: exact
+        with pytest.raises(verifier.Refused, match="contact state not proved"):
+            tube.frozen(fmpq(0), tube.mesh.rho / 8)
+
+
+@pytest.mark.parametrize("stiffness", [TwoLevelStiffness(0.2, 0.3, 1.4), STEPS, HarmonicStiffness((0.2, 0.1), (0.3,))])
+def test_an_interval_of_time_has_every_stiffness_within_it(stiffness):
+    mesh = verifier.Mesh(model_fields(MeshModel.of(stiffness=stiffness)))
+    for i, j in combinations(range(-1, 41), 2):
+        ends = fmpq(i, 20), fmpq(j, 20)
+        found = mesh.stiffness_range(*ends)
+        inside = [mesh.stiffness_range(t, t) for t in (fmpq(k, 80) for k in range(4 * i, 4 * j))]
+        assert all(found.union(x).rad() <= found.rad() * 1.01 + 1e-12 for x in inside), ends
+
+
+def test_a_window_needs_the_state_before_it_an_order_and_one_sign_of_velocity():
+    with ctx.workprec(64):
+        model = MeshModel.of(kind="single", omega=1.3, eps1=0.0, q0=0.1)
+        mesh = verifier.Mesh(model_fields(model))
+        h = mesh.rho / 1000
+        crossing = 1 - 1e-9, 0.1
+        standing(model, *crossing).window(fmpq(0), h, 1, True)
+        for z, z_dot, flank, contact, words in (
+                (1 + 1e-9, 0.1, 1, True, "not from the state before"), (*crossing, 1, False, "not from the state before"),
+                (1 - 1e-9, 1e-5, 1, True, "z' is not proved of one sign"), (-1 + 1e-3, -0.1, 1, True, "of one sign"),
+                (0.9, 0.1, 1, True, "no crossing"), (1 + 1e-3, -0.1, 1, False, "no crossing")):
+            with pytest.raises(verifier.Refused, match=words):
+                standing(model, z, z_dot).window(fmpq(0), h, flank, contact)
+        twice = [{"time": [s, h / 4], "flank": 1, "into": into} for s, into in ((h, "contact"), (h, "free"))]
+        with pytest.raises(verifier.Refused, match="windows out of order"):
+            standing(model, 1 - 0.1 * float(h * arb(mesh.T).mid()), 0.1).period(twice)
 
 
 def parallelogram(*vectors: tuple[float, float]) -> verifier.Parallelogram:

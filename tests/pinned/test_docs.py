@@ -10,10 +10,9 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
-from typer.testing import CliRunner
 
-from gearchaos.cli import app
 from tests import ROOT
+from tests.commands import ask
 
 PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
 _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -74,7 +73,7 @@ def test_scripts_run(page):
 def test_example_commands_run(examples, tmp_path):
     """One after another in one folder: some read what others wrote."""
     for line in COMMANDS:
-        result = CliRunner().invoke(app, shlex.split(few(line)), catch_exceptions=False)
+        result = ask(*shlex.split(few(line)))
         assert result.exit_code == 0, (line, result.stderr)
         for name in re.findall(r"--(?:out|plot) (\S+)", line):
             assert (tmp_path / name).exists(), line
@@ -93,7 +92,7 @@ def test_recipes_run(page, examples, monkeypatch):
             plt.close("all")
             continue
         for line in re.findall(r"^gearchaos (?!examples)(.*)$", block, re.MULTILINE):
-            result = CliRunner().invoke(app, shlex.split(fewer(line), comments=True), catch_exceptions=False)
+            result = ask(*shlex.split(fewer(line), comments=True))
             assert result.exit_code == 0, (line, result.stderr)
 
 
@@ -113,7 +112,7 @@ def test_a_page_shows_what_gear_prints(page, whole):
     command, shown = re.search(r"^\$ gearchaos (gear [^\n]*)\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"),
                                re.MULTILINE | re.DOTALL).groups()
     arguments = shlex.split(command.replace("examples/", f"{ROOT / 'examples'}/"))
-    printed = CliRunner().invoke(app, arguments if whole else [*arguments, "--speed", "1500:1510:2"]).stdout
+    printed = ask(*arguments, *(() if whole else ("--speed", "1500:1510:2"))).stdout
     if not whole:
         printed, shown = (text.split("speeds to avoid")[0] for text in (printed, shown))
         assert shown.count("\n") >= 4

@@ -8,11 +8,10 @@ from uuid import uuid4
 
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.store.objects import Objects
+from tests.commands import ask
 from tests.object_server import BUCKET, s3_server
 from tests.slow.instant import MAP, STUDY, TILE
 
@@ -44,8 +43,7 @@ def results(location):
 
 def command(*arguments, code=0):
     """What a command prints on stdout and stderr, after it has ended with this exit code."""
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exit_code == code, done.output
+    done = ask(*arguments, code=code)
     return done.stdout, done.stderr
 
 

@@ -12,14 +12,13 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.store.store import open_store
 from tests import ROOT
+from tests.commands import ask
 from tests.slow.instant import MAP, STUDY, wait_until
 
 
@@ -200,7 +199,6 @@ def test_bad_options_are_refused_before_anything_is_made(tmp_path, monkeypatch, 
     client = distributed.Client
     monkeypatch.setattr(distributed, "Client", lambda *a, **options: client(*a, **options | {"timeout": "1s"}))
     (tmp_path / "study.toml").write_text(STUDY)
-    options = ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "map.zarr"), *arguments]
-    refused = CliRunner().invoke(app, options, catch_exceptions=False)
-    assert refused.exit_code == 2 and words in refused.stderr
+    refused = ask("run", tmp_path / "study.toml", "--out", tmp_path / "map.zarr", *arguments, code=2)
+    assert words in refused.stderr
     assert not (tmp_path / "map.zarr").exists()

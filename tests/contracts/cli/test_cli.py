@@ -16,13 +16,12 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos.catalogue import STUDIES
-from gearchaos.cli import app
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
+from tests.commands import ask, refused, run_json
 
 STUDY = """
 [model]
@@ -35,29 +34,6 @@ kind = "{kind}"
 COMMAND = (sys.executable, "-c", "from gearchaos.cli import main; main()")
 HEAVY = ("numba", "xarray", "scipy", "matplotlib", "pint", "h5netcdf", "jinja2", "numpy")
 MAP = ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2")
-
-
-def run(*arguments):
-    """Run a command in this process; anything but a clean exit is raised."""
-    result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
-    assert "Traceback" not in result.stderr
-    return result
-
-
-def run_json(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-
-
-def refused(*arguments):
-    """The one line on stderr of a command that must end with exit code 2."""
-    result = run(*arguments)
-    assert result.exit_code == 2, result.stderr
-    assert result.stdout == ""
-    lines = result.stderr.splitlines()
-    assert len(lines) == 1 and lines[0].startswith("error: ")
-    return lines[0]
 
 
 # --- starting up ---------------------------------------------------------------------------------------------------
@@ -74,7 +50,7 @@ def test_nothing_heavy_is_loaded_before_a_command_runs():
 
 
 def test_help_lists_the_commands_in_groups():
-    text = run("--help").stdout
+    text = ask("--help").stdout
     panels = re.split(r"(?m)^╭─ (\w+) ─+╮$", text)[1:]
     listed = [(title, re.findall(r"(?m)^│ ([a-z-]+) ", body)) for title, body in zip(*[iter(panels)] * 2, strict=True)]
     studies = {group: [kind.replace("_", "-") for kind, study in STUDIES.items() if study["group"] == group]
@@ -92,7 +68,7 @@ def test_help_lists_the_commands_in_groups():
 
 @pytest.mark.parametrize("arguments", [("frobnicate",), ("zones", "--frobnicate"), ("zones",), ("paper",)])
 def test_wrong_usage_exits_with_2(arguments):
-    result = run(*arguments)
+    result = ask(*arguments)
     assert result.exit_code == 2 and result.stdout == ""
 
 
@@ -122,7 +98,7 @@ def test_simulate_takes_its_length_from_the_study_file(tmp_path):
 
 def test_simulate_writes_samples(tmp_path):
     out = tmp_path / "motion.nc"
-    result = run("simulate", "--periods", 2, "--samples", 8, "--out", out)
+    result = ask("simulate", "--periods", 2, "--samples", 8, "--out", out)
     assert result.exit_code == 0 and "Stroboscopic section" in result.stdout
     assert result.stderr.splitlines()[-1] == f"wrote {out}"  # on a cold cache, it first says that it compiles
     assert gc.load(out).sizes["tau"] == 16
@@ -174,7 +150,7 @@ def test_without_load_there_is_a_peak_mesh_force_but_no_dynamic_factor():
 
 
 def test_regime_page():
-    result = run("regime", "--set", "omega=1", "--set", "eps1=0.206")
+    result = ask("regime", "--set", "omega=1", "--set", "eps1=0.206")
     assert result.exit_code == 0
     for text in ("8T", "Lyapunov exponents", "Floquet multipliers", "dynamic factor"):
         assert text in result.stdout
@@ -205,16 +181,16 @@ def test_regime_in_physical_units(pair_file):
 @pytest.mark.slow
 def test_the_page_of_given_gears_is_in_their_units(pair_file, tmp_path):
     """The units of the printed page do not depend on --physical, which is for JSON, files and pictures."""
-    page = run("regime", pair_file).stdout
-    assert page == run("regime", pair_file, "--physical", "--plot", tmp_path / "p.png").stdout
+    page = ask("regime", pair_file).stdout
+    assert page == ask("regime", pair_file, "--physical", "--plot", tmp_path / "p.png").stdout
     assert page.count("V_RMS") == 1 and re.search(r"V_RMS, rms of .* +[\d.]+ mm/s\n", page)
     assert re.search(r"peak mesh force +[\d.]+ N\n", page) and re.search(r"mesh frequency +5833 Hz", page)
     assert re.search(r"speed of wheel 1 +14000 rpm", page) and re.search(r"torque at wheel 1 +85 N m", page)
     assert all(re.search(r"\) 1/s *$", line) for line in page.splitlines() if line.startswith("Lyapunov"))
     assert (tmp_path / "p.png").stat().st_size > 10_000
     assert "--physical needs a study file" in refused("regime", "--physical")
-    assert "(µm)" in run("simulate", pair_file, "--periods", 1).stdout
-    assert " rpm" not in run("regime").stdout
+    assert "(µm)" in ask("simulate", pair_file, "--periods", 1).stdout
+    assert " rpm" not in ask("regime").stdout
 
 
 def test_attractors_in_physical_units(pair_file, tmp_path):
@@ -229,7 +205,7 @@ def test_attractors_in_physical_units(pair_file, tmp_path):
         same = ("label", "contact", "fraction", "dynamic_factor", "multiplier", "residual")
         assert all(one[name] == other[name] for name in same)
     assert gc.load(out)["attractor_section_z"].attrs["units"] == "µm"
-    page = run(*command).stdout
+    page = ask(*command).stdout
     assert page.count("(mm/s)") == page.count("(1/s)") == 1
 
 
@@ -255,7 +231,7 @@ def test_plot_of_saved_data(saved, tmp_path):
 
     opened = plt.get_fignums()
     shutil.copy(saved / "section.nc", tmp_path)
-    result = run("plot", tmp_path / "section.nc")
+    result = ask("plot", tmp_path / "section.nc")
     assert (result.exit_code, result.stdout, plt.get_fignums()) == (0, "", opened)
     assert (tmp_path / "section.png").read_bytes().startswith(b"\x89PNG")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["section.nc", "section.png"]
@@ -263,7 +239,7 @@ def test_plot_of_saved_data(saved, tmp_path):
 
 def test_plot_in_any_colour(saved, tmp_path):
     for colour in ("contact", "v_rms"):
-        assert run("plot", saved / "zones.nc", "--colour", colour, "--out", tmp_path / f"{colour}.svg").exit_code == 0
+        assert ask("plot", saved / "zones.nc", "--colour", colour, "--out", tmp_path / f"{colour}.svg").exit_code == 0
     assert re.search("in contact|separation|both flanks", (tmp_path / "contact.svg").read_text())
     assert (tmp_path / "contact.svg").read_bytes() != (tmp_path / "v_rms.svg").read_bytes()
 
@@ -289,16 +265,16 @@ def test_plot_of_a_store_is_drawn_beside_it_also_where_one_stands_in_it(tmp_path
     assert "error: store must be a folder that gearchaos run made" in refused("plot", ".")
     path, store = tmp_path / "study.toml", tmp_path / "s.zarr"
     path.write_text(STUDY.format(kind="zones") + 'x = "omega=0.9:1.1:2"\ny = "eps1=0:0.1:2"\n')
-    assert run("run", path, "--out", store, "--threads", 1).exit_code == 0
+    assert ask("run", path, "--out", store, "--threads", 1).exit_code == 0
     monkeypatch.chdir(store)
-    assert run("plot", ".").exit_code == 0
+    assert ask("plot", ".").exit_code == 0
     plain = (tmp_path / "s.png").read_bytes()
     assert plain.startswith(b"\x89PNG")
-    assert run("plot", store, "--colour", "v_rms").exit_code == 0  # a colour has a picture of its own
+    assert ask("plot", store, "--colour", "v_rms").exit_code == 0  # a colour has a picture of its own
     assert (tmp_path / "s_v_rms.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "s.png").read_bytes() == plain
     refused("plot", store, "--colour", "../v_rms")
-    assert run("plot", "/").exit_code == 2
+    assert ask("plot", "/").exit_code == 2
 
 
 # --- maps ----------------------------------------------------------------------------------------------------------
@@ -351,7 +327,7 @@ def test_paper_hands_on_what_is_asked_and_the_exit_code(tmp_path, monkeypatch, a
         return code
 
     monkeypatch.setattr(report, "build", build)
-    assert run("paper", *arguments, "--out", tmp_path / "report").exit_code == code
+    assert ask("paper", *arguments, "--out", tmp_path / "report").exit_code == code
     assert asked == [(tmp_path / "report", {"figures": figures, "quality": quality, "progress": True})]
 
 
@@ -401,8 +377,8 @@ def test_what_is_refused_leaves_no_file(tmp_path, monkeypatch, arguments, messag
 
 def test_lengths():
     assert "--samples needs --out" in refused("simulate", "--periods", 1, "--samples", 4)
-    assert run("simulate", "--periods", 0).exit_code == 2
-    assert run("simulate", "--periods", 1, "--transient", -1).exit_code == 2
+    assert ask("simulate", "--periods", 0).exit_code == 2
+    assert ask("simulate", "--periods", 1, "--transient", -1).exit_code == 2
 
 
 def test_fourier_stiffness_by_name(tmp_path):
@@ -410,7 +386,7 @@ def test_fourier_stiffness_by_name(tmp_path):
     found = run_json("regime", "--set", "c1=0.2", "--set", "omega=0.6")
     assert found["v_rms"] == gc.regime(gc.MeshModel(omega=0.6, stiffness=gc.HarmonicStiffness((0.2,)))).v_rms
     axes = ("--axis", "c1=0.1:0.2:2", "--axis", "omega=0.5:0.6:2")
-    assert run("zones", "--set", "c1=0.1", *axes, "--out", tmp_path / "z.nc").exit_code == 0
+    assert ask("zones", "--set", "c1=0.1", *axes, "--out", tmp_path / "z.nc").exit_code == 0
     path = tmp_path / "study.toml"
     path.write_text("[model]\nomega = 0.6\n")
     assert run_json("regime", path, "--set", "c1=0.2")["v_rms"] == found["v_rms"]
@@ -480,7 +456,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
     monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    result = run(*shlex.split(command))
+    result = ask(*shlex.split(command))
     said = re.sub(r"train: .*\n(  .*\n)+", "", result.stderr)  # as what a train is computed
     assert (result.exit_code, said) == (130, "interrupted\n")
 
@@ -492,7 +468,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
 ])
 def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
     monkeypatch.setattr(import_module("gearchaos.studies.zones").Zones, "run", raising(error))
-    result = run(*MAP, "--out", tmp_path / "z.nc", "--json")
+    result = ask(*MAP, "--out", tmp_path / "z.nc", "--json")
     assert (result.exit_code, result.stderr, result.stdout) == (code, f"{message}\n", "")
     assert list(tmp_path.iterdir()) == []
 
@@ -531,7 +507,7 @@ def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
         return Full(path, mode) if path.suffix == ".partial" else opened(path, mode, **options)
 
     monkeypatch.setattr(Path, "open", partial)
-    result = run(*MAP, "--out", tmp_path / "z.nc", "--plot", plot)
+    result = ask(*MAP, "--out", tmp_path / "z.nc", "--plot", plot)
     assert result.exit_code == 2 and "No space left on device: '" in result.stderr
     assert plot.read_text() == "kept"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["z.nc", "z.png"]
@@ -540,7 +516,7 @@ def test_picture_that_fails_leaves_nothing_half_written(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
 def test_ctrl_c_ends_cleanly(tmp_path):
-    assert run("regime").exit_code == 0  # so that kernels are compiled: that cannot be interrupted, and may take long
+    assert ask("regime").exit_code == 0  # so that kernels are compiled: that cannot be interrupted, and may take long
     arguments = ("zones", "--axis", "omega=0.2:3:2000", "--axis", "eps1=0:0.3:2000", "--out", str(tmp_path / "z.nc"))
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -562,7 +538,7 @@ def test_attractors_as_a_table_and_as_json(tmp_path):
     found = run_json(*point, "--json")
     assert [a["label"] for a in found["attractors"]] == ["1T", "3T"]
     assert sum(a["fraction"] for a in found["attractors"]) == 1.0
-    assert "3T" in run(*point, "--out", tmp_path / "found.nc").stdout
+    assert "3T" in ask(*point, "--out", tmp_path / "found.nc").stdout
     assert (tmp_path / "found.nc").exists()
 
 

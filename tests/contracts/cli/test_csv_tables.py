@@ -11,7 +11,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.csv_tables import save_csv
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import refused, run
+from tests.commands import ask, refused
 from tests.contracts.model.test_damping_law import PAIR
 
 MODEL = gc.MeshModel.of(q0=0.1)
@@ -105,7 +105,7 @@ def test_texts_empty_tables_and_cells_without_value(tmp_path):
     ("map", SPUR, "--speed", "600 rpm:9000 rpm:2", "--torque", "60 N m:180 N m:2"),
 ])
 def test_commands_write_tables(tmp_path, arguments):
-    result = run(*arguments, "--out", tmp_path / "x.csv")
+    result = ask(*arguments, "--out", tmp_path / "x.csv")
     assert result.exit_code == 0, result.stderr
     written = re.findall(r"wrote (.*)", result.stderr)
     assert written[0] == str(tmp_path / "x.csv") and {Path(w) for w in written} == {*tmp_path.iterdir()}
@@ -114,14 +114,14 @@ def test_commands_write_tables(tmp_path, arguments):
 def test_export_of_a_store_run_with_other_axes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("s.toml").write_text(STUDY)
-    run("run", "s.toml", "--axis", "omega=1:2:3", "--out", "s.zarr", "--tile", 4)
-    run("export", "s.zarr", "--out", "s.csv")
-    run("zones", "s.toml", "--axis", "omega=1:2:3", "--out", "z.csv")
+    ask("run", "s.toml", "--axis", "omega=1:2:3", "--out", "s.zarr", "--tile", 4)
+    ask("export", "s.zarr", "--out", "s.csv")
+    ask("zones", "s.toml", "--axis", "omega=1:2:3", "--out", "z.csv")
     assert read("s.csv") == read("z.csv")  # the columns of a store have another order
     assert gc.load("s.zarr").sizes == {"eps1": 7, "omega": 3}
     pair = EXAMPLES / "physical_pair.toml"
-    run("run", pair, "--axis", "omega=0.9:1:2", "--axis", "q0=0.1:0.2:2", "--out", "p.zarr")
-    run("export", "p.zarr", "--out", "p.csv", "--physical")
+    ask("run", pair, "--axis", "omega=0.9:1:2", "--axis", "q0=0.1:0.2:2", "--out", "p.zarr")
+    ask("export", "p.zarr", "--out", "p.csv", "--physical")
     assert {"v_rms [mm/s]", "v_rms [m/s]"} <= read("p.csv").keys()
     assert "save the result as NetCDF too" in refused("plot", "s.csv")
     assert "--axis must be given twice" in refused("run", "s.toml", "--axis", "q0=0:1:3", "--out", "t.zarr")
@@ -138,7 +138,7 @@ def test_a_range_with_units_is_the_one_without():
 
 
 def test_a_number_of_values_without_effect_is_warned_of():
-    quiet = run("branch", "--axis", "eps1=0:0.1")
-    warned = run("branch", "--axis", "eps1=0:0.1:400")
+    quiet = ask("branch", "--axis", "eps1=0:0.1")
+    warned = ask("branch", "--axis", "eps1=0:0.1:400")
     assert "eps1=0:0.1:400 has no effect" in warned.stderr and "no effect" not in quiet.stderr
     assert warned.stdout == quiet.stdout

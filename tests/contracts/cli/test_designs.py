@@ -19,7 +19,7 @@ from gearchaos.model import vary
 from gearchaos.studies import motions
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import refused, run, run_json
+from tests.commands import ask, refused, run_json
 
 SPUR, ISO, FZG = (EXAMPLES / f"{n}.toml" for n in ("spur_50_50", "iso_tr_6336_30_example_1", "fzg_type_c"))
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
@@ -58,7 +58,7 @@ def test_the_datasheet_has_the_numbers_of_iso_tr_6336_30():
 
 @pytest.mark.slow
 def test_the_printed_datasheet_shows_the_same_numbers_and_the_assumption_of_the_transmission_error():
-    (warning,), shown = sheet(SPUR)["warnings"], run("gear", SPUR, "--all", "--speed", "9000:9500:2")
+    (warning,), shown = sheet(SPUR)["warnings"], ask("gear", SPUR, "--all", "--speed", "9000:9500:2")
     text = " ".join(shown.stdout.split())
     assert "1.75467" in text and "ISO 6336-1:2006" in text and "Kasuba and Evans" in text
     assert warning.startswith("The accuracy grade gives no transmission error") and "assumption" in warning
@@ -246,7 +246,7 @@ def test_a_value_set_on_the_model_stays_at_every_torque():
 
 def test_units_follow_the_torque_where_the_stiffness_does(tmp_path):
     out, design = tmp_path / "z.nc", load_design(SPUR)
-    run("zones", SPUR, "--axis", "speed=1000:3000:2", "--axis", "torque=20:200:2", "--physical", "--out", out)
+    ask("zones", SPUR, "--axis", "speed=1000:3000:2", "--axis", "torque=20:200:2", "--physical", "--out", out)
     mapped = gc.operating_map(design, "1000:3000:2", "20:200:2")
     assert np.array_equal(gc.load(out)["v_rms"].values, mapped["v_rms"].values)
     assert gc.physical(mapped) is mapped and gc.physical(mapped, design) is mapped

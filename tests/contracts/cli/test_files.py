@@ -14,7 +14,7 @@ import gearchaos as gc
 from gearchaos.files import temporary_folder, write_bytes
 from gearchaos.studyfile import load_study
 from gearchaos.studyfile.loading import MAX_BYTES
-from tests.contracts.cli.test_cli import refused
+from tests.commands import refused
 
 SMALL = xr.Dataset({"z": ("tau", [1.0, 2.0])})
 COMMANDS = {

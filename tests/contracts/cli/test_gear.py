@@ -7,9 +7,7 @@ from itertools import product
 
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
-from gearchaos.cli import app
 from gearchaos.cli.datasheets import _print_windows, print_answers
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import Answer, default_speeds, edges
@@ -19,6 +17,7 @@ from gearchaos.gears.units import RPM, measured
 from gearchaos.studies.speeds_to_avoid import Reached, Window, speeds_to_avoid
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
+from tests.commands import ask
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 SCAN = ("--speed", "1500:2000:2")
@@ -48,9 +47,7 @@ def search(design, speed, **options):
 
 
 def gear(*arguments, code=0):
-    result = CliRunner().invoke(app, ["gear", *(str(a) for a in arguments)])
-    assert result.exit_code == code, result.stderr
-    return result
+    return ask("gear", *arguments, code=code)
 
 
 def written(tmp_path, rows, key):

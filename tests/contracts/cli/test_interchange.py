@@ -14,7 +14,7 @@ from gearchaos.interchange.scripts import TEMPLATES
 from gearchaos.model import SteppedStiffness
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import refused, run
+from tests.commands import ask, refused
 
 sympy = pytest.importorskip("sympy")
 
@@ -105,8 +105,8 @@ def test_what_is_no_tool_or_model_is_refused(call, message):
 def test_the_command_writes_the_script(tmp_path):
     arguments = ["script", "--set", "omega=0.9", "--set", "eps1=0.1"]
     model, file = gc.MeshModel.of(omega=0.9, eps1=0.1), tmp_path / "gear.jl"
-    assert run(*arguments).stdout == gc.script(model)
-    written = run(*arguments, "--for", "julia", "--out", file)
+    assert ask(*arguments).stdout == gc.script(model)
+    written = ask(*arguments, "--for", "julia", "--out", file)
     assert (written.exit_code, written.stdout) == (0, ""), written.stderr
     assert file.read_text(encoding="utf-8") == gc.script(model, "dynamicalsystems.jl")
 

@@ -18,7 +18,7 @@ from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import run
+from tests.commands import ask
 
 PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)
@@ -166,11 +166,11 @@ def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
 def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
-    assert "may take" not in run(*command).stderr
+    assert "may take" not in ask(*command).stderr
     monkeypatch.setattr(costs, "ANNOUNCED_SECONDS", 0.0)
     (tmp_path / "again").mkdir()
     monkeypatch.chdir(tmp_path / "again")
-    result = run(*(c.replace("s.toml", "../s.toml") for c in command))
+    result = ask(*(c.replace("s.toml", "../s.toml") for c in command))
     assert result.exit_code == 0 and result.stderr.count("this may take up to about") == 1
 
 

@@ -6,7 +6,7 @@ import pytest
 import gearchaos as gc
 from gearchaos import plot
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import run, run_json
+from tests.commands import ask, run_json
 from tests.contracts.model.test_damping_law import PAIR
 from tests.pictures import legend_words
 
@@ -16,7 +16,7 @@ MAP = ("map", SPUR, "--speed", "1500:4500:7", "--torque", "60:400:4")
 
 def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     document = run_json(*MAP, "--out", tmp_path / "m.nc")
-    found, lines = gc.load(tmp_path / "m.nc"), run(*MAP, "--out", tmp_path / "m.nc").stdout.splitlines()
+    found, lines = gc.load(tmp_path / "m.nc"), ask(*MAP, "--out", tmp_path / "m.nc").stdout.splitlines()
     share = 100 * float((found.contact == 0).mean())
     where = found.dynamic_factor.stack(cell=found.dynamic_factor.dims)
     speed, torque = (float(where[int(where.argmax("cell"))][n]) for n in ("speed", "torque"))
@@ -35,7 +35,7 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
 
 
 def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
-    lines = run(*MAP, "--starts", 2, "--out", tmp_path / "m.nc").stdout.splitlines()
+    lines = ask(*MAP, "--starts", 2, "--out", tmp_path / "m.nc").stdout.splitlines()
     found = gc.load(tmp_path / "m.nc")
     share = 100 * float((found.contact_worst == 2).mean())
     assert lines[0].startswith("teeth: ") and f"hit both flanks {share:.3g} %" in lines[0]
@@ -55,7 +55,7 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
 ])
 def test_lines_that_fit_a_terminal(tmp_path, arguments, first, second):
     """Two, and a third that says what a dynamic factor is read with."""
-    lines = run(*arguments, "--out", tmp_path / "x.nc").stdout.splitlines()
+    lines = ask(*arguments, "--out", tmp_path / "x.nc").stdout.splitlines()
     assert max(map(len, lines)) <= 80
     assert lines[0].startswith(first) and lines[1].startswith(second)
     factors = "largest dynamic factor" in second

@@ -15,7 +15,7 @@ from gearchaos.model import vary
 from gearchaos.studies.axis import at_axis_starts, parse_axis
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import refused, run, run_json
+from tests.commands import ask, refused, run_json
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 SHORT = "[classification]\nlongest_transient = 300\nexponent_run = 200\ndoublings = 0\naveraging_periods = 16\n"
@@ -56,7 +56,7 @@ def test_axes_beside_a_file_come_before_those_of_the_file(drawing):
 
 def test_a_command_and_a_study_fill_in_the_same_operating_point(drawing, tmp_path):
     out = tmp_path / "b.nc"
-    run("bifurcation", drawing, "--set", "torque=150", "--axis", AXES[0], "--points", 0, "--out", out)
+    ask("bifurcation", drawing, "--set", "torque=150", "--axis", AXES[0], "--points", 0, "--out", out)
     study = gc.Bifurcation(replace(load_design(drawing), torque=150.0), AXES[0], points=0)
     assert json.loads(gc.load(out).attrs["gears"]) == json.loads(study.provenance()["gears"])
 
@@ -133,9 +133,9 @@ def test_a_map_at_one_torque(drawing, tmp_path):
     with drawing.open("a") as file:
         file.write(SHORT)
     out, picture = tmp_path / "m.nc", tmp_path / "m.png"
-    run("map", drawing, "--speed", "1000:3000:3", "--torque", "400:400:1", "--out", out, "--plot", picture)
+    ask("map", drawing, "--speed", "1000:3000:3", "--torque", "400:400:1", "--out", out, "--plot", picture)
     found = gc.load(out)
     assert dict(found.sizes) == {"torque": 1, "speed": 3} and found["torque"].values.tolist() == [400.0]
     assert picture.stat().st_size > 5000
-    run("map", drawing, "--speed", "1000:1000:1", "--torque", "400:400:1", "--refine", 4, "--out", out)
+    ask("map", drawing, "--speed", "1000:1000:1", "--torque", "400:400:1", "--refine", 4, "--out", out)
     assert gc.load(out)["label"].size == 1

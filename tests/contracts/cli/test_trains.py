@@ -9,23 +9,23 @@ import gearchaos as gc
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.contracts.cli.test_cli import refused, run, run_json
+from tests.commands import ask, refused, run_json
 
 LOOSE, IDLER = EXAMPLES / "train_loose_gear.toml", EXAMPLES / "train_idler.toml"
 HOLDS = ("--set", "loose.torque=-0.2")
 
 
 def test_the_first_line_is_the_answer_and_the_train_is_described_before_the_work():
-    result = run("regime", LOOSE, *HOLDS)
+    result = ask("regime", LOOSE, *HOLDS)
     assert result.stdout.splitlines()[0] == "1T: all meshes keep contact"
     assert "2 coordinates; everything repeats after\n  37.5 ms, the period of results\n" in result.stderr
-    apart = run("regime", LOOSE, "--set", "loose.torque=-0.1").stdout.splitlines()
+    apart = ask("regime", LOOSE, "--set", "loose.torque=-0.1").stdout.splitlines()
     assert apart[0] == "1T: contact is lost at z1/z2"
     assert max(map(len, [*apart, *result.stdout.splitlines(), *result.stderr.splitlines()])) <= 80
 
 
 def test_mesh_cycles_in_the_common_period_are_said():
-    stages = run("simulate", EXAMPLES / "train_two_stage.toml", "--periods", 1)
+    stages = ask("simulate", EXAMPLES / "train_two_stage.toml", "--periods", 1)
     assert "2 ms = 2 mesh cycles of first, 1 mesh cycle of second" in " ".join(stages.stderr.split())
 
 
@@ -47,7 +47,7 @@ def test_a_verdict_has_its_meshes_in_si():
 
 @pytest.mark.exhaustive  # its kernel, of 28 coordinates, is that of no other test
 def test_a_printed_section_has_the_deflections_of_six_meshes_in_80_columns():
-    lines = run("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
+    lines = ask("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
     assert lines[0] == "Deflections of the meshes after each common period, last 2 of 2 periods"
     words = {word for line in lines[1:-2] for word in line.split()}
     planets = {f"planet{n}{end}" for n in (1, 2, 3) for end in ("", "/")}
@@ -66,7 +66,7 @@ def test_a_simulation_has_deflections_in_metres():
 
 def test_an_axis_is_named_as_the_part_and_its_variable_as_files_can(tmp_path):
     out = tmp_path / "map.nc"
-    run("zones", LOOSE, "--axis", "z1/z2.backlash=5e-5:1e-4:2", "--axis", "torque=0.2:0.3:2", "--out", out)
+    ask("zones", LOOSE, "--axis", "z1/z2.backlash=5e-5:1e-4:2", "--axis", "torque=0.2:0.3:2", "--out", out)
     with xr.open_dataset(out) as found:
         assert set(found.sizes) == {"z1_z2.backlash", "torque", "mesh"}
         assert (found.mesh_contact == 0).all()  # permanent
@@ -76,7 +76,7 @@ def test_a_store_takes_a_train(tmp_path):
     text = LOOSE.read_text().replace("-0.4:-0.02:96", "-0.4:-0.2:2")
     path, store = tmp_path / "train.toml", tmp_path / "run.zarr"
     path.write_text(text)
-    run("run", path, "--out", store)
+    ask("run", path, "--out", store)
     assert gc.load(store).drop_attrs().identical(load_study(path).study(Bifurcation).run().drop_attrs())
 
 
@@ -88,10 +88,10 @@ def test_a_store_takes_a_train(tmp_path):
     ("zones {} --axis omega=1:2:2 --axis speed=500:900:2 --out z.nc", "must be one of"),
     ("regime {} --set kind=full", "kind must be left out for a train")])
 def test_what_takes_no_train_says_so(command, field):
-    result = run(*command.format(LOOSE).split())  # some describe the train first
+    result = ask(*command.format(LOOSE).split())  # some describe the train first
     assert result.exit_code == 2 and field in result.stderr
 
 
 def test_torques_that_no_longer_balance_are_refused():
     assert "-30 N m would balance them" in refused("regime", IDLER, "--set", "pump.torque=-29")
-    assert run("simulate", IDLER, "--set", "torque=10", "--periods", 1).exit_code == 0
+    assert ask("simulate", IDLER, "--set", "torque=10", "--periods", 1).exit_code == 0

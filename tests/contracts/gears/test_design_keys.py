@@ -7,15 +7,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from gearchaos.cli import app
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.pair import GearPair
 from gearchaos.studies.axis import parse_axis
 from gearchaos.studyfile import load_study
+from tests.commands import ask
 
 QUALITY = {"standard": "ISO 1328-1:1995", "grade": 5}
 GIVEN = {
@@ -177,7 +176,7 @@ def test_every_command_shows_the_warnings_of_a_design(command, tmp_path, monkeyp
     (tmp_path / "design.toml").write_text(DESIGN)
     monkeypatch.chdir(tmp_path)
     name, *options = command
-    found = CliRunner().invoke(app, [name, "design.toml", *options])
+    found = ask(name, "design.toml", *options)
     assert found.stderr.count("warning: eccentricity acts as an error of ±10 µm; ") == 1, found.stderr
 
 

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from gearchaos.cli import app
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.transmission_error.tables import fit_harmonics, from_orders, from_table
+from tests.commands import ask
 
 
 @pytest.fixture
@@ -213,7 +212,7 @@ def test_gear_warns_of_a_file_that_it_cannot_use(written, tmp_path):
     study.write_text('[design]\nteeth = [50, 50]\nmodule = "3 mm"\nface_width = "20 mm"\n'
                      'transmission_error = { orders = "te.csv" }\n')
     (warning,) = [text for text in design.warnings if "cannot be used" in text]
-    result = CliRunner().invoke(app, ["gear", str(study), "--all"])
+    result = ask("gear", study, "--all")
     assert f"{file}, line 1, must" in warning and f"error: {file}, line 1, must" in result.stderr
     assert result.exit_code == 2 and "contact_ratio" in result.stdout
 

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.explorer.view.text import design_values
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.stiffness.table import read_curve
+from tests.commands import ask
 from tests.contracts.gears.exports import AT, MODULE, WIDTH, Export, exports
 
 
@@ -161,6 +160,6 @@ def test_a_study_file_chooses_columns_and_the_datasheet_says_so(tmp_path):
     (tmp_path / "design.toml").write_text(
         '[design]\nteeth = [20, 30]\nmodule = "3 mm"\nface_width = "25 mm"\ntransmission_error = '
         "{ table = 'te.csv', wheel = 2, columns = { angle = 'Angle A' } }\n")
-    shown = CliRunner().invoke(app, ["gear", str(tmp_path / "design.toml"), "--json"])
+    shown = ask("gear", tmp_path / "design.toml", "--json")
     assert shown.exit_code == 0
     assert "roll angle is 'Angle A [deg]', error is 'TE [arcsec]'; not used: 'Angle B [deg]'" in shown.stdout

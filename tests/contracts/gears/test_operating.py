@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears import operating
@@ -23,6 +21,7 @@ from gearchaos.store.store import open_store
 from gearchaos.studies import motions
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
+from tests.commands import ask
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)
 EXAMPLE = EXAMPLES / "physical_pair.toml"
@@ -168,15 +167,15 @@ def test_a_store_over_speed_and_torque_records_the_gears(pair, stored):
 def test_plot_and_export_take_the_units_of_the_gears(stored, tmp_path):
     store = stored[1]
     for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
-        plain = CliRunner().invoke(app, [*map(str, command)])
+        plain = ask(*command)
         assert plain.exit_code == 0 and plain.stderr.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
-        result = CliRunner().invoke(app, [*map(str, command), "--physical"])
+        result = ask(*command, "--physical")
         assert result.exit_code == 0 and "dimensionless" not in result.stderr, result.stderr
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
     for file in ("s.nc", "z.nc"):
-        assert "dimensionless" not in CliRunner().invoke(app, ["plot", str(tmp_path / file)]).stderr
-    result = CliRunner().invoke(app, ["plot", str(tmp_path / "z.nc"), "--physical"])
+        assert "dimensionless" not in ask("plot", tmp_path / file).stderr
+    result = ask("plot", tmp_path / "z.nc", "--physical")
     assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
 
 

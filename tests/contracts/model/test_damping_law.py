@@ -17,7 +17,7 @@ from gearchaos.model import DAMPING_LAWS
 from gearchaos.store.record import differences, from_record, to_record
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 from gearchaos.studyfile import load_design, load_study
-from tests.contracts.cli.test_cli import run
+from tests.commands import ask
 
 SINGLE = {"kind": "single", "omega": 0.9, "zeta": 0.05, "q0": 0.1, "eps1": 0.05}
 PAIR = gc.GearPair(n1=25, n2=50, I1=5e-4, I2=8e-3, R1="35 mm", R2="70 mm", c0="400 N/um", k="500 N*s/m",
@@ -43,7 +43,7 @@ def with_law(law: str) -> str:
 
 def said(*command) -> str:
     """What a command says in words, without line breaks."""
-    result = run(*command)
+    result = ask(*command)
     return " ".join((result.stdout + result.stderr).split())
 
 

@@ -11,13 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from gearchaos import installation
-from gearchaos.cli import app
 from gearchaos.flow import cache_directory, processor
 from gearchaos.flow import target as processor_module
 from tests import ROOT
+from tests.commands import ask
 from tests.oracles import scipy_oracle
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -29,7 +28,7 @@ def outcome(name: str) -> installation.Check:
 
 @pytest.mark.slow
 def test_a_good_installation_is_called_good():
-    run = CliRunner().invoke(app, ["doctor", "--json"])
+    run = ask("doctor", "--json")
     found = json.loads(run.stdout)
     assert (run.exit_code, found["ok"]) == (0, True), found
     required = ["packages", "temporary folder", "clock", "kernel cache", "kernels", "orbit", "files"]
@@ -43,7 +42,7 @@ def test_a_good_installation_is_called_good():
 def test_what_cannot_be_imported_is_named_with_what_to_do(monkeypatch):
     for name in ("h5netcdf", "flint"):
         monkeypatch.setitem(sys.modules, name, None)
-    run = CliRunner().invoke(app, ["doctor"])
+    run = ask("doctor")
     lines = run.stdout.splitlines()
     assert run.exit_code == 1
     assert lines[0].startswith("FAILED   packages: h5netcdf cannot be imported (ModuleNotFoundError: import of")
@@ -57,7 +56,7 @@ def test_a_cache_that_cannot_be_written_is_named_with_what_to_do(monkeypatch):
     """That kernels are compiled without it is in test_cache.py."""
     monkeypatch.setattr("gearchaos.flow.cache_directory", lambda: Path("/proc/nowhere/sources"))
     monkeypatch.setattr("gearchaos.flow.on_compile", lambda tell: tell())
-    run = CliRunner().invoke(app, ["doctor", "--json"])
+    run = ask("doctor", "--json")
     found = {c["name"]: c for c in json.loads(run.stdout)["checks"]}
     assert run.exit_code == 1
     assert re.match(r"/proc/nowhere/\w+ cannot be written \(No such file", found["kernel cache"]["detail"])
@@ -115,7 +114,7 @@ def test_a_missing_part_is_no_failure(monkeypatch):
         return version(name)
 
     monkeypatch.setattr(metadata, "version", without)
-    run = CliRunner().invoke(app, ["doctor"])
+    run = ask("doctor")
     assert run.exit_code == 0 and run.stdout.splitlines()[-1] == "all that is required works"
     assert ("missing  cluster: runs on Dask and Slurm (gearchaos run --scheduler, --cluster): distributed is missing\n"
             '         → pip install "gearchaos[cluster]"\n') in run.stdout
@@ -148,9 +147,9 @@ def test_a_report_has_versions_processor_and_cache():
     files = list(cache_directory().rglob("*.nb[ic]"))
     assert found["kernel_cache"]["bytes"] == sum(f.stat().st_size for f in files)
     assert json.loads(json.dumps(found)) == found
-    printed = CliRunner().invoke(app, ["--version", "--verbose", "--json"])
+    printed = ask("--version", "--verbose", "--json")
     assert json.loads(printed.stdout)["packages"] == found["packages"]
-    lines = CliRunner().invoke(app, ["--version", "--verbose"]).stdout.splitlines()
+    lines = ask("--version", "--verbose").stdout.splitlines()
     assert lines[0].split() == ["gearchaos", metadata.version("gearchaos")]
     assert any(re.fullmatch(rf"kernel cache +{re.escape(str(cache_directory()))} \(\d+ kernels, \d+ MiB\)", line)
                for line in lines)
@@ -169,7 +168,7 @@ def test_the_processor_is_the_one_that_kernels_are_compiled_for(monkeypatch, fea
 
 @pytest.mark.parametrize("option", ["--verbose", "--json"])
 def test_options_of_the_version_need_it(option):
-    run = CliRunner().invoke(app, [option, "regime"])
+    run = ask(option, "regime")
     assert run.exit_code == 2 and f"error: {option} needs --version before the command" in run.stderr
 
 
@@ -182,21 +181,21 @@ def test_the_version_is_stated_once():
     sources = (ROOT / "src").rglob("*.py")
     assert not [f for f in sources if re.search(rf"[\"']{re.escape(version)}[\"']", f.read_text(encoding="utf-8"))]
     installed = metadata.version("gearchaos")
-    assert CliRunner().invoke(app, ["--version"]).stdout == f"gearchaos {installed}\n"
-    assert json.loads(CliRunner().invoke(app, ["--version", "--json"]).stdout) == {"gearchaos": installed}
+    assert ask("--version").stdout == f"gearchaos {installed}\n"
+    assert json.loads(ask("--version", "--json").stdout) == {"gearchaos": installed}
 
 
 def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     expected = {file.name: file.read_bytes() for file in (ROOT / "examples").iterdir()}
-    folder, run = Path("examples"), CliRunner().invoke
+    folder = Path("examples")
     for _ in range(2):
-        assert run(app, ["examples"]).exit_code == 0
+        assert ask("examples").exit_code == 0
         assert {file.name: file.read_bytes() for file in folder.iterdir()} == expected
     (folder / "fig02.toml").write_text("[model]\n")
     (folder / "fig03.toml").unlink()
-    said = run(app, ["examples"])
+    said = ask("examples")
     assert said.exit_code == 2
     assert "--out must not have other files of the same names; got 'examples/fig02.toml'" in said.stderr
     assert (folder / "fig02.toml").read_text() == "[model]\n" and not (folder / "fig03.toml").exists()
-    assert run(app, ["examples", "--out", "examples/fig04.toml"]).exit_code == 2
+    assert ask("examples", "--out", "examples/fig04.toml").exit_code == 2

@@ -9,7 +9,7 @@ import pytest
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from tests.contracts.cli.test_cli import refused, run
+from tests.commands import ask, refused
 
 MODEL = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05)
 PLANE = ("omega=0.5:1.1:12", "eps1=0.03:0.08:8")
@@ -71,6 +71,6 @@ def test_the_command(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("map", "curve", "up"):
         gc.save(results[name], f"{name}.nc")
-    assert "wrote" in run("plot", "map.nc", "--over", "curve.nc").stderr and Path("map_with_curve.png").exists()
+    assert "wrote" in ask("plot", "map.nc", "--over", "curve.nc").stderr and Path("map_with_curve.png").exists()
     assert "over must be a skeleton or curve" in refused("plot", "map.nc", "--over", "up.nc")
     assert json.loads(gc.load("up.nc").attrs["settings"])["mode"] == "up"

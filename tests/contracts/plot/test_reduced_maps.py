@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.datasets import motions, variable
 from gearchaos.plot import level, motion_class, response, zones
 from gearchaos.plot import reduced as reducing
 from gearchaos.plot.reduced import reduced
 from gearchaos.store.run import run
+from tests.commands import ask
 
 mpl.use("Agg")
 
@@ -128,7 +127,7 @@ def test_a_large_map_is_reduced_and_a_thin_zone_stays_visible(tmp_path, monkeypa
     monkeypatch.setattr(reducing, "reduced", partial(reduced, most=32))
     drawn = []
     monkeypatch.setattr(Figure, "savefig", lambda figure, file, dpi, **_: drawn.append((figure, dpi)))
-    result = CliRunner().invoke(app, ["plot", str(tmp_path / "map.zarr")])
+    result = ask("plot", tmp_path / "map.zarr")
     assert result.exit_code == 0, result.output
     (figure, dpi), = drawn
     image = figure.axes[0].get_images()[0].get_array()

@@ -14,14 +14,13 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import plot
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
 from tests.colour_vision import VISION, lab, linear
+from tests.commands import ask
 from tests.contracts.plot.test_pictures import PICTURES, diagram, motion, starts, zones_map
 
 OF_LINES = ("phase", "history", "portrait", "spectrum", "stiffness", "backlash", "schematic", "lyapunov", "response")
@@ -213,7 +212,7 @@ def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, 
 def command(folder, *options):
     """What ``gearchaos plot`` says and writes of a saved map."""
     gc.save(zones_map().assign_attrs(study="zones"), folder / "zones.nc")
-    return CliRunner().invoke(app, ["plot", str(folder / "zones.nc"), *options, "--out", str(folder / "out.pdf")])
+    return ask("plot", folder / "zones.nc", *options, "--out", folder / "out.pdf")
 
 
 @pytest.mark.slow

@@ -3,10 +3,8 @@
 import json
 
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.proof.balls import from_text
 from gearchaos.proof.certificate import Unproved
@@ -14,12 +12,9 @@ from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth, verify_file
 from gearchaos.studies import chaos_proof
 from tests.chaotic_set import CHAOTIC, robust_chaos
+from tests.commands import ask
 
 OPTIONS = ("--set", "omega=1.6", "--set", "q0=0.1", "--set", "eps1=0.12")
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +37,7 @@ def test_chaotic_set_for_an_interval_of_a_parameter(robust):
 def test_file_is_verified_and_any_changed_character_refused(robust, tmp_path):
     path = tmp_path / "set.json"
     robust.write(path)
-    assert run("verify", path).exit_code == 0
+    assert ask("verify", path).exit_code == 0
     text = path.read_text()
     for at in range(200, len(text), len(text) // 40):
         if text[at].isdigit():
@@ -82,7 +77,7 @@ def test_command_proves_what_it_is_given_and_writes_a_file(robust, monkeypatch, 
     asked = {}
     monkeypatch.setattr(chaos_proof, "prove_chaos", lambda model, **given: asked.update(given, model=model) or robust)
     path = tmp_path / "set.json"
-    result = run("prove-chaos", *OPTIONS, "--tolerance", "eps1=1e-6", "--certificate", path, "--json")
+    result = ask("prove-chaos", *OPTIONS, "--tolerance", "eps1=1e-6", "--certificate", path, "--json")
     assert result.exit_code == 0
     assert asked == {"model": gc.MeshModel.of(**CHAOTIC), "tolerances": {"eps1": 1e-6}}
     document = json.loads(result.stdout)
@@ -91,4 +86,4 @@ def test_command_proves_what_it_is_given_and_writes_a_file(robust, monkeypatch, 
 
 
 def test_command_refuses_a_tolerance_without_a_value():
-    assert run("prove-chaos", *OPTIONS, "--tolerance", "eps1").exit_code == 2
+    assert ask("prove-chaos", *OPTIONS, "--tolerance", "eps1").exit_code == 2

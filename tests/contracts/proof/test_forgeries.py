@@ -9,10 +9,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
+from tests.commands import ask
 
 pytest.importorskip("flint", reason="python-flint is not installed", exc_type=ImportError)
 
@@ -215,7 +214,7 @@ def test_words_have_no_text_of_the_file_but_numbers():
 @pytest.mark.slow
 def test_script_checks_certificates_without_gearchaos(tmp_path):
     script = tmp_path / "check.py"
-    result = CliRunner().invoke(app, ["verify", "--script", str(script)], catch_exceptions=False)
+    result = ask("verify", "--script", script)
     assert (result.exit_code, result.stdout) == (0, "")
     for name, document in (("orbit", orbit()), ("set", chaotic_set())):
         (tmp_path / f"{name}.json").write_text(json.dumps(document))
@@ -230,4 +229,4 @@ def test_script_checks_certificates_without_gearchaos(tmp_path):
 
 def test_verify_needs_certificates_or_a_script():
     for arguments in ((), ("--script", "/nowhere/check.json")):
-        assert CliRunner().invoke(app, ["verify", *arguments]).exit_code == 2
+        assert ask("verify", *arguments).exit_code == 2

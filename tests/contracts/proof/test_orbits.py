@@ -9,16 +9,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from flint import ctx
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, TransmissionError
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.certificate import REASONS, Certificate, Unproved, checksum
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.prove import at_phase, prove_orbit
+from tests.commands import ask
 
 EIGHT = ("--set", "omega=1", "--set", "q0=0.1", "--set", "eps1=0.206")
 EIGHT_MODEL = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
@@ -27,12 +26,6 @@ KEYS = {
     "stability", "margins", "versions", "sha256",
 }
 SINGLE = {"kind": "single", "zeta": 0.025, "q0": 0.1, "eps1": 0.05, "omega": 2.3}
-
-
-def run(*arguments):
-    result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
-    assert "Traceback" not in result.stderr
-    return result
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +195,7 @@ def test_flint_missing_is_named(monkeypatch):
         with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
             prove(gc.MeshModel.of())
     for command in (("regime", *EIGHT, "--prove"), ("verify", "x.json")):
-        result = run(*command)
+        result = ask(*command)
         assert (result.exit_code, result.stdout) == (2, "")
         assert 'pip install "gearchaos[proof]"' in result.stderr
 
@@ -217,7 +210,7 @@ def test_import_loads_no_flint_and_its_absence_is_named_by_the_package():
 
 def test_regime_proves_and_writes(tmp_path):
     path = tmp_path / "eight.json"
-    result = run("regime", *EIGHT, "--prove", "--certificate", path, "--json")
+    result = ask("regime", *EIGHT, "--prove", "--certificate", path, "--json")
     assert result.exit_code == 0
     assert result.stderr.splitlines()[-1] == f"wrote {path}"
     proof = json.loads(result.stdout)["proof"]
@@ -225,8 +218,8 @@ def test_regime_proves_and_writes(tmp_path):
     assert proof["proved"] is True
     assert proof["sha256"] == document["sha256"] == checksum(document)
     assert (proof["period"], proof["inside"], proof["outside"], proof["bits"]) == (8, 2, 0, 128)
-    assert "proof" not in json.loads(run("regime", *EIGHT, "--json").stdout)
-    assert "proved with 128 bits" in run("regime", *EIGHT, "--prove").stdout
+    assert "proof" not in json.loads(ask("regime", *EIGHT, "--json").stdout)
+    assert "proved with 128 bits" in ask("regime", *EIGHT, "--prove").stdout
 
 
 def test_regime_says_why_there_is_no_proof(tmp_path):
@@ -235,7 +228,7 @@ def test_regime_says_why_there_is_no_proof(tmp_path):
               "z": 1.1666666, "z_dot": 0}
     path = tmp_path / "none.json"
     sets = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
-    result = run("regime", *sets, "--prove", "--certificate", path, "--json")
+    result = ask("regime", *sets, "--prove", "--certificate", path, "--json")
     assert result.exit_code == 0
     document = json.loads(result.stdout)
     assert (document["label"], document["proof"]["proved"]) == ("7T", False)
@@ -251,7 +244,7 @@ def test_regime_says_why_there_is_no_proof(tmp_path):
     (("verify", "/nowhere/a.json"), "FILE must be a file"),
 ])
 def test_commands_refuse(arguments, words):
-    result = run(*arguments)
+    result = ask(*arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert words in result.stderr
 

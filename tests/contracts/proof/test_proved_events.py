@@ -5,12 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+
+from tests.commands import ask
 
 pytest.importorskip("flint")
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.model import HarmonicStiffness, MeshModel
 from gearchaos.proof.balls import from_text, precision, to_text
 from gearchaos.proof.certificate import UndecidedError
@@ -238,6 +238,6 @@ def test_a_model_with_kind_axis_and_value_is_enough_and_verify_refuses_its_file_
     assert proved.proved
     proved.write(tmp_path / "event.json")
     gc.prove_box(TORSIONAL, {"eps1": 1e-6}).write(tmp_path / "box.json")
-    found = CliRunner().invoke(app, ["verify", str(tmp_path / "event.json"), str(tmp_path / "box.json")])
+    found = ask("verify", tmp_path / "event.json", tmp_path / "box.json")
     assert found.exit_code == 1
     assert "no verifier of events" in found.stdout and "no verifier of boxes" in found.stdout

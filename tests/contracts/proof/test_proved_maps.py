@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
+
+from tests.commands import ask
 
 pytest.importorskip("flint")
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Reason
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel
@@ -76,9 +76,7 @@ def test_a_store_holds_the_same_proofs_and_goes_on_where_it_stopped(proved, tmp_
 
 def test_the_command_run_counts_the_proofs(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
-    result = CliRunner().invoke(
-        app, ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "map.zarr"), "--threads", "1", "--json"])
-    assert result.exit_code == 0, result.output
+    result = ask("run", tmp_path / "study.toml", "--out", tmp_path / "map.zarr", "--threads", "1", "--json", code=0)
     counts = json.loads(result.stdout.splitlines()[-1])["proofs"]
     assert counts["periodic"] == counts["proved"] > 0 and counts["unproved"] == {} and counts["share"] == 1
     assert f"proved {counts['proved']} of {counts['periodic']} periodic cells (100.00 %)" in result.stderr

@@ -2,14 +2,11 @@
 
 import json
 import os
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-import typer.testing
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.store.run import run
 from gearchaos.store.store import _checksum
@@ -59,13 +56,6 @@ def files(path):
     every = {p.relative_to(path).as_posix(): p.read_bytes() for p in Path(path).rglob("*") if p.is_file()}
     return {name: json.loads(data[:-4])["shards"] if name.startswith("run/blocks/") else data
             for name, data in every.items()}
-
-
-typer.testing._get_command = cache(typer.testing._get_command)  # which takes longer than most commands of small stores
-
-
-def ask(*arguments):
-    return typer.testing.CliRunner().invoke(app, list(map(str, arguments)), catch_exceptions=False)
 
 
 def describe(path, **changes):

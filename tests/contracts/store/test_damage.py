@@ -23,7 +23,8 @@ from gearchaos.store.lock import Shard, write_lock
 from gearchaos.store.objects import Objects
 from gearchaos.store.run import finish_store, run
 from gearchaos.store.store import STUDY, from_description, open_store
-from tests.contracts.store.stores import BASINS, MAP, ask, counted, describe, files, half_done
+from tests.commands import ask
+from tests.contracts.store.stores import BASINS, MAP, counted, describe, files, half_done
 
 SHARD = "v_rms/c/0/1"
 """The results of the tiles 2, 3, 8 and 9, in two chunks."""

@@ -8,11 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import export as exporting
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.execute import machine
@@ -24,6 +22,7 @@ from gearchaos.store.store import FINISHED, ArraySpec, Store, open_store
 from gearchaos.store.tiles import Grid
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studyfile import load_study
+from tests.commands import ask
 
 MODEL, SINGLE = gc.MeshModel.of(q0=0.1), gc.MeshModel.of(kind="single")
 FAST = Classification(transient_lengths=(20,), exponent_run=50, doublings=0, longest_transient=100, longest_period=4,
@@ -232,8 +231,7 @@ def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
 
 
 def exported(path, target, *options):
-    result = CliRunner().invoke(app, ["export", str(path), "--out", str(target), *options])
-    assert result.exit_code == 0, result.output
+    result = ask("export", path, "--out", target, *options, code=0)
     return gc.load(target), result.stderr
 
 

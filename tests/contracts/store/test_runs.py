@@ -20,7 +20,8 @@ from gearchaos.store.objects import Objects
 from gearchaos.store.run import Outcome, _create, finish_store, run
 from gearchaos.store.store import open_store
 from gearchaos.store.tiles import Grid, divide, with_blocks
-from tests.contracts.store.stores import BASINS, MAP, ask, computed, counted, files, half_done
+from tests.commands import ask
+from tests.contracts.store.stores import BASINS, MAP, computed, counted, files, half_done
 
 pytestmark = pytest.mark.usefixtures("instant")
 

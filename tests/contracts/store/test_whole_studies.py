@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
+from tests.commands import ask
 
 MODEL = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
 BRANCH = """
@@ -74,9 +73,9 @@ def test_a_study_file_describes_a_branch(tmp_path):
     path.write_text(BRANCH)
     study = load_study(path).study(STUDIES["branch"])
     assert (study.axis.name, study.axis.start, study.axis.stop) == ("eps1", 0.2, 0.21) and study.start == {"x1": 1}
-    done = CliRunner().invoke(app, ["branch", str(path), "--out", str(tmp_path / "b.nc")])
+    done = ask("branch", path, "--out", tmp_path / "b.nc")
     assert done.exit_code == 0, done.output
-    stored = CliRunner().invoke(app, ["run", str(path), "--out", str(tmp_path / "b.zarr")])
+    stored = ask("run", path, "--out", tmp_path / "b.zarr")
     assert stored.exit_code == 0, stored.output
     assert gc.load(tmp_path / "b.nc").identical(gc.load(tmp_path / "b.zarr"))
 

@@ -12,10 +12,8 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.cli.datasheets import print_answers, print_datasheets
 from gearchaos.datasheet.answer import Answer, edges
 from gearchaos.datasheet.printed import _lines, report_pdf
@@ -41,6 +39,7 @@ from gearchaos.studies.speed_windows import (
 from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
+from tests.commands import ask
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 SCAN = ("--speed", "500:700:8", "--starts", 0)
@@ -48,9 +47,7 @@ WIDTH = 80
 
 
 def assess(*arguments, code=0):
-    result = CliRunner().invoke(app, ["assess", *map(str, arguments)])
-    assert result.exit_code == code, result.stderr
-    return result
+    return ask("assess", *arguments, code=code)
 
 
 def of_windows(found, *windows):

@@ -5,7 +5,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.beside_factors import beside_factors, words_beside
-from tests.contracts.cli.test_cli import refused, run, run_json
+from tests.commands import ask, refused, run_json
 from tests.contracts.model.test_damping_law import DESIGN, PAIR
 
 LOADED = {"kind": "single", "omega": 0.9, "zeta": 0.05, "q0": 0.1, "eps1": 0.05, "chi1": 0.25, "chi2": 0.25}
@@ -67,8 +67,8 @@ def test_large_factors_leave_room_for_those_of_the_standards(design):
 def test_prints_and_cards_name_both():
     words = "mesh damping also across the gap, quasi-static ratio 1.67"
     sets = [part for name, value in LOADED.items() for part in ("--set", f"{name}={value}")]
-    assert f"dynamic factor: {words}" in flat(run("attractors", "--starts", "4", *sets).stdout)
-    assert words.replace(", ", " ") in flat(run("regime", *sets).stdout)
+    assert f"dynamic factor: {words}" in flat(ask("attractors", "--starts", "4", *sets).stdout)
+    assert words.replace(", ", " ") in flat(ask("regime", *sets).stdout)
     card = gc.regime(gc.MeshModel.of(**LOADED))._repr_html_()
     assert "quasi-static ratio" in card and "1.67" in card and "also across the gap" in card
 

@@ -10,21 +10,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from tests import EXAMPLES
 from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
+from tests.commands import ask
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 TRIPLE = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
 
 
 def run(*arguments: object, code: int = 0) -> str:
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exit_code == code, done.output
+    done = ask(*arguments, code=code)
     return done.stderr if code else done.stdout
 
 

@@ -6,14 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import plot
-from gearchaos.cli import app
 from gearchaos.errors import InputError
 from tests import EXAMPLES
 from tests.branches import PAIR
+from tests.commands import ask
 from tests.event_curves import FULL, SINGLE, axes, folds
 
 SET = ["--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05", "--set", "omega=1.0"]
@@ -23,8 +22,7 @@ FOLD = ["--event", "fold", "--period", "1", *PLANE]
 
 
 def run(*arguments: object, code: int = 0) -> str:
-    done = CliRunner().invoke(app, [str(a) for a in arguments])
-    assert done.exit_code == code, done.output
+    done = ask(*arguments, code=code)
     return done.stderr if code else done.stdout
 
 

@@ -9,16 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.cli.fit import fit_document, print_fit
 from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
+from tests.commands import ask
 
 PAIR_KEYS = """
 n1 = 25
@@ -121,7 +120,7 @@ def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     (tmp_path / "orders.csv").write_text(measured_of(load_design(tmp_path / "design.toml").at(speed=1000.0), 6e-6))
     arguments = ["fit", str(tmp_path / "design.toml"), str(tmp_path / "orders.csv"), "--vary", "error1=1:20 um",
                  "--vary", "backlash=0.1:0.2 mm", "--starts", "1"]
-    said = CliRunner().invoke(app, [*arguments, "--plot", str(tmp_path / "f.png"), "--out", str(tmp_path / "f.nc")])
+    said = ask(*arguments, "--plot", tmp_path / "f.png", "--out", tmp_path / "f.nc")
     assert said.exit_code == 0, said.output
     assert (tmp_path / "f.png").stat().st_size > 0 and max(map(len, said.stdout.splitlines())) <= 80
     found = gc.load(tmp_path / "f.nc")
@@ -137,7 +136,7 @@ def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     for changed, wrong in (({}, False), ({"searches": 90}, True), ({"over_uncertainty": 1.5}, True)):
         print_fit(found, {**document, **right, **changed})
         assert ("A wrong minimum is likely" in capsys.readouterr().out) is wrong
-    bare = CliRunner().invoke(app, arguments[:3])
+    bare = ask(*arguments[:3])
     assert bare.exit_code == 2 and "--vary" in bare.stderr
 
 
@@ -146,7 +145,7 @@ def test_a_fit_that_explains_nothing_says_so_first(tmp_path, capsys):
     (tmp_path / "orders.csv").write_text(TABLE.replace("464", "9").replace("166", "3000"))
     (tmp_path / "pair.toml").write_text(f"[gearpair]\n{PAIR_KEYS}")
     arguments = ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"), "--vary", *VARY, "--starts", "1"]
-    document = json.loads(CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "f.nc"), "--json"]).stdout)
+    document = json.loads(ask(*arguments, "--out", tmp_path / "f.nc", "--json").stdout)
     assert 0.9 < document["over_measured"] < 1
     print_fit(gc.load(tmp_path / "f.nc"), document)
     assert " ".join(capsys.readouterr().out.split()).startswith(

@@ -8,10 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gearchaos as gc
-from gearchaos.cli import app
 from gearchaos.datasheet.scatter import _most
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
@@ -21,6 +19,7 @@ from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter import torques_of
 from gearchaos.studies.scatter_results import OUTPUTS
 from tests import EXAMPLES
+from tests.commands import ask
 
 DESIGN = gc.GearDesign(
     teeth=(25, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100,
@@ -249,8 +248,7 @@ def command(tmp_path):
     path.write_text(TOML)
 
     def call(name, *arguments, code=0):
-        done = CliRunner().invoke(app, [name, str(path), *map(str, arguments)])
-        assert done.exit_code == code, done.output
+        done = ask(name, path, *arguments, code=code)
         assert "--json" in arguments or max(map(len, done.stdout.splitlines()), default=0) <= 80
         return done.stderr if code else done.stdout
 

@@ -12,11 +12,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import gearchaos as gc
 from gearchaos import plot
-from gearchaos.cli import app
 from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
 from gearchaos.plot.theme import EVENT_COLOURS
@@ -24,6 +22,7 @@ from gearchaos.studies import skeleton as skeletons
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
 from tests.colour_vision import VISION, lab, linear
+from tests.commands import ask
 from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones
 
 
@@ -101,10 +100,10 @@ def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkey
 
     with monkeypatch.context() as patched:
         patched.setattr(algorithm, "follow_curve", interrupted)
-        assert CliRunner().invoke(app, command).exit_code != 0
+        assert ask(*command).exit_code != 0
     assert found == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
     monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
-    document = json.loads(CliRunner().invoke(app, command).stdout)
+    document = json.loads(ask(*command).stdout)
     assert gc.load(out).identical(quick()) and not kept.exists()
     assert sum(each["count"] for each in document["curves"]) == quick().sizes["number"]
 
@@ -237,7 +236,7 @@ def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
     between = own + 0.38 * (beyond - own)
     assert sorted(map(tuple, middle.round(9))) == sorted(map(tuple, between.round(9)))
     gc.save(found, tmp_path / "found.nc")
-    done = CliRunner().invoke(app, ["plot", str(tmp_path / "found.nc")])
+    done = ask("plot", tmp_path / "found.nc")
     assert done.exit_code == 0 and (tmp_path / "found.png").stat().st_size > 5000
 
 
