@@ -471,7 +471,7 @@ def test_a_window_needs_the_state_before_it_an_order_and_one_sign_of_velocity():
         crossing = 1 - 1e-9, 0.1
         standing(model, *crossing).window(fmpq(0), h, 1, True)
         for z, z_dot, flank, contact, words in (
-                (1 + 1e-9, 0.1, 1, True, "not from the state before"), (*crossing, 1, False, "not from the state before"),
+                (1 + 1e-9, 0.1, 1, True, "not from the state before"), (*crossing, 1, False, "the state before"),
                 (1 - 1e-9, 1e-5, 1, True, "z' is not proved of one sign"), (-1 + 1e-3, -0.1, 1, True, "of one sign"),
                 (0.9, 0.1, 1, True, "no crossing"), (1 + 1e-3, -0.1, 1, False, "no crossing")):
             with pytest.raises(verifier.Refused, match=words):
