@@ -71,7 +71,7 @@ kernels: $(VENV)/.installed
 # --dist loadfile keeps the tests of a file in one process, or those of several files that share servers, stores and the
 # browser: tests/conftest.py. Three processes on two cores: that of the browser mostly waits.
 test: $(VENV)/.installed-test
-	$(MAKE) --jobs=2 --output-sync=target lint chromium kernels
+	$(MAKE) --jobs=3 --output-sync=target kernels lint chromium
 	$(BIN)/python -m pytest -n 3 --dist loadfile
 
 # What a change reaches: what differs from the commit SINCE, by default from the last one.
