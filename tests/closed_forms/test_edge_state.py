@@ -20,6 +20,7 @@ def test_the_edge_state_of_two_coordinates_is_the_saddle_on_the_boundary():
     assert nearest < 1e-8
 
 
+@pytest.mark.exhaustive
 def test_the_edge_state_of_six_coordinates_divides_two_attractors():
     rows = gc.attractors(FULL, starts=40)
     numbers = rows.attractor.values

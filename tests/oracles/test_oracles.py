@@ -239,7 +239,9 @@ def test_mean_motions_in_closed_form(name):
         np.testing.assert_allclose(data[f"section_{key}"], values, rtol=0, atol=1e-11, err_msg=key)
 
 
-@pytest.mark.parametrize("name", ["single, unequal wheels", "torsional, unequal torques", "full, unequal, harmonics"])
+@pytest.mark.parametrize("name", [
+    "single, unequal wheels", "torsional, unequal torques",
+    pytest.param("full, unequal, harmonics", marks=pytest.mark.exhaustive)])  # kernels of eight coordinates
 def test_a_sampled_trajectory(name):
     data = gc.simulate(REGULAR[name], periods=3, transient=2, samples=24)
     expected = heyoka_oracle.trajectory(REGULAR[name], data.tau.values)

@@ -257,7 +257,8 @@ def test_orbits_at_amplitudes_of_opposite_signs_are_not_connected_through_0(star
     assert connection(*apart, BITS, apart[0] if start else None)["radius"]
 
 
-@pytest.mark.parametrize(("kind", "axis"), [("torsional", "beta1"), ("full", "kappa1")])
+@pytest.mark.parametrize(("kind", "axis"), [
+    ("torsional", "beta1"), pytest.param("full", "kappa1", marks=pytest.mark.exhaustive)])
 @pytest.mark.parametrize("shares", [(0, 1), (-1, 1), (-1, 0)])
 def test_orbits_are_not_connected_through_a_symmetry_that_needs_fewer_coordinates(kind, axis, shares):
     model = MeshModel.of(kind=kind, omega=0.7, q0=0.3, eps1=0.01)

@@ -223,7 +223,7 @@ def test_kind_follows_the_supports_and_kinds_that_do_not_fit_are_refused():
 
 @pytest.fixture(scope="module")
 def motion():
-    p = GearPair(**{**SI, **STRINGS, **SUPPORTS, "speed": "6000 rpm"})
+    p = GearPair(**{**SI, **STRINGS, **SUPPORTS, "speed": "6000 rpm", "damping_law": "always"})
     dimensionless = simulate(p.to_model(), periods=50, transient=600, samples=400)
     return p, dimensionless, physical(dimensionless, p)
 
