@@ -21,8 +21,8 @@ from tests import EXAMPLES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")
-FEW_CELLS = (100, 75)
-"""Columns and rows of the maps of `served` with ``few``: a sixteenth of the usual cells, which takes less time."""
+FEW_CELLS = (80, 60)
+"""Columns and rows of the maps of `served` with ``few``: a twenty-fifth of the usual cells, which takes less time."""
 
 _MAIN = f"""
 import os, signal

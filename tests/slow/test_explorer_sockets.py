@@ -60,13 +60,16 @@ class Raw:
             self.socket.sendall(head + b"\0\0\0\0" + data)
 
     def read(self):
-        """The next frame: opcode and payload; (8, b"") at the end."""
+        """The next frame that is no ping: opcode and payload; (8, b"") at the end."""
         try:
-            first, size = self._exactly(2)
-            size &= 127
-            if size > 125:
-                size = int.from_bytes(self._exactly(2 if size == 126 else 8), "big")
-            return first & 15, self._exactly(size)
+            while True:
+                first, size = self._exactly(2)
+                size &= 127
+                if size > 125:
+                    size = int.from_bytes(self._exactly(2 if size == 126 else 8), "big")
+                opcode, data = first & 15, self._exactly(size)
+                if opcode != 9:
+                    return opcode, data
         except (ConnectionError, EOFError):
             return 8, b""
 
@@ -295,11 +298,9 @@ def read_until(raw, *kinds):
 
 
 def part(raw):
-    """The next frame that is no ping."""
-    while (found := raw.read())[0] == 9:
-        pass
-    assert found[0] != 8, "the connection has ended"
-    return found[1]
+    opcode, data = raw.read()
+    assert opcode != 8, "the connection has ended"
+    return data
 
 
 def request(model, action, value):
