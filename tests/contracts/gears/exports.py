@@ -156,9 +156,7 @@ def _error_unit(draw: np.random.Generator, teeth: tuple[int, ...]) -> tuple[str,
     return unit, _SMALL_ANGLES[unit] / radius, {"wheel": wheel}
 
 
-def _curve(
-    draw: np.random.Generator, truth: np.ndarray, unit: str, factor: float, passed: int, trap: str,
-) -> _Columns:
+def _curve(draw: np.random.Generator, truth: np.ndarray, unit: str, factor: float, passed: int, trap: str) -> _Columns:
     """An error over the roll angle, of one mesh period or of a whole turn with runout."""
     count, turn, angle = int(draw.integers(20, 50)), draw.random() < 0.5, _pick(draw, _ANGLES)
     tau = np.arange(count * (passed if turn else 1) + (draw.random() < 0.5)) / count

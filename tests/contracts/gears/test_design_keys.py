@@ -103,9 +103,8 @@ PAIR = {
 }
 PAIR_CHANGES = {
     "n1": 26, "n2": 51, "I1": 6e-4, "I2": 7e-3, "R1": "35.1 mm", "R2": "70.1 mm", "c0": "300 N/um", "k": "400 N*s/m",
-    "damping_law": "always",
-    "backlash": "0.13 mm", "M10": "80 N*m", "M20": "150 N*m", "speed": "13000 rpm", "b1": 1e-4, "b2": 1e-4,
-    "m1": "1 kg", "m2": "2 kg", "c1": "200 N/um", "c2": "200 N/um", "k1": "100 N*s/m", "k2": "100 N*s/m",
+    "damping_law": "always", "backlash": "0.13 mm", "M10": "80 N*m", "M20": "150 N*m", "speed": "13000 rpm", "b1": 1e-4,
+    "b2": 1e-4, "m1": "1 kg", "m2": "2 kg", "c1": "200 N/um", "c2": "200 N/um", "k1": "100 N*s/m", "k2": "100 N*s/m",
     "error_amplitudes": ["5 um"], "error_phases": ["30 deg"], "chi1": 0.2, "chi2": 0.2, "contact_ratio": 1.6,
     "stiffness_amplitudes": ["50 N/um"], "stiffness_phases": ["20 deg"], "stiffness_levels": ["350 N/um", "450 N/um"],
     "stiffness_starts": [0.0, 0.4], "tooth_pairs": {"stiffness": "200 N/um", "contact_ratio": 1.5},

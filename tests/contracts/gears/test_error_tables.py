@@ -231,8 +231,7 @@ TURN = np.arange(17 * 40 + 1) / 40
     (TURN, lambda tau: np.cos(4 * np.pi * tau) + 5 * np.cos(2 * np.pi * tau / 17), "repeats itself 34 times, not 17"),
     (np.arange(41) / 40, lambda tau: 3 * np.cos(4 * np.pi * tau), "in each of which the error has 2 periods"),
     (np.arange(41) / 80, lambda tau: np.cos(2 * np.pi * tau), "got '0.5 mesh periods'. orders must be at most 0"),
-], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half in a period",
-        "half a period"])
+], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half in a period", "half a period"])
 def test_an_error_that_contradicts_the_number_of_teeth_is_refused(curve, tau, error, words):
     with pytest.raises(InputError) as found:
         from_table(curve(tau, error(tau)), 17)

@@ -240,13 +240,11 @@ def test_a_full_model_of_a_rigid_pair_needs_its_supports(pair):
 
 
 STUDIES = {
-    "regime": lambda pair: gc.Regime(pair, settings=SHORT),
-    "simulate": lambda pair: gc.Simulate(pair, 3, samples=4),
+    "regime": lambda pair: gc.Regime(pair, settings=SHORT), "simulate": lambda pair: gc.Simulate(pair, 3, samples=4),
     "attractors": lambda pair: gc.Attractors(pair, 3, settings=SHORT),
     "bifurcation": lambda pair: gc.Bifurcation(pair, "speed=9000:9600:3", points=2, mode="up", settings=SHORT),
     "zones": lambda pair: gc.Zones(pair, "omega=1:2:2", "eps1=0:0.1:2", settings=SHORT),
-    "basins": lambda pair: gc.Basins(
-        operating_model(pair, "torsional"), "x1=-1:1:3", "x1_dot=-1:1:3", settings=SHORT),
+    "basins": lambda pair: gc.Basins(operating_model(pair, "torsional"), "x1=-1:1:3", "x1_dot=-1:1:3", settings=SHORT),
 }
 
 

@@ -323,8 +323,7 @@ def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
     ('deflections = { "z1/z2" = "1 N" }', {}, "initial.deflections: z1/z2", "must be a length"),
     ("deflections = 3", {}, "initial.deflections", "must be a table"),
     ("angles = { loose = 0 }", {}, "initial.angles", "must be left out"),
-    ("deflection = 3", {}, "key of [initial]", "must be one of"),
-    ("x1 = 3", {}, "key of [initial]", "must be one of"),
+    ("deflection = 3", {}, "key of [initial]", "must be one of"), ("x1 = 3", {}, "key of [initial]", "must be one of"),
     # the design of a mesh
     (OF_DESIGN, {"design": DESIGN}, "mesh z1/z2: design", "[operation] with speed and torque"),
     (UNDAMPED, {"design": LOAD_FREE}, "mesh z1/z2: design: damping_ratio", "must be given"),

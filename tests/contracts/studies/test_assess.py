@@ -64,8 +64,7 @@ def found():
 def command(found, tmp_path_factory):
     """What the command prints of it, and the folder with all it writes."""
     folder = tmp_path_factory.mktemp("assess")
-    files = [part for n in ("out.html", "pdf.pdf", "plot.svg")
-             for part in (f"--{n.partition('.')[0]}", folder / n)]
+    files = [part for n in ("out.html", "pdf.pdf", "plot.svg") for part in (f"--{n.partition('.')[0]}", folder / n)]
     with pytest.MonkeyPatch.context() as patched:  # the command that prints JSON computes it
         patched.setattr("gearchaos.studies.assess.assess", lambda *_, **__: found)
         return assess(SPUR, *SCAN, "--torque", "100,300", *files).stdout, folder

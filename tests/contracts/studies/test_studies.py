@@ -338,8 +338,7 @@ def test_rest_without_load_is_one_attractor():
 BAD = [
     (lambda: gc.Axis("omega", 1.0, 0.5, 10), "must run from a smaller to a larger value"),
     (lambda: gc.Axis("omega", 1.0, 2.0, 0), "count must be a whole number from 1"),
-    (lambda: Shard(0, 3), "i from 1 to n"),
-    (lambda: Shard(4, 3), "i from 1 to n"),
+    (lambda: Shard(0, 3), "i from 1 to n"), (lambda: Shard(4, 3), "i from 1 to n"),
     (lambda: gc.Axis("omega", 1.0, float("nan"), 3), "must be a finite number"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", -1.0, 1.0, 3), gc.Axis("eps1", 0, 1, 2)), "omega must be greater"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("omega", 1, 2, 2)), "two different"),
