@@ -128,6 +128,7 @@ def test_a_cell_of_the_map_is_the_regime_there(found, model):
         verdict, cell = gc.regime(point, settings=SHORT), found.isel(torque=i, speed=j)
         assert motions(cell["label"], cell["period"]) == [verdict.label]
         assert float(cell["lyapunov"]) == verdict.lyapunov[0] * point.gears.scales.rate
+        assert float(cell["v_rms"]) == pytest.approx(verdict.v_rms * point.gears.scales.velocity * 1e3, rel=1e-12)
         assert float(cell["omega"]) == point.omega and float(cell["q0"]) == point.q1
 
 

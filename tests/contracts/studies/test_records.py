@@ -54,7 +54,8 @@ def test_every_coordinate_has_its_unit():
 def test_intervals_hold_their_exponents_and_flags_are_true(mixed):
     label, value = mixed.label.values, mixed.lyapunov.values
     chaotic, periodic = label == Label.CHAOTIC, label == Label.PERIODIC
-    assert chaotic.sum() > 5 and periodic.sum() > 50
+    assert chaotic.sum() > 5 and periodic.sum() > 50 and not (label == Label.QUASI_PERIODIC).any()
+    assert not mixed.period.values[chaotic].any() and mixed.residual.values[periodic].max() <= 1e-10
     low, high = mixed.lyapunov_lo.values, mixed.lyapunov_hi.values
     assert np.all((low < value)[chaotic] & (value < high)[chaotic])
     assert np.all((low == value)[periodic] & (value == high)[periodic])
