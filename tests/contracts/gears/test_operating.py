@@ -168,16 +168,15 @@ def test_a_store_over_speed_and_torque_records_the_gears(pair, stored):
 def test_plot_and_export_take_the_units_of_the_gears(stored, tmp_path):
     store = stored[1]
     for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
-        plain = ask(*command)
-        assert plain.exit_code == 0 and plain.stderr.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
-        result = ask(*command, "--physical")
-        assert result.exit_code == 0 and "dimensionless" not in result.stderr, result.stderr
+        said = ask(*command, code=0).stderr
+        assert said.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
+        assert "dimensionless" not in ask(*command, "--physical", code=0).stderr
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
     for file in ("s.nc", "z.nc"):
         assert "dimensionless" not in ask("plot", tmp_path / file).stderr
-    result = ask("plot", tmp_path / "z.nc", "--physical")
-    assert result.exit_code == 2 and "--physical needs the result of a study of gears" in result.stderr
+    refused = ask("plot", tmp_path / "z.nc", "--physical", code=2).stderr
+    assert "--physical needs the result of a study of gears" in refused
 
 
 def test_speed_and_torque_follow_omega_and_q1(pair, model):
@@ -275,10 +274,9 @@ def test_a_verdict_carries_its_gears(pair):
 
 def test_gears_whose_torque_cannot_be_varied_scale_their_results(pair):
     idle = replace(pair, M10=0.0, M20=3.0)
-    found = gc.simulate(operating_model(idle).with_values({"omega": 1.5}), 2)
-    assert gc.physical(found, idle).identical(gc.physical(found))
-    found = gc.simulate(SOFT, 2)
-    assert gc.physical(found, SOFT.at(torque=100.0)).identical(gc.physical(found))  # in the units of its own torque
+    of_idle, of_soft = gc.simulate(operating_model(idle).with_values({"omega": 1.5}), 2), gc.simulate(SOFT, 2)
+    for found, gears in ((of_idle, idle), (of_soft, SOFT.at(torque=100.0))):  # in the units of its own torque
+        assert gc.physical(found, gears).identical(gc.physical(found))
 
 
 def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
@@ -294,15 +292,12 @@ def test_the_gears_of_a_store_are_compared_where_it_has_them(pair, tmp_path):
 
 
 def test_results_record_their_classification_settings(pair):
-    for name, make in STUDIES.items():
-        settings = json.loads(make(pair).provenance()["settings"])
-        if name == "simulate":
-            assert "classification" not in settings
-            continue
-        given = settings["classification"]
-        assert Classification(**given | {"transient_lengths": tuple(given["transient_lengths"])}) == SHORT
     found = gc.regime(gc.MeshModel(), settings=SHORT).to_dataset()
-    assert json.loads(found.attrs["settings"])["classification"]["longest_transient"] == 800
+    given = json.loads(found.attrs["settings"])["classification"]
+    assert Classification(**given | {"transient_lengths": tuple(given["transient_lengths"])}) == SHORT
+    for name, make in STUDIES.items():
+        of_study = json.loads(make(pair).provenance()["settings"]).get("classification")
+        assert of_study == (None if name == "simulate" else given)
     default = json.loads(gc.Regime(gc.MeshModel()).provenance()["settings"])["classification"]
     assert default["longest_transient"] == 20_000
 

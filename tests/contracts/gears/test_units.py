@@ -17,7 +17,8 @@ SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 @pytest.mark.parametrize(("text", "dimension", "number"), [
     *((text, units.SPEED, 360) for text in (
         "360 rpm", "360rpm", "360 1/min", "360/min", "360 1 / min", "360 min^-1", "360 min-1", "360 min**-1",
-        "360 min⁻¹", "360 rev/min", "360 r/min", "360 U/min", "6 turn/s", "6 rev/s", "6 r/s", "360 RPM")),
+        "360 min⁻¹", "360 rev/min", "360 r/min", "360 U/min", "6 turn/s", "6 rev/s", "6 r/s", "360 RPM", "2160 deg/s",
+        "360 revolution/minute")),
     # without a sign of multiplication
     *((text, units.TORQUE, 400) for text in ("400Nm", "400 Nm", "400 N m", "0.4 kNm", "400 N·m", "400 N-m")),
     ("5 Nmm", units.TORQUE, 5e-3), ("5 Ncm", units.TORQUE, 5e-2), ("5 mNm", units.TORQUE, 5e-3),

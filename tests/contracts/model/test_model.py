@@ -5,16 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
+from gearchaos import model as models
 from gearchaos.errors import InputError
-from gearchaos.model import (
-    HarmonicStiffness,
-    MeshModel,
-    TransmissionError,
-    TwoLevelStiffness,
-    backlash,
-    mesh_stiffness,
-    vary,
-)
+from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness, vary
 
 
 def test_short_names_set_pairs_and_any_harmonic():
@@ -67,18 +60,15 @@ def test_the_kind_changes_bearing_friction_only_where_it_was_the_default():
 
 def test_models_are_values():
     model = MeshModel.of(eps1=0.1, x1=0.5)
-    assert model == MeshModel.of(eps1=0.1, x1=0.5)
-    assert hash(model) == hash(MeshModel.of(eps1=0.1, x1=0.5))
-    assert pickle.loads(pickle.dumps(model)) == model
+    assert pickle.loads(pickle.dumps(model)) == model and hash(model) == hash(MeshModel.of(eps1=0.1, x1=0.5))
     assert repr(model) == (
-        "MeshModel(kind='torsional', error=TransmissionError(amplitudes=(0.1,), phases=(0.0,)), initial={'x1': 0.5})"
-    )
+        "MeshModel(kind='torsional', error=TransmissionError(amplitudes=(0.1,), phases=(0.0,)), initial={'x1': 0.5})")
 
 
 def test_waveforms_are_those_of_the_paper():
-    chi = mesh_stiffness(MeshModel(stiffness=TwoLevelStiffness(0.2, 0.1, 1.25)), np.array([0.0, 1.5, 1.6, 6.2]))
-    np.testing.assert_array_equal(chi, [1.2, 1.2, 0.9, 0.9])
-    np.testing.assert_array_equal(backlash(np.array([-3.0, -1.0, 0.4, 1.0, 2.5])), [-2.0, 0.0, 0.0, 0.0, 1.5])
+    two = MeshModel(stiffness=TwoLevelStiffness(0.2, 0.1, 1.25))
+    assert models.mesh_stiffness(two, np.array([0.0, 1.5, 1.6, 6.2])).tolist() == [1.2, 1.2, 0.9, 0.9]
+    assert models.backlash(np.array([-3.0, -1.0, 0.4, 1.0, 2.5])).tolist() == [-2.0, 0.0, 0.0, 0.0, 1.5]
 
 
 BAD = [
