@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 import warnings
 from dataclasses import asdict
 
@@ -149,9 +150,8 @@ BAD = [
 
 @pytest.mark.parametrize(("changes", "message"), BAD, ids=[f"{i}-{m.split()[0]}" for i, (_, m) in enumerate(BAD)])
 def test_bad_values_are_named(changes, message):
-    with pytest.raises(InputError) as error:
+    with pytest.raises(InputError, match=re.escape(message)):
         pair(**changes)
-    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(("changes", "words"), [
@@ -181,8 +181,8 @@ def test_kind_follows_the_supports_and_kinds_that_do_not_fit_are_refused():
     assert pair().rigid and pair().to_model().kind == "torsional"
     elastic, single = pair(**SUPPORTS), pair().to_model("single")
     assert elastic.to_model().kind == "full" and elastic.to_model("torsional").kind == "torsional"
-    assert single.kind == "single" and 1 / single.J1 + 1 / single.J2 == pytest.approx(1, rel=1e-14)
-    for changes, kind, words in (({}, "full", "kind must be torsional or single"), ({}, "sngle", "Did you mean 'single'"),
+    assert single.kind == "single" and sum(1 / J for J in (single.J1, single.J2)) == pytest.approx(1, rel=1e-14)
+    for changes, kind, words in (({}, "full", "must be torsional or single"), ({}, "sngle", "Did you mean 'single'"),
                                  ({"b1": 0.1}, "single", "beta must be 0")):
         with pytest.raises(InputError, match=words):
             pair(**changes).to_model(kind)

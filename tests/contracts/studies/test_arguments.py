@@ -62,15 +62,16 @@ def test_what_is_no_model_is_refused_in_words(name, model):
 
 
 @pytest.mark.parametrize(("name", "place", "field"), [
-    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y")])
+    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y"),
+    ("attractors", "sweep", "sweep")])
 @pytest.mark.parametrize(("axis", "message"), [
     (None, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
     ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count")], ids=str)
 def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
-    arguments = list(STUDIES[name][0])
-    arguments[place] = axis
+    arguments, options = list(STUDIES[name][0]), {}
+    (options if place == "sweep" else arguments)[place] = axis
     with pytest.raises(InputError, match=f"^{field} {message}") as error:
-        getattr(gc, name)(MODEL, *arguments)
+        getattr(gc, name)(MODEL, *arguments, **options)
     assert "eps1=0:0.3:400" in error.value.advice
 
 
@@ -105,12 +106,6 @@ def test_a_store_with_an_impossible_name_is_refused(name, why, tmp_path):
     study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
     with pytest.raises(InputError, match=f"^out must be a possible path of a folder; .*{why}"):
         gc.run(study, out=f"{tmp_path}/{name}")
-
-
-def test_what_is_no_sweep_is_refused_in_words():
-    for sweep, rule in ((3, "be an Axis or a text"), ("omega=1", "read name=start:stop:count")):
-        with pytest.raises(InputError, match=f"^sweep must {rule}"):
-            gc.attractors(MODEL, 4, sweep=sweep)
 
 
 @pytest.mark.parametrize("name", [n for n in STUDIES if n != "simulate"])

@@ -21,9 +21,10 @@ from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import skeleton as skeletons
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
+from tests.branches import cascade
 from tests.colour_vision import VISION, lab, linear
-from tests.commands import ask
-from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones
+from tests.commands import ask, run_json
+from tests.event_curves import QUICK, SINGLE, SMALL, WINDOW, axes, folds, manifolds, quick, small, zones
 
 
 def test_a_skeleton_has_all_its_curves_one_after_another():
@@ -37,11 +38,14 @@ def test_a_skeleton_has_all_its_curves_one_after_another():
     assert np.abs(np.isfinite(ds["section_x1"]).sum("cycle") - ds["curve_period"].values[numbers]).max() == 0
 
 
-@pytest.mark.parametrize("make", [small, lambda: gc.agreement(small(), zones())], ids=["skeleton", "agreement"])
+@pytest.mark.parametrize("make", [
+    lambda: gc.branch(SINGLE, "omega=0.99:1.01"), lambda: gc.agreement(small(), zones()), cascade, folds, manifolds,
+    small], ids=["branch without events", "agreement", "branches", "curve", "manifolds", "skeleton"])
 def test_results_can_be_saved(make, tmp_path):
-    gc.save(make(), tmp_path / "file.nc")
-    assert gc.load(tmp_path / "file.nc").identical(make())
-    assert all("long_name" in variable.attrs for variable in make().data_vars.values())
+    ds = make()
+    gc.save(ds, tmp_path / "file.nc")
+    assert gc.load(tmp_path / "file.nc").identical(ds)
+    assert all("long_name" in variable.attrs and "units" in variable.attrs for variable in ds.data_vars.values())
 
 
 def test_curves_of_a_skeleton_are_those_that_curve_follows():
@@ -77,10 +81,10 @@ def test_a_journal_of_another_skeleton_is_refused(tmp_path):
     with pytest.raises(InputError, match="same model, axes, settings and versions"):
         gc.skeleton(SMALL, **WINDOW, **{**QUICK, "starts": 1}, journal=journal)
     journal.write_text("no journal\n")
-    with pytest.raises(InputError, match="must be a journal of a skeleton"):
-        gc.skeleton(SMALL, **WINDOW, **QUICK, journal=journal)
-    with pytest.raises(InputError, match="must be a file that can be written"):
-        gc.skeleton(SMALL, **WINDOW, **QUICK, journal=tmp_path / "none" / "s.part")
+    for path, words in ((journal, "must be a journal of a skeleton"),
+                        (tmp_path / "none" / "s.part", "must be a file that can be written")):
+        with pytest.raises(InputError, match=words):
+            gc.skeleton(SMALL, **WINDOW, **QUICK, journal=path)
 
 
 @pytest.mark.slow
@@ -91,8 +95,8 @@ def test_the_number_of_workers_changes_nothing():
 def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkeypatch):
     """What is finished is in the file before the next curve is followed, even where the process is killed then."""
     out, kept, found = tmp_path / "s.nc", tmp_path / "s.nc.part", []
-    command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", "1", "--lines",
-               "1", "1", "--starts", "0", "--workers", "1", "--out", str(out), "--json"]
+    command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", 1, "--lines", 1,
+               1, "--starts", 0, "--workers", 1, "--out", out]
 
     def interrupted(*_):
         found[:] = [json.loads(line)[0] for line in kept.read_text().splitlines()[1:]]
@@ -103,9 +107,9 @@ def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkey
         assert ask(*command).exit_code != 0
     assert found == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
     monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
-    document = json.loads(ask(*command).stdout)
+    curves = run_json(*command)["curves"]
     assert gc.load(out).identical(quick()) and not kept.exists()
-    assert sum(each["count"] for each in document["curves"]) == quick().sizes["number"]
+    assert sum(each["count"] for each in curves) == quick().sizes["number"]
 
 
 def test_agreement_names_the_cause_of_every_side():
@@ -128,9 +132,8 @@ def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common()
     wide = gc.zones(SMALL, "omega=1.4:2.6:23", "eps1=0.01:0.11:11")
     found = gc.agreement(small(), wide)
     assert found.attrs["explained"] == 1 and found.attrs["cells_left_out"] == 23 * 11 - 11 * 7
-    window = json.loads(found.attrs["window"])
-    assert window["omega"] == pytest.approx([1.727, 2.273], abs=1e-3)
-    assert window["eps1"] == pytest.approx([0.03, 0.09], abs=1e-12)
+    assert json.loads(found.attrs["window"]) == {
+        "omega": pytest.approx([1.727, 2.273], abs=1e-3), "eps1": pytest.approx([0.03, 0.09], abs=1e-12)}
     inner = wide.isel(omega=slice(6, 17), eps1=slice(2, 9))
     assert found["cause"].equals(gc.agreement(small(), inner)["cause"])
     assert gc.agreement(small(), zones()).attrs["cells_left_out"] == 0
@@ -236,8 +239,8 @@ def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
     between = own + 0.38 * (beyond - own)
     assert sorted(map(tuple, middle.round(9))) == sorted(map(tuple, between.round(9)))
     gc.save(found, tmp_path / "found.nc")
-    done = ask("plot", tmp_path / "found.nc")
-    assert done.exit_code == 0 and (tmp_path / "found.png").stat().st_size > 5000
+    ask("plot", tmp_path / "found.nc", code=0)
+    assert (tmp_path / "found.png").stat().st_size > 5000
 
 
 def test_curves_over_a_map_keep_its_limits_and_its_legend():
