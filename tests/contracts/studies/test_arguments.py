@@ -65,7 +65,7 @@ def test_what_is_no_model_is_refused_in_words(name, model):
     ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y"),
     ("attractors", "sweep", "sweep")])
 @pytest.mark.parametrize(("axis", "message"), [
-    (None, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
+    (3, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
     ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count")], ids=str)
 def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
     arguments, options = list(STUDIES[name][0]), {}
@@ -90,15 +90,9 @@ def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option,
     study, slurm = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2"), {"cluster": "slurm"} if option == "jobs" else {}
     with pytest.raises(InputError, match=f"^{option} must be a whole number of at least 1"):
         gc.run(study, out=tmp_path / "s.zarr", **{option: value}, **slurm)
-    if option == "threads":
+    for call in (lambda: study.run(threads=value), lambda: study.compute(np.arange(study.count), threads=0)):
         with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
-            study.run(threads=value)
-
-
-def test_the_tiles_are_the_last_to_check_the_number_of_threads():
-    study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
-    with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
-        study.compute(np.arange(study.count), threads=0)
+            call()
 
 
 @pytest.mark.parametrize(("name", "why"), [("a\0b", "null"), ("a" * 300, "too long"), ("a" * 300 + "/b", "too long")])
@@ -129,22 +123,19 @@ def test_physical_says_what_to_pass():
             gc.physical(*arguments)
 
 
-def test_save_refuses_names_of_other_formats(tmp_path):
+def test_save_refuses_names_of_other_formats_and_what_is_no_dataset(tmp_path):
     ds = gc.simulate(MODEL, 2)
     for name in ("x.xlsx", "x.zarr", "x.mat", "x.png"):
         with pytest.raises(InputError, match=r"^path must end in \.nc, \.nc4, \.netcdf, \.h5, \.hdf5, \.csv") as error:
             gc.save(ds, tmp_path / name)
         assert "with .csv a table" in error.value.advice
     assert list(tmp_path.iterdir()) == []
-    for name in ("x.nc", "x.NC4", "x", "x.h5"):
-        gc.save(ds, tmp_path / name)
-        assert gc.load(tmp_path / name).identical(ds)
-
-
-def test_save_refuses_what_is_no_dataset(tmp_path):
     for value in (MODEL, None):
         with pytest.raises(InputError, match=r"^dataset must be an xarray.Dataset"):
             gc.save(value, tmp_path / "x.nc")
+    for name in ("x.nc", "x.NC4", "x", "x.h5"):
+        gc.save(ds, tmp_path / name)
+        assert gc.load(tmp_path / name).identical(ds)
 
 
 @pytest.mark.parametrize(("options", "words"), [
