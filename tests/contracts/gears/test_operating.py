@@ -110,10 +110,10 @@ def test_of_a_long_axis_of_torques_few_gears_are_made_before_any_work(pair, monk
     assert 100 < len(torques) < 300 and {20.0, 400.0} < torques
 
 
-@pytest.mark.parametrize("axes", [("speed=500:1500:2", "omega=1:2:2"), ("q0=0.1:0.2:2", "torque=1:2:2")])
-def test_axes_that_set_the_same_parameter_are_refused(pair, axes):
-    with pytest.raises(InputError, match="must be two different parameters"):
-        gc.zones(pair, *axes)
+def test_axes_that_set_the_same_parameter_are_refused(pair):
+    for axes in (("speed=500:1500:2", "omega=1:2:2"), ("q0=0.1:0.2:2", "torque=1:2:2")):
+        with pytest.raises(InputError, match="must be two different parameters"):
+            gc.zones(pair, *axes)
 
 
 @pytest.fixture(scope="module")

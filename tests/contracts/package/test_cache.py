@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -101,12 +102,8 @@ def test_a_process_does_not_wait_for_itself_after_compiling_was_interrupted(tmp_
         return 4 * x
 
     compiled = compilation.kernel(quadruple)
-
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch:
-        patch.setattr(compiled._compiler, "compile", interrupted)
+        patch.setattr(compiled._compiler, "compile", Mock(side_effect=KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             compiled(2.0)
     acquired, acquire = [], FileLock.acquire
@@ -151,10 +148,8 @@ def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path, answer, k
     """Each kernel is compiled once: from arguments of other types the processes would compile one that nobody uses."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", FIRST_RUN % answer]
-    first, second = (
-        subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600).stdout.splitlines()
-        for _ in range(2)
-    )
+    first, second = (subprocess.run(command, env=environment, capture_output=True, text=True,
+                                    timeout=600).stdout.splitlines() for _ in range(2))
     assert first.count("compiles") in (1, 2), first
     assert [line for line in first if line != "compiles"] == second != []
     assert len(list(tmp_path.rglob("*.nbc"))) == kernels

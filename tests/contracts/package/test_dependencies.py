@@ -68,12 +68,10 @@ TORNADO_OPTIONS = (
 PUBLIC = re.compile(r"numba(\.extending)?|bokeh\.(models|events|plotting|palettes|application|application\.handlers)")
 """Modules whose names are part of the documented API of the packages."""
 
-ADVICE = "adapt {files} and this table, then raise the upper bound of {package} in pyproject.toml"
-
-
 def advice(package: str, module: str) -> str:
-    files = [str(f.relative_to(SOURCES)) for f in sorted(SOURCES.rglob("*.py")) if module in f.read_text()]
-    return ADVICE.format(files=", ".join(files) or f"the users of {package}", package=package)
+    found = [str(f.relative_to(SOURCES)) for f in sorted(SOURCES.rglob("*.py")) if module in f.read_text()]
+    files = ", ".join(found) or f"the users of {package}"
+    return f"adapt {files} and this table, then raise the upper bound of {package} in pyproject.toml"
 
 
 def attribute(path: str, owner: object) -> object:
@@ -83,9 +81,7 @@ def attribute(path: str, owner: object) -> object:
 
 
 @pytest.mark.parametrize(("package", "module", "name"), [
-    (package, module, name) for package, modules in PRIVATE.items() for module, names in modules.items()
-    for name in names
-])
+    (package, module, name) for package, of in PRIVATE.items() for module, names in of.items() for name in names])
 def test_a_private_interface_exists(package, module, name):
     try:
         attribute(name, import_module(module))
@@ -99,8 +95,7 @@ def test_a_private_function_has_these_first_parameters(place):
     found = tuple(inspect.signature(attribute(name, import_module(module))).parameters)
     package, expected = module.split(".")[0], PARAMETERS[place]
     assert found[: len(expected)] == expected, (
-        f"{package} {version(package)}: {name}{found} instead of {expected}: {advice(package, module)}"
-    )
+        f"{package} {version(package)}: {name}{found} instead of {expected}: {advice(package, module)}")
 
 
 def test_the_server_of_bokeh_has_these_options():

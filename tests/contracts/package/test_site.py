@@ -87,10 +87,8 @@ def _site(folder: Path, body: str, **others: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("body", "problem"), [
-    ('<a href="other.html#there">', None),
-    ('<a href="#here"><p id="here">', None),
-    ('<a href="https://example.org/page">', None),
-    ('<img src="data:image/png;base64,AA">', None),
+    ('<a href="other.html#there">', None), ('<a href="#here"><p id="here">', None),
+    ('<a href="https://example.org/page">', None), ('<img src="data:image/png;base64,AA">', None),
     ('<a href="missing.html">', "missing.html does not exist"),
     ('<a href="other.html#elsewhere">', "other.html#elsewhere does not exist"),
     ('<a href="../outside.html">', "../outside.html does not exist"),

@@ -45,8 +45,7 @@ def test_in_permanent_contact_at_constant_stiffness_it_is_that_of_the_linear_osc
     s = found["speed"].values * RPM * 50 / pair.omega0
     deflection = 0.5e-6 * s**2 / (1 - s**2 + 2j * 0.05 * s)
     force = 4e8 * np.abs(deflection * (1 + 2j * 0.05 * s))
-    static = 300 / pair.R1
-    assert found["dynamic_factor"].values == pytest.approx(1 + force / static, rel=1e-6)
+    assert found["dynamic_factor"].values == pytest.approx(1 + force / (300 / pair.R1), rel=1e-6)
 
 
 def test_standards_are_those_of_the_design_at_each_speed(result):
@@ -95,8 +94,7 @@ def test_it_is_the_measure_of_the_bifurcation_at_the_same_speeds():
 def test_a_saved_result_is_drawn_by_its_name(result, tmp_path):
     gc.save(result, tmp_path / "factor.nc")
     ds = gc.load(tmp_path / "factor.nc")
-    assert ds["Kv_ISO_C"].attrs["refused"] == result["Kv_ISO_C"].attrs["refused"]
-    assert "dynamic factor" in plot.result(ds).axes[0].get_ylabel()
+    assert ds.identical(result) and "dynamic factor" in plot.result(ds).axes[0].get_ylabel()
 
 
 def lines(ax) -> dict[str, np.ndarray]:

@@ -105,7 +105,7 @@ def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkey
     with monkeypatch.context() as patched:
         patched.setattr(algorithm, "follow_curve", interrupted)
         assert ask(*command).exit_code != 0
-    assert found == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
+    assert sorted(found) == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
     monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
     curves = run_json(*command)["curves"]
     assert gc.load(out).identical(quick()) and not kept.exists()

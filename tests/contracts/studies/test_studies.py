@@ -90,14 +90,6 @@ def test_a_simulation_that_runs_away_says_so_and_ends_in_nan():
     assert gc.simulate(FIGURE_2, 3).attrs["status"] == "ok"
 
 
-def test_the_json_of_a_regime_has_every_promised_field():
-    document = json.loads(json.dumps(gc.regime(FIGURE_2.with_values({"eps1": 0.206})).to_dict(), allow_nan=False))
-    assert list(document)[:11] == [
-        "label", "period", "reason", "multipliers", "lyapunov", "lyapunov_ci", "v_rms", "contact_fraction", "contact",
-        "dynamic_factor", "section"]
-    assert document["contact"] in ("permanent", "one-sided", "two-sided")
-
-
 def test_bifurcation_columns_show_as_many_points_as_the_period():
     data = gc.bifurcation(FIGURE_2.with_values({"omega": 1.0}), gc.Axis("eps1", 0.2, 0.209, 10), points=64)
     for i in range(data.sizes["eps1"]):
@@ -118,9 +110,8 @@ def test_attractors_do_not_depend_on_threads_or_tiles(monkeypatch):
 
 def test_kicks_out_of_and_into_chaos():
     """Beside chaos kicked motions may all settle on orbits: none is then left to compare with the chaotic attractor."""
-    model = gc.MeshModel.of(omega=1.6, eps1=0.12)
     quick = gc.Classification(exponent_run=100, doublings=0, longest_transient=1280)
-    data = gc.attractors(model, 24, kicks=4, settings=quick)
+    data = gc.attractors(gc.MeshModel.of(omega=1.6, eps1=0.12), 24, kicks=4, settings=quick)
     found = set(motions(data.attractor_label, data.attractor_period))
     assert {"2T", "chaotic"} <= found <= {"2T", "3T", "chaotic"}  # few of the starts lead to the 3T
     known = data.attractor_kick[np.isfinite(data.attractor_kick)]
@@ -142,8 +133,8 @@ def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():
 
 
 def test_kicks_work_in_all_coordinates():
-    data = gc.attractors(gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), 16, kicks=4,
-                         settings=Classification(longest_transient=0))
+    model, hasty = gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), Classification(longest_transient=0)
+    data = gc.attractors(model, 16, kicks=4, settings=hasty)
     assert data.attractor_kick_change.shape == (data.sizes["number"], 4)
     assert list(data.coordinate.values) == ["z", "z_dot", "y", "y_dot"]
 
@@ -213,9 +204,9 @@ def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
 
 
 def test_maps_show_hysteresis_where_diagrams_do():
-    model, axis = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.6, 0.9, 31)
-    data = gc.zones(model, axis, gc.Axis("eps1", 0.02, 0.03, 2), starts=2)
-    row, model = data.sel(eps1=0.02), model.with_values({"eps1": 0.02})
+    axis = gc.Axis("omega", 0.6, 0.9, 31)
+    row = gc.zones(FIGURE_2, axis, gc.Axis("eps1", 0.02, 0.03, 2), starts=2).sel(eps1=0.02)
+    model = FIGURE_2.with_values({"eps1": 0.02})
     diagrams = {mode: gc.bifurcation(model, axis, points=0, mode=mode) for mode in ("up", "down")}
     for mode, diagram in diagrams.items():
         assert not any("section" in name for name in diagram.data_vars)
@@ -241,29 +232,19 @@ def test_basins_of_any_plane_of_the_full_model():
 
 def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
     """β1 = β2 at one end, so that a tile there alone could do with fewer coordinates than the others."""
-    data = gc.bifurcation(gc.MeshModel.of(omega=1.2), gc.Axis("beta1", 0.005, 0.01, 65), points=0)
+    data = gc.bifurcation(gc.MeshModel.of(omega=1.2), "beta1=0.005:0.01:65", points=0)
     assert set(data.label.values) == {Label.PERIODIC}
-    model, ends = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2)
-    hasty = Classification(longest_transient=3000)
-    assert gc.bifurcation(model, ends, points=0, settings=hasty).label.values[0] == Label.CHAOTIC
-    cells = gc.zones(gc.MeshModel.of(), gc.Axis("eps1", 0, 0.05, 10), gc.Axis("beta1", 0.01, 0.02, 2), starts=2)
-    assert cells.label.shape == (2, 10)
+    model, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), Classification(longest_transient=3000)
+    found = gc.bifurcation(model, "beta1=0.01:0.3:2", points=0, settings=hasty)
+    assert found.label.values[0] == Label.CHAOTIC
+    assert gc.zones(gc.MeshModel.of(), "eps1=0:0.05:10", "beta1=0.01:0.02:2", starts=2).label.shape == (2, 10)
 
 
 def test_an_attractor_is_described_as_it_was_found():
     data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, settings=Classification(longest_transient=0))
     chaos = data.attractor_label == Label.CHAOTIC
-    assert np.all(data.attractor_lyapunov_lo[chaos] > 0)
-    assert np.all(data.attractor_trace_error < 1e-9)
-    assert np.all(data.attractor_periods_spent[chaos] >= 1280)
-    assert np.all(np.isnan(data.attractor_multiplier[chaos]))
-
-
-def test_rest_without_load_is_one_attractor():
-    """Beside it the varying stiffness keeps a 2T motion up."""
-    data = gc.attractors(gc.MeshModel.of(kind="single", q0=0.0), 64)
-    assert data.attractor_period.values.tolist() == [1, 2]
-    assert float(data.attractor_multiplier[0]) == pytest.approx(1.0, abs=1e-9)
+    assert np.all(data.attractor_trace_error < 1e-9) and np.all(data.attractor_lyapunov_lo[chaos] > 0)
+    assert np.all(data.attractor_periods_spent[chaos] >= 1280) and data.attractor_multiplier[chaos].isnull().all()
 
 
 BAD = [
