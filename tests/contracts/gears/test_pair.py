@@ -52,12 +52,8 @@ def mesh(p, t, phi, phi_dot, u, u_dot):
 def accelerations_si(p, t, phi, phi_dot, u, u_dot):
     """φ1'', φ2'', u1'', u2'' of (2.1) with (2.2), M2 resisting."""
     s = mesh(p, t, phi, phi_dot, u, u_dot)
-    return [
-        (p.M10 - p.b1 * phi_dot[0] - p.R1 * s) / p.I1,
-        (-p.M20 - p.b2 * phi_dot[1] + p.R2 * s) / p.I2,
-        (-p.k1 * u_dot[0] - p.c1 * u[0] - s) / p.m1,
-        (-p.k2 * u_dot[1] - p.c2 * u[1] + s) / p.m2,
-    ]
+    return [(p.M10 - p.b1 * phi_dot[0] - p.R1 * s) / p.I1, (-p.M20 - p.b2 * phi_dot[1] + p.R2 * s) / p.I2,
+            (-p.k1 * u_dot[0] - p.c1 * u[0] - s) / p.m1, (-p.k2 * u_dot[1] - p.c2 * u[1] + s) / p.m2]
 
 
 def accelerations_dimensionless(m, tau, x, x_dot, y, y_dot):
@@ -66,8 +62,7 @@ def accelerations_dimensionless(m, tau, x, x_dot, y, y_dot):
     z_dot = x_dot[0] - x_dot[1] + y_dot[0] - y_dot[1] - transmission_error(m, tau, 1)
     s = 2 * m.zeta * z_dot + mesh_stiffness(m, tau) * backlash(z)
     return [
-        (m.q1 - 2 * m.beta1 * x_dot[0] - s) / m.J1,
-        (-m.q2 - 2 * m.beta2 * x_dot[1] + s) / m.J2,
+        (m.q1 - 2 * m.beta1 * x_dot[0] - s) / m.J1, (-m.q2 - 2 * m.beta2 * x_dot[1] + s) / m.J2,
         (-2 * m.mu1 * m.zeta_support1 * y_dot[0] - m.kappa1 * y[0] - s) / m.mu1,
         (-2 * m.mu2 * m.zeta_support2 * y_dot[1] - m.kappa2 * y[1] + s) / m.mu2,
     ]

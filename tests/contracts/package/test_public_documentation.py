@@ -54,8 +54,7 @@ def test_a_docstring_says_all(name):
     """One line, every argument, what is returned, and an example that is run."""
     value = DESCRIBED[name]
     found = sections(inspect.getdoc(value) or "")
-    first = found[""].split("\n\n")[0]
-    assert first.endswith("."), "the first sentence says what it is"
+    assert found[""].split("\n\n")[0].endswith("."), "the first sentence says what it is"
     assert EXAMPLE.search(found.get("Examples", "")), "no example that is run"
     if inspect.isfunction(value):
         listed = {n for entry in entries(found.get("Parameters", "")) for n in entry.names}

@@ -38,12 +38,13 @@ def _axis(value):
 
 
 @pytest.mark.parametrize("name", [*STUDIES, "steady"])
-def test_a_pair_and_texts_do_for_a_model_and_axes(name):
+def test_a_pair_and_texts_do_for_a_model_and_axes_and_studies_are_silent_unless_asked(name, capfd):
     """The result of a study of the pair is that of its model, but for the pair that a Dataset carries besides."""
     arguments, options = STUDIES.get(name) or ((gc.regime(MODEL),), {})
     study = getattr(gc, name)
     plain = study(MODEL, *map(_axis, arguments), **{n: _axis(v) for n, v in options.items()})
     found = study(PAIR, *arguments, **options)
+    assert capfd.readouterr() == ("", "")
     if name == "regime":
         assert found == plain
         return

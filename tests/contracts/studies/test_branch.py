@@ -39,8 +39,8 @@ def test_points_describe_orbits():
 
 def test_contact_states_are_in_order_of_time():
     ds = resonance()
-    for text, switches, contact in zip(ds["contact_sequence"].values, ds["switches"].values, ds["contact"].values,
-                                       strict=True):
+    columns = (ds[name].values for name in ("contact_sequence", "switches", "contact"))
+    for text, switches, contact in zip(*columns, strict=True):
         states = text.split()
         assert len(states) == switches + 1 and states[0] == states[-1]
         assert all({a, b} in ({"front", "free"}, {"back", "free"}) for a, b in pairwise(states))
@@ -116,7 +116,7 @@ def test_orbit_and_orbits():
     assert sorted(o.unstable for o in found) == [0, 1]
     for o in found:
         again = gc.orbit(TRIPLE, period=3, near=o.state)
-        assert again.unstable == o.unstable and again.residual < 1e-11 and again.period == 3
+        assert (again.unstable, again.period) == (o.unstable, 3) and again.residual < 1e-11
         assert len(o.switches) == sum(abs(np.diff([s.into_contact for s in o.switches]))) + 1
         assert json.loads(json.dumps(o.to_dict()))["unstable"] == o.unstable
     assert gc.orbit(TRIPLE).period == 1

@@ -179,18 +179,6 @@ def test_steady_motions_are_sampled_over_eight_rounds_or_512_periods():
     assert gc.steady(chaos, gc.regime(chaos, settings=SHORT)).sizes["period"] == 512
 
 
-@pytest.mark.parametrize("study", [
-    lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 1.2, 2), gc.Axis("eps1", 0.0, 0.1, 2)),
-    lambda: gc.zones(MeshModel.of(kind="single"), gc.Axis("omega", 2.0, 2.2, 2), gc.Axis("eps1", 0, 0.1, 2), starts=2),
-    lambda: gc.bifurcation(FIGURE_2, gc.Axis("omega", 1.0, 1.2, 2)),
-    lambda: gc.attractors(MeshModel.of(kind="single", omega=2.0), 4, kicks=2),
-    lambda: gc.basins(MeshModel.of(kind="single", omega=2.0), gc.Axis("z", 0, 1, 2), gc.Axis("z_dot", 0, 1, 2)),
-])
-def test_studies_are_silent_unless_asked(study, capfd):
-    study()
-    assert capfd.readouterr() == ("", "")
-
-
 @pytest.mark.parametrize(("count", "dtype"), [(300, np.int32), (2**31 - 1, np.int32), (2**31, np.int64)])
 def test_pieces_are_numbered_in_as_few_bytes_as_will_do(count, dtype, monkeypatch):
     monkeypatch.setattr(np, "arange", lambda n, dtype: (n, dtype))
