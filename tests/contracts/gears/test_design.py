@@ -89,8 +89,7 @@ def test_forms_of_one_value_make_equal_designs(name, forms):
 
 
 def test_pint_quantities_are_taken():
-    pint = pytest.importorskip("pint")
-    registry = pint.UnitRegistry()
+    registry = pytest.importorskip("pint").UnitRegistry()
     quantities = {"module": registry.Quantity(3, "mm"), "face_width": registry.Quantity([30, 30], "mm"),
                   "inertia": [registry.Quantity(1, "g*m^2"), "1e-3 kg*m^2"]}
     assert design(**quantities) == design(module="3 mm", face_width="30 mm", inertia=1e-3)
@@ -110,8 +109,7 @@ ALLOWANCES = {"tooth_thickness_allowances": [["-70 um", "-110 um"], ["-100 um", 
 def test_designs_are_values(full):
     again = GearDesign(**asdict(full))
     assert again == full == pickle.loads(pickle.dumps(full)) and hash(again) == hash(full)
-    assert again.geometry == full.geometry
-    assert replace(full, face_width=0.05).geometry.common_face_width == 0.05
+    assert again.geometry == full.geometry and replace(full, face_width=0.05).geometry.common_face_width == 0.05
     assert full != replace(full, face_width="99 mm")
 
 

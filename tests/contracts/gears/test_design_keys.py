@@ -138,8 +138,7 @@ def test_a_stiffness_that_is_constant_or_far_from_iso_6336_is_warned_of(rows, wo
 
 
 def test_masses_and_bores_beside_moments_of_inertia_are_warned_of():
-    design = GearDesign(**{**GIVEN, **BASES["given masses"]})
-    supports = BASES["on supports"]["supports"]
+    design, supports = GearDesign(**{**GIVEN, **BASES["given masses"]}), BASES["on supports"]["supports"]
     for changes, names in (
         ({}, ["mass", "bore"]), ({"mass": None}, ["bore"]), ({"supports": supports}, ["bore"]), ({"inertia": None}, []),
         ({"supports": supports, "mass": None}, []), ({"stiffness": "potential energy"}, ["mass"]),

@@ -161,8 +161,7 @@ def test_harmonics_of_a_turn_with_its_closing_row():
 def test_harmonics_of_rows_closer_together_in_one_quarter():
     tau = np.concatenate([np.arange(200) / 800, 0.25 + 0.75 * np.arange(80) / 80])
     found = fit_harmonics(tau, 1 - 4 * np.abs(tau - 0.5), 8)
-    expected = [8 / (math.pi * j) ** 2 * (j % 2) for j in range(1, 9)]
-    assert found.amplitudes == pytest.approx(expected, abs=1e-3)
+    assert found.amplitudes == pytest.approx([8 / (math.pi * j) ** 2 * (j % 2) for j in range(1, 9)], abs=1e-3)
 
 
 @pytest.mark.parametrize("ends", [0.9, 0.975, 1.0, 1.0005])

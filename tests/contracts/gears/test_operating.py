@@ -102,8 +102,7 @@ def test_axes_of_a_map_that_are_wrong_are_refused(pair, speed, torque, message):
 
 
 def test_of_a_long_axis_of_torques_few_gears_are_made_before_any_work(pair, monkeypatch):
-    made = []
-    point = operating._point
+    made, point = [], operating._point
     monkeypatch.setattr(operating, "_point", lambda gears, torque: made.append(torque) or point(gears, torque))
     gc.Zones(pair, "speed=500:8000:4", "torque=20:400:31623")
     torques = set(made) - {None}
@@ -123,8 +122,7 @@ def found(pair):
 
 def test_a_cell_of_the_map_is_the_regime_there(found, model):
     for i, j in ((0, 0), (2, 3), (3, 4)):
-        at = {"speed": found["speed"].values[j], "torque": found["torque"].values[i]}
-        point = model.with_values(at)
+        point = model.with_values({"speed": found["speed"].values[j], "torque": found["torque"].values[i]})
         verdict, cell = gc.regime(point, settings=SHORT), found.isel(torque=i, speed=j)
         assert motions(cell["label"], cell["period"]) == [verdict.label]
         assert float(cell["lyapunov"]) == verdict.lyapunov[0] * point.gears.scales.rate
@@ -168,8 +166,7 @@ def test_a_store_over_speed_and_torque_records_the_gears(pair, stored):
 def test_plot_and_export_take_the_units_of_the_gears(stored, tmp_path):
     store = stored[1]
     for command in (("export", store, "--out", tmp_path / "s.nc"), ("plot", store, "--out", tmp_path / "s.png")):
-        said = ask(*command, code=0).stderr
-        assert said.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
+        assert ask(*command, code=0).stderr.count("dimensionless; --physical gives them in µm, mm/s, N") == 1
         assert "dimensionless" not in ask(*command, "--physical", code=0).stderr
     assert gc.load(tmp_path / "s.nc")["v_rms"].attrs["units"] == "mm/s"
     gc.save(gc.zones(gc.MeshModel(), "omega=1:2:2", "q0=0:0.1:2", settings=SHORT), tmp_path / "z.nc")
@@ -219,8 +216,7 @@ def test_a_sweep_ends_at_the_speed_or_torque_of_the_model(model, pair):
     for gears, inside, beside in (
             (changed, gc.Axis("speed", 0.9 * speed, 1.1 * speed, 3), gc.Axis("speed", 0.9 * 14000, 1.1 * 14000, 3)),
             (pair, "torque=60:110:3", "torque=90:110:3")):
-        found = gc.attractors(gears, 2, sweep=inside, settings=SHORT)
-        assert int(found["attractor_up"]) >= -1
+        assert int(gc.attractors(gears, 2, sweep=inside, settings=SHORT)["attractor_up"]) >= -1
         with pytest.raises(InputError, match="must run from below to above the model's value"):
             gc.attractors(gears, 2, sweep=beside, settings=SHORT)
 
@@ -304,8 +300,7 @@ def test_results_record_their_classification_settings(pair):
 
 def test_units_of_a_dropped_torque():
     zones = gc.zones(SOFT, "speed=1000:3000:2", "torque=3:60:3", settings=SHORT)
-    kept = gc.physical(zones.isel(torque=2))
-    assert kept["v_rms"].identical(gc.physical(zones)["v_rms"].isel(torque=2))
+    assert gc.physical(zones.isel(torque=2))["v_rms"].identical(gc.physical(zones)["v_rms"].isel(torque=2))
     for dropped in (zones.isel(torque=2, drop=True), zones[["v_rms"]].mean("torque", keep_attrs=True)):
         with pytest.raises(InputError, match="must have the coordinate torque"):
             gc.physical(dropped)

@@ -44,8 +44,7 @@ def mesh(p, t, phi, phi_dot, u, u_dot):
     gap = p.R1 * phi[0] - p.R2 * phi[1] + u[0] - u[1] - e
     gap_dot = p.R1 * phi_dot[0] - p.R2 * phi_dot[1] + u_dot[0] - u_dot[1] - e_dot
     stiff = (t * w / (2 * math.pi)) % 1 < p.contact_ratio - 1
-    c = p.c0 * (1 + p.chi1 if stiff else 1 - p.chi2)
-    half = p.backlash / 2
+    c, half = p.c0 * (1 + p.chi1 if stiff else 1 - p.chi2), p.backlash / 2
     return p.k * gap_dot + c * (gap - max(-half, min(half, gap)))
 
 
@@ -97,8 +96,7 @@ def test_torque_left_out_is_the_one_in_balance():
 
 def test_harmonic_stiffness_in_newtons_per_metre():
     m = pair(stiffness_amplitudes=["100 N/um", "20 N/um"], stiffness_phases=["0 deg", "90 deg"]).to_model()
-    assert isinstance(m.stiffness, HarmonicStiffness)
-    assert m.stiffness.amplitudes == pytest.approx((0.25, 0.05))
+    assert isinstance(m.stiffness, HarmonicStiffness) and m.stiffness.amplitudes == pytest.approx((0.25, 0.05))
     assert m.stiffness.phases == pytest.approx((0, math.pi / 2))
 
 

@@ -88,8 +88,7 @@ def test_a_gap_that_only_another_unit_explains_is_warned_of():
 
 
 def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
-    path = tmp_path / "pair.toml"
-    lines = [f"{name} = {value!r}" for name, value in PAIR.items()]
+    path, lines = tmp_path / "pair.toml", [f"{name} = {value!r}" for name, value in PAIR.items()]
     path.write_text("\n".join(["[gearpair]", *lines, 'tooth_pairs = { stiffness = "1.5e8 N/m", contact_ratio = 1.6, '
                                'relief = { amount = "30 um", length = 0.2, shape = "linear" } }']))
     assert load_study(path).model.stiffness == GearPair(**PAIR, tooth_pairs=PAIRS).to_model().stiffness
@@ -143,8 +142,7 @@ def test_a_pair_with_a_changed_relief_is_a_pair_again():
 ])
 def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
     design = of_design(**changes)
-    assert design.shares_load is shared
-    assert (design.to_model().stiffness.kind == "tooth pairs") is shared
+    assert design.shares_load is shared and (design.to_model().stiffness.kind == "tooth pairs") is shared
     assert (design.to_pair().tooth_pairs is not None) is shared
 
 
@@ -190,8 +188,7 @@ def test_the_levels_over_c0_are_the_same_at_every_torque(method):
     design = of_design(tip_relief=TIP_RELIEF, stiffness=method)
     first, *others = [design.at(torque=torque).to_model() for torque in (20.0, 37.3, 61.7, 300.0)]
     assert all(each.stiffness == first.stiffness for each in others)
-    pair = design.to_pair()
-    assert pair.to_model().stiffness.levels == pytest.approx(first.stiffness.levels, rel=1e-14)
+    assert design.to_pair().to_model().stiffness.levels == pytest.approx(first.stiffness.levels, rel=1e-14)
 
 
 def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():
@@ -243,8 +240,7 @@ def test_back_flanks_are_where_the_outline_of_wheel_1_crosses_their_line_of_acti
     geometry = GearDesign(**given).geometry
     section = TransverseSection(geometry, max(geometry.theoretical_backlash, 0.0), phase)
     outline = section.outline(0, detail=60) * [-1, 1]  # the back flanks in the place of the front flanks
-    normal = np.array([-section.direction[1], section.direction[0]])
-    height = (outline - section.on_line(0.0)) @ normal
+    height = (outline - section.on_line(0.0)) @ np.array([-section.direction[1], section.direction[0]])
     along = (outline - section.on_line(0.0)) @ section.direction
     crossing = np.flatnonzero(height[:-1] * height[1:] < 0)
     share = height[crossing] / (height[crossing] - height[crossing + 1])

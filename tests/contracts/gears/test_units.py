@@ -83,8 +83,7 @@ def test_a_diametral_pitch_takes_the_place_of_the_module():
 ])
 def test_a_frequency_of_the_shaft_or_of_the_mesh_is_a_speed(key, text, rpm):
     tables = {"teeth": [20, 40], "module": "3 mm", "face_width": "30 mm"}
-    found = GearDesign.from_tables(tables, {key: text})
-    assert found.speed == pytest.approx(rpm, rel=1e-14)
+    assert GearDesign.from_tables(tables, {key: text}).speed == pytest.approx(rpm, rel=1e-14)
     with pytest.raises(InputError, match=f"{key} must be left out beside speed"):
         GearDesign.from_tables(tables, {key: text, "speed": "3 rpm"})
     with pytest.raises(InputError, match=f"{key} must be greater than 0; got '0 Hz'"):
@@ -110,8 +109,7 @@ def test_a_frequency_of_the_shaft_or_of_the_mesh_is_a_speed(key, text, rpm):
 def test_limits_and_values_are_in_the_unit_of_the_input(changes, words):
     with pytest.raises(InputError) as refusal:
         _ = GearDesign(**{**SMALL, "bore": "10 mm", **changes}).mesh_stiffness
-    assert words in str(refusal.value)
-    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
+    assert words in str(refusal.value) and str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
 
 
 def test_a_measured_number_is_a_number():

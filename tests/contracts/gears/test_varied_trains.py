@@ -124,8 +124,7 @@ def test_the_measures_are_those_of_the_mesh(found):
 
 
 def test_what_is_drawn_and_printed_says_of_which_mesh_it_is(found, capsys):
-    one = of_mesh(found, "driver/one")
-    legends = [gc.plot.level(ds, "contact").get_legend() for ds in (found, one)]
+    legends = [gc.plot.level(ds, "contact").get_legend() for ds in (found, of_mesh(found, "driver/one"))]
     titles = [legend.get_title().get_text().replace("\n", " ") for legend in legends]
     assert titles[0].endswith("of the worst mesh") and titles[1].endswith("of driver/one")
     assert words_beside(found, "z_rms") == ["of driver/one"] and words_beside(found, "switches") == ["of all meshes"]

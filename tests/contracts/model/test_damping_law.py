@@ -55,8 +55,7 @@ def test_a_model_carries_its_law(law, tmp_path):
     assert pickle.loads(pickle.dumps(model)) == model == model_from_json(model_json(model))
     assert eval(repr(model), {name: getattr(gc, name) for name in ("MeshModel", "TransmissionError")}) == model
     assert len({hash(gc.MeshModel.of(**SINGLE, damping_law=other)) for other in DAMPING_LAWS}) == 3
-    motion = gc.simulate(model, periods=1)
-    gc.save(motion, tmp_path / "motion.nc")
+    gc.save(gc.simulate(model, periods=1), tmp_path / "motion.nc")
     assert model_from_json(gc.load(tmp_path / "motion.nc").attrs["model"]) == model
 
 
@@ -151,8 +150,7 @@ def test_the_mesh_force_acts_by_the_law(law):
 
 @pytest.mark.parametrize("law", LATER)
 def test_scripts(law):
-    model = gc.MeshModel.of(**SINGLE, damping_law=law, initial={"z": 1.2})
-    names = {"__name__": "script"}
+    model, names = gc.MeshModel.of(**SINGLE, damping_law=law, initial={"z": 1.2}), {"__name__": "script"}
     exec(gc.script(model), names)
     expected = gc.simulate(model, periods=3).section_z.values
     assert names["section"](3)[:, 1] == pytest.approx(expected, rel=0, abs=1e-9)
@@ -200,8 +198,7 @@ def test_the_verifier_refuses_a_certificate_with_a_law():
 @pytest.mark.parametrize("law", LATER)
 def test_studies_of_orbits_and_basins(law):
     model = gc.MeshModel.of(**{**SINGLE, "omega": 2.1, "eps1": 0.1}, damping_law=law)
-    branch = gc.branch(model, "omega=1.9:2.2")
-    assert branch.event_kind.values.tolist().count("flip") == 1
+    assert gc.branch(model, "omega=1.9:2.2").event_kind.values.tolist().count("flip") == 1
     assert gc.curve(model, "flip", "omega=1.9:2.2", "eps1=0.09:0.11").sizes["point"] > 3
     assert gc.manifolds(model.with_values({"omega": 1.2, "eps1": 0.2}), period=1).sizes["point"] > 100
     assert gc.basins(model, "z=-2:2:6", "z_dot=-1:1:6").attractor_fraction.values.sum() == pytest.approx(1)

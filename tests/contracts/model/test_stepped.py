@@ -83,8 +83,7 @@ def test_files_and_stores_keep_the_steps(tmp_path):
     assert model_from_json(model_json(MODEL)) == MODEL
     with pytest.raises(InputError, match="must carry the model"):
         model_from_json(model_json(MODEL).replace('"steps"', '"stairs"'))
-    data = gc.simulate(MODEL, 3, samples=8)
-    gc.save(data, tmp_path / "motion.nc")
+    gc.save(gc.simulate(MODEL, 3, samples=8), tmp_path / "motion.nc")
     assert model_from_json(gc.load(tmp_path / "motion.nc").attrs["model"]) == MODEL
     study = gc.Zones(MODEL, gc.Axis("omega", 0.8, 1.0, 4), gc.Axis("eps1", 0.0, 0.2, 3), settings=SHORT)
     assert from_record(json.loads(json.dumps(to_record(study)))) == study
@@ -166,5 +165,4 @@ def test_the_estimated_steps_are_an_upper_bound():
         system = switched_system(vary(MODEL.with_values({"stiffness": stiffness}), {"omega": np.linspace(0.2, 3, 50)}))
         flow = ExactFlow(system)
         for i in range(50):
-            found = estimate(system.take(np.array([i])), 1, 1)
-            assert flow.step_count[i] <= 1.125 * found.steps + 2
+            assert flow.step_count[i] <= 1.125 * estimate(system.take(np.array([i])), 1, 1).steps + 2

@@ -178,15 +178,13 @@ def test_compiling_is_announced_once_for_a_kernel_with_its_subroutines_and_loadi
         return half(half(x))
 
     for _ in range(2):
-        assert compilation.kernel(quarter)(2.0) == 0.5
-        assert announced == [1]
+        assert compilation.kernel(quarter)(2.0) == 0.5 and announced == [1]
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(monkeypatch):
     monkeypatch.setattr(compilation, "cache_directory", lambda: Path("/proc/nowhere/sources"))
     monkeypatch.setattr(compilation, "_writable", compilation._writable.__wrapped__)
-    assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0
-    assert not compilation.cache_is_empty()
+    assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0 and not compilation.cache_is_empty()
 
 
 @pytest.fixture

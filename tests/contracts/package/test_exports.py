@@ -80,8 +80,7 @@ def test_a_type_checker_sees_names_and_signatures_and_knows_what_studies_accept_
     *lines, found = run.stdout.splitlines()
     names, values = ([line for line in lines if f"{name}.py:" in line] for name in ("names", "values"))
     assert "def (model: gearchaos.model" in names[0] and "starts: int" in names[0], names
-    assert names[0].endswith('-> xarray.core.dataset.Dataset"')
-    assert 'Revealed type is "def (' in names[1]
+    assert names[0].endswith('-> xarray.core.dataset.Dataset"') and 'Revealed type is "def (' in names[1]
     assert 'Unexpected keyword argument "strats"' in names[2] and 'no attribute "nonsense"' in names[-1]
     assert [line.split('"')[1].split(".")[-1] for line in values[:3]] == ["Dataset", "Dataset", "Outcome"], values
     assert [line for line in values if "error" in line] == [values[3]] and "Too many positional arguments" in values[3]

@@ -80,8 +80,7 @@ def test_links_to_files_outside_the_manual_lead_to_their_copies():
 
 def _site(folder: Path, body: str, **others: str) -> list[str]:
     """What is wrong with a site of one page with this body, and others."""
-    pages = {"index": f"<html><body>{body}</body></html>", **others}
-    for name, text in pages.items():
+    for name, text in {"index": f"<html><body>{body}</body></html>", **others}.items():
         (folder / f"{name}.html").write_text(text, encoding="utf-8")
     return check_site.problems(folder)
 

@@ -26,8 +26,7 @@ def test_points_describe_orbits():
     assert ds["multipliers_real"].dims == ("point", "exponent") and ds["section_z"].dims == ("point", "cycle")
     at = int(np.argmin(np.abs(ds["omega"].values - 2.4)))
     near = {n: float(ds[f"section_{n}"][at, 0]) for n in ("z", "z_dot")}
-    model = SINGLE.with_values({"omega": float(ds["omega"][at]), **near})
-    verdict = gc.regime(model)
+    verdict = gc.regime(SINGLE.with_values({"omega": float(ds["omega"][at]), **near}))
     assert verdict.period == 1 == ds["period"].values[at] and ds["unstable"].values[at] == 0
     for name in ("v_rms", "z_rms", "z_peak_to_peak", "dynamic_factor", "contact_fraction", "mesh_force_peak"):
         assert float(ds[name][at]) == pytest.approx(getattr(verdict, name), rel=1e-9), name
@@ -73,8 +72,7 @@ def test_events_lie_between_their_points_start_a_branch_again_and_end_stable_int
 def test_a_cascade_has_branches_of_doubled_periods():
     ds = cascade()
     assert dict(zip(ds["branch"].values.tolist(), ds["period"].values.tolist(), strict=True)) == {0: 8, 1: 16, 2: 32}
-    padded = np.isnan(ds["section_x1"].values).sum(axis=1)
-    np.testing.assert_array_equal(padded, 32 - ds["period"].values)
+    np.testing.assert_array_equal(np.isnan(ds["section_x1"].values).sum(axis=1), 32 - ds["period"].values)
     flips = ds["event_value"].values[ds["event_kind"].values == "flip"]
     doubled = json.loads(ds.attrs["cascade"])
     assert [b["period"] for b in doubled] == [16, 32]
@@ -255,8 +253,7 @@ def test_a_branch_reaches_the_limits_of_the_models_rules(name, low, high):
 
 def test_large_phases_are_followed():
     """A phase is an argument of sines: whole turns change nothing."""
-    base = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05)
-    turns = 2 * math.pi * 79
+    base, turns = gc.MeshModel.of(kind="single", omega=0.7, zeta=0.1, q0=0.1, eps1=0.05), 2 * math.pi * 79
     far = gc.branch(base.with_values({"theta1": 500.0}), "theta1=495:505", period=1)
     near = gc.branch(base.with_values({"theta1": 500.0 - turns}), f"theta1={495 - turns}:{505 - turns}", period=1)
     assert [e["why"] for e in json.loads(far.attrs["ends"])] == ["end of the axis"] * 2

@@ -121,8 +121,7 @@ def test_agreement_names_the_cause_of_every_side():
     steps = np.hypot((found["cell_omega"] - found["neighbour_omega"]) / 0.6 * 11,
                      (found["cell_eps1"] - found["neighbour_eps1"]) / 0.06 * 7)
     np.testing.assert_allclose(steps, 1, atol=1e-9)
-    seen = np.unique(found["curve"].values[at_curve])
-    assert found["curve_seen"].values[seen].all()
+    assert found["curve_seen"].values[np.unique(found["curve"].values[at_curve])].all()
     table = found["orbit_sides"].to_pandas()
     assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"
     assert table.columns.tolist() == ["curve", "basin boundary", "unexplained"]
@@ -195,8 +194,7 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve_in_the_style_of_its_
 
 def test_points_of_codimension_2_have_a_marker_for_each_kind():
     ds = small()
-    ax = plot.skeleton(ds, ax=axes(), special=True)
-    kinds = set(ds["special_kind"].values.tolist())
+    ax, kinds = plot.skeleton(ds, ax=axes(), special=True), set(ds["special_kind"].values.tolist())
     assert len(kinds) > 1
     marked = {line.get_label(): line for line in ax.lines if line.get_marker() != "None"}
     assert set(marked) == kinds and len({line.get_marker() for line in marked.values()}) == len(kinds)

@@ -86,8 +86,7 @@ def test_a_simulation_that_runs_away_says_so_and_ends_in_nan():
     data = gc.simulate(gc.MeshModel.of(kind="single", omega=2.0, z=30.0), 600, samples=4)
     z = data.section_z.values
     assert data.attrs["status"] == "diverged" and np.isfinite(z[:50]).all() and np.isnan(z[-1])
-    assert np.nanmax(np.abs(z)) < 1e8
-    assert gc.simulate(FIGURE_2, 3).attrs["status"] == "ok"
+    assert np.nanmax(np.abs(z)) < 1e8 and gc.simulate(FIGURE_2, 3).attrs["status"] == "ok"
 
 
 def test_bifurcation_columns_show_as_many_points_as_the_period():
@@ -125,8 +124,7 @@ def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():
     assert plane.attractor_period.values.tolist() == [1, 3, 4, 4, 5] and float(plane.attractor_fraction.sum()) == 1
     np.testing.assert_allclose(np.sort(data.attractor_kick), np.sort(plane.attractor_kick), atol=0.04)
     np.testing.assert_allclose(np.linalg.norm(data.attractor_kick_change, axis=1), data.attractor_kick, rtol=1e-12)
-    kicked = (data.attractor_kick_point + data.attractor_kick_change).values
-    for number, (z, z_dot) in enumerate(kicked):
+    for number, (z, z_dot) in enumerate((data.attractor_kick_point + data.attractor_kick_change).values):
         end = gc.regime(FIVE.with_values({"z": z, "z_dot": z_dot})).section
         gaps = [np.subtract.outer(end[n], data[f"attractor_section_{n}"].values[number]) for n in ("z", "z_dot")]
         assert np.nanmin(np.hypot(*gaps)) > 1e-3
@@ -213,8 +211,7 @@ def test_maps_show_hysteresis_where_diagrams_do():
         regular = diagram.label == Label.PERIODIC
         np.testing.assert_allclose(row[f"v_rms_{mode}"][regular], diagram.v_rms[regular], rtol=1e-6)
     assert 0 < int((np.abs(diagrams["up"].v_rms - diagrams["down"].v_rms) > 0.02).sum()) < 31
-    assert 0 < int(row.hysteresis.sum()) < 31
-    assert np.all(row.attractors.where(row.hysteresis == 1) != 1)
+    assert 0 < int(row.hysteresis.sum()) < 31 and np.all(row.attractors.where(row.hysteresis == 1) != 1)
 
 
 def test_a_torus_is_one_attractor_and_so_is_chaos():
@@ -235,8 +232,7 @@ def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
     data = gc.bifurcation(gc.MeshModel.of(omega=1.2), "beta1=0.005:0.01:65", points=0)
     assert set(data.label.values) == {Label.PERIODIC}
     model, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), Classification(longest_transient=3000)
-    found = gc.bifurcation(model, "beta1=0.01:0.3:2", points=0, settings=hasty)
-    assert found.label.values[0] == Label.CHAOTIC
+    assert gc.bifurcation(model, "beta1=0.01:0.3:2", points=0, settings=hasty).label.values[0] == Label.CHAOTIC
     assert gc.zones(gc.MeshModel.of(), "eps1=0:0.05:10", "beta1=0.01:0.02:2", starts=2).label.shape == (2, 10)
 
 
