@@ -20,10 +20,8 @@ X, Y, START, RATE = "omega=0.9:1.1:2", "q0=0.1:0.2:2", "x1=-1:1:2", "x1_dot=-1:1
 
 # study -> (arguments after the model, options)
 STUDIES = {
-    "simulate": ((4,), {}),
-    "regime": ((), {"settings": QUICK}),
-    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "settings": QUICK}),
-    "zones": ((X, Y), {"settings": QUICK}),
+    "simulate": ((4,), {}), "regime": ((), {"settings": QUICK}),
+    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "settings": QUICK}), "zones": ((X, Y), {"settings": QUICK}),
     "basins": ((START, RATE), {"settings": QUICK}),
     "attractors": ((4,), {"sweep": "omega=0.5:1.5:2", "settings": QUICK}),
 }

@@ -56,9 +56,8 @@ def test_a_picture_of_manifolds_has_a_line_for_every_branch():
 @pytest.mark.slow
 def test_saddles_have_a_colour_each_and_can_be_chosen():
     ds = gc.manifolds(SINGLE.with_values({"omega": 2.3}), period=4, length=1, spacing=0.1)
-    count = ds.sizes["saddle_number"]
+    count, ax = ds.sizes["saddle_number"], plot.manifolds(ds, ax=axes())
     assert count > 1
-    ax = plot.manifolds(ds, ax=axes())
     assert len({tuple(c.get_color()[0]) for c in drawn(ax)}) == count and len(drawn(ax)) == 2 * count
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[2:] == [f"saddle {i}, {n}T" for i, n in enumerate(ds["saddle_period"].values)]

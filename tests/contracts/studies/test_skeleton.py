@@ -6,6 +6,7 @@ import itertools
 import json
 from concurrent.futures import BrokenExecutor
 from contextlib import nullcontext
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from tests.branches import cascade
 from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask, run_json
 from tests.event_curves import QUICK, SINGLE, SMALL, WINDOW, axes, folds, manifolds, quick, small, zones
+from tests.pictures import legend_words
 
 
 def test_a_skeleton_has_all_its_curves_one_after_another():
@@ -160,11 +162,10 @@ def test_agreement_needs_a_map_of_the_same_window(model, x, y, words):
 def test_results_of_other_kinds_are_refused():
     with pytest.raises(InputError, match=r"must be a result of gearchaos.skeleton"):
         gc.agreement(zones(), small())
-    for draw in (plot.skeleton, plot.manifolds):
-        with pytest.raises(InputError, match=r"drawn by gearchaos.plot.zones"):
-            draw(zones(), ax=axes())
-    with pytest.raises(InputError, match=r"drawn by gearchaos.plot.agreement"):
-        plot.skeleton(gc.agreement(small(), zones()), ax=axes())
+    for draw, ds, function in ((plot.skeleton, zones(), "zones"), (plot.manifolds, zones(), "zones"),
+                               (plot.skeleton, gc.agreement(small(), zones()), "agreement")):
+        with pytest.raises(InputError, match=rf"drawn by gearchaos.plot.{function}"):
+            draw(ds, ax=axes())
 
 
 def test_without_events_there_are_no_curves(tmp_path):
@@ -182,8 +183,8 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve_in_the_style_of_its_
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.7, 2.3), (0.03, 0.09))
     without = plot.skeleton(ds, ax=axes(), grazes=False)
     assert len(without.lines) == (ds["curve_kind"] != "graze").sum()
-    words = [text.get_text() for text in without.get_legend().get_texts()]
-    assert "flip" in words and "graze" not in words and {"1T", "2T"} <= set(words)
+    words = legend_words(without)
+    assert "graze" not in words and {"flip", "1T", "2T"} <= set(words)
     styles = {}
     for line, kind, period in zip(ax.lines, ds["curve_kind"].values, ds["curve_period"].values, strict=True):
         if kind == "flip":
@@ -199,8 +200,7 @@ def test_points_of_codimension_2_have_a_marker_for_each_kind():
     marked = {line.get_label(): line for line in ax.lines if line.get_marker() != "None"}
     assert set(marked) == kinds and len({line.get_marker() for line in marked.values()}) == len(kinds)
     assert sum(len(line.get_xdata()) for line in marked.values()) == ds.sizes["special"]
-    assert kinds <= {text.get_text() for text in ax.get_legend().get_texts()}
-    assert len(plot.result(ds).axes[0].lines) == len(ax.lines)
+    assert kinds <= set(legend_words(ax)) and len(plot.result(ds).axes[0].lines) == len(ax.lines)
 
 
 @pytest.mark.parametrize("eye", VISION)
@@ -228,9 +228,8 @@ def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
         ax = plot.agreement(found, ax=over or axes())
         lines = {c.get_color().tobytes(): c.get_segments() for c in ax.collections if isinstance(c, LineCollection)}
         assert sum(map(len, lines.values())) == found.sizes["side"]
-        texts = [text.get_text() for text in ax.get_legend().get_texts()]
         counts = [int((found["cause"] == code).sum()) for code in (1, 2)]
-        assert texts == [f"curve ({counts[0]})", f"basin boundary ({counts[1]})"]
+        assert legend_words(ax) == [f"curve ({counts[0]})", f"basin boundary ({counts[1]})"]
     middle = np.array([np.mean(segment, axis=0) for group in lines.values() for segment in group])
     own, beyond = (np.column_stack([found[f"{which}_{name}"] for name in ("omega", "eps1")])
                    for which in ("cell", "neighbour"))
@@ -253,10 +252,7 @@ def test_curves_over_a_map_keep_its_limits_and_its_legend():
 
 
 def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
-    def broken(*_, **__):
-        raise BrokenExecutor
-
-    monkeypatch.setattr(skeletons, "find_curves", broken)
+    monkeypatch.setattr(skeletons, "find_curves", Mock(side_effect=BrokenExecutor))
     with pytest.raises(OSError, match=r"a worker process died.*the same command goes on"):
         gc.skeleton(SMALL, **WINDOW, **QUICK, journal=tmp_path / "s.part")
 
