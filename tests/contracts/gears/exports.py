@@ -34,7 +34,6 @@ def _rows(rows: list[list[object]], row: str, text: str, number: str) -> str:
 
 
 def _xlsx(sheets: tuple[list[list[object]], ...]) -> dict[str, str]:
-    """The files of an .xlsx workbook."""
     names = range(1, len(sheets) + 1)
     book = "".join(f'<sheet name="Sheet{n}" sheetId="{n}" r:id="r{n}"/>' for n in names)
     links = "".join(f'<Relationship Id="r{n}" Type="{_LINKS}/worksheet" Target="worksheets/sheet{n}.xml"/>'
@@ -52,7 +51,6 @@ def _xlsx(sheets: tuple[list[list[object]], ...]) -> dict[str, str]:
 
 
 def _ods(sheets: tuple[list[list[object]], ...]) -> dict[str, str]:
-    """The files of an .ods workbook."""
     form = ("<table:table-row>{}</table:table-row>",
             '<table:table-cell office:value-type="string"><text:p>{}</text:p></table:table-cell>',
             '<table:table-cell office:value-type="float" office:value="{!r}"/>')
@@ -96,13 +94,12 @@ _NAMES = {
     "order": ("order", "Ordnung"), "peak": ("peak",), "peak to peak": ("peak to peak", "Peak-to-peak"),
     "phase": ("phase", "Phase angle", "Phasenwinkel"),
 }
-_EXTRA = ("Torque [Nm]", "Contact stress [N/mm²]", "Pressure angle [°]", "Single tooth stiffness [N/µm]", "Nr.",
-          "Center distance [mm]", "Pitch error [µm]", "Temperature [°C]")
+_EXTRA = ("Torque [Nm]", "Drehmoment [Nm]", "Contact stress [N/mm²]", "Pressure angle [°]", "Nr.", "Temperature [°C]",
+          "Single tooth stiffness [N/µm]", "Center distance [mm]", "Pitch error [µm]")
 _TRAPS = ("thousands", "decimal commas between commas", "two columns", "Grad", "missing value", "angle of wheel 2",
           "teeth", "DOS", "blanks in a column of texts", "half a period")
 
 _OF_WHEEL_2 = ("angle of wheel 2", "teeth")
-
 _Columns = dict[str, tuple[np.ndarray, str]]
 
 
@@ -125,7 +122,6 @@ def exports(seed: int, stiffnesses: int, errors: int) -> Iterator[Export]:
 
 
 def _pick(draw: np.random.Generator, choices: Any) -> Any:
-    """One of several things."""
     return list(choices)[draw.integers(len(choices))]
 
 
@@ -149,16 +145,13 @@ def _stiffness(draw: np.random.Generator, passed: int, trap: str) -> tuple[_Colu
 def _error_unit(draw: np.random.Generator, teeth: tuple[int, ...]) -> tuple[str, float, dict[str, object]]:
     """The unit of an error, what 1 m along the line of action is in it, and the wheel whose angle it is, if any."""
     if draw.random() < 0.5:
-        unit = _pick(draw, _LENGTHS)
-        return unit, _LENGTHS[unit], {}
+        return (unit := _pick(draw, _LENGTHS)), _LENGTHS[unit], {}
     unit, wheel = _pick(draw, _SMALL_ANGLES), int(draw.integers(1, 3))
     radius = MODULE * teeth[wheel - 1] * math.cos(math.radians(20)) / 2
     return unit, _SMALL_ANGLES[unit] / radius, {"wheel": wheel}
 
 
-def _curve(
-    draw: np.random.Generator, truth: np.ndarray, unit: str, factor: float, passed: int, trap: str,
-) -> _Columns:
+def _curve(draw: np.random.Generator, truth: np.ndarray, unit: str, factor: float, passed: int, trap: str) -> _Columns:
     """An error over the roll angle, of one mesh period or of a whole turn with runout."""
     count, turn, angle = int(draw.integers(20, 50)), draw.random() < 0.5, _pick(draw, _ANGLES)
     tau = np.arange(count * (passed if turn else 1) + (draw.random() < 0.5)) / count
@@ -182,11 +175,9 @@ def _written(draw: np.random.Generator, name: str, key: str, columns: _Columns, 
     comma = "commas" in trap or (separator != "," and draw.random() < 0.5)
     heads, cells, first = [], [], next(iter(columns))
     for column, (values, unit) in columns.items():
-        head = _pick(draw, _NAMES[column])
-        if column == first and trap == "angle of wheel 2" and key == "table":
-            head = "Rotation of wheel 2"
-        unit = "Grad" if trap == "Grad" and unit in ("deg", "°") else unit
-        heads.append((head, unit))
+        of_wheel_2 = column == first and trap == "angle of wheel 2" and key == "table"
+        head = "Rotation of wheel 2" if of_wheel_2 else _pick(draw, _NAMES[column])
+        heads.append((head, "Grad" if trap == "Grad" and unit in ("deg", "°") else unit))
         cells.append([_number(value, comma, trap == "thousands" and column != first) for value in values.tolist()])
     blanks = trap.startswith("blanks")
     for _ in range(int(draw.integers(0, 3)) + 2 * blanks):
@@ -231,6 +222,5 @@ def _text(draw: np.random.Generator, name: str, rows: list[list[str]], separator
 
 
 def _number(value: float, comma: bool, thousands: bool) -> str:
-    """A number as a program prints it."""
     text = f"{value:,.13g}" if thousands else f"{value:.13g}"
     return text.translate(str.maketrans(",.", ".,")) if comma else text

@@ -26,7 +26,6 @@ FULL = {
     "backlash": {"value": "0.3 mm", "of": "line of action, total"}, "damping_ratio": 0.05, "speed": "360 rpm",
     "torque": "9000 N*m",
 }
-VOID = {"meta", "br", "img", "link", "hr"}
 
 
 def page_of(design, speeds=None):
@@ -38,31 +37,26 @@ class Page(HTMLParser):
 
     def __init__(self, html: str) -> None:
         super().__init__()
-        self.open, self.ids, self.rows, self.tags, self.text = [], [], {}, set(), ""
-        self._row = None
+        self.open, self.ids, self.rows, self.tags, self.text, self.row = [], [], {}, set(), "", None
         self.feed(html)
 
     def handle_starttag(self, tag, attrs):
-        values = dict(attrs)
+        found = dict(attrs).get("id")
         self.tags.add(tag)
-        if tag not in VOID:
-            self.open.append(tag)
-        if "id" in values:
-            self.ids.append(values["id"])
+        self.open += [tag] * (tag not in ("meta", "br", "img", "link", "hr"))
+        self.ids += [found] * (found is not None)
         if tag == "tr":
-            self._row = values.get("id")
-            self.rows.setdefault(self._row, "")
+            self.row = found
+            self.rows.setdefault(found, "")
 
     def handle_endtag(self, tag):
-        if tag not in VOID:
-            assert self.open.pop() == tag
-        if tag == "tr":
-            self._row = None
+        assert self.open.pop() == tag
+        self.row = None if tag == "tr" else self.row
 
     def handle_data(self, data):
         self.text += data
-        if self._row:
-            self.rows[self._row] += data
+        if self.row:
+            self.rows[self.row] += data
 
 
 @pytest.fixture(scope="module", params=[BARE, FULL], ids=["bare", "full"])
@@ -139,9 +133,8 @@ def test_text_from_a_design_is_escaped_and_long_lists_are_cut_short():
 
 def test_warnings_of_the_design_are_shown():
     thin = gc.GearDesign(**{**BARE, "profile_shift": (0.75, 0.0)})
-    assert thin.warnings, "its teeth are thin at the tip"
-    page = Page(page_of(thin))
-    assert all(re.sub("_", "", warning) in page.text for warning in thin.warnings)
+    shown = Page(page_of(thin)).text
+    assert thin.warnings and all(re.sub("_", "", warning) in shown for warning in thin.warnings)  # of thin tips
 
 
 def test_what_is_expected_to_lack_a_value_is_no_alert():

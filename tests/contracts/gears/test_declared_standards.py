@@ -78,8 +78,7 @@ def test_a_standard_and_a_method_are_one_file_each(tmp_path):
     (tmp_path / "two_steps.py").write_text(METHOD)
     out = subprocess.run([sys.executable, "-c", SCRIPT, str(tmp_path)], capture_output=True, text=True, check=True)
     found = json.loads(out.stdout.replace("NaN", "null"))
-    velocity = 0.075 * 500 * 3.141592653589793 / 30
-    assert found["values"] == [pytest.approx(1 + velocity / 6.1), None]
+    assert found["values"] == [pytest.approx(1 + 0.075 * 500 * 3.141592653589793 / 30 / 6.1), None]
     assert found["attrs"] == {
         "long_name": "dynamic factor by Barth", "units": "1", "refused": "2000 to 2000 rpm: It is too fast."}
     assert "Barth, to 500 rpm" in found["drawn"] and found["page"] == 1

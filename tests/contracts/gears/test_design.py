@@ -1,7 +1,7 @@
 """A gear design as a value: forms of its inputs, every refusal with its question, warnings, the tables of a file."""
 
 import pickle
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,6 @@ from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS, Geometry
 from gearchaos.gears.mechanics import STEEL, Material
 from gearchaos.gears.transmission_error import Quality
-from gearchaos.gears.transmission_error.tip_relief import TipRelief
 
 SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}
 
@@ -54,6 +53,7 @@ def test_values_are_kept_in_si_and_per_wheel():
     assert full.eccentricity == pytest.approx((5e-6, 20e-6), rel=1e-15)
     assert full.supports == Supports(stiffness=(2e8, 3e8), damping_ratio=(0.02, 0.03))
     assert full.speed == 360 and (full.torque, full.application_factor) == (9000.0, 1.25)
+    assert GearDesign.from_tables({**SMALL, "application_factor": 1.5}).application_factor == 1.5  # in either table
 
 
 def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones():
@@ -66,38 +66,30 @@ def test_one_value_stands_for_both_wheels_and_defaults_are_the_documented_ones()
     assert plain.material == (STEEL, STEEL) and (STEEL.E, STEEL.poisson, STEEL.density) == (206e9, 0.3, 7830.0)
     assert (plain.stiffness, plain.transmission_error, plain.application_factor) == ("ISO 6336-1", None, 1.0)
     assert plain.eccentricity == plain.tip_alteration == (0.0, 0.0)
-    for name in ("centre_distance", "profile_shift", "bore", "inertia", "mass", "quality", "backlash", "damping_ratio",
-                 "supports", "speed", "torque", "tip_relief", "tip_diameter"):
-        assert getattr(plain, name) is None, name
-    assert design(transmission_error=None) == plain
+    assert {name for name, value in asdict(plain).items() if value is None} >= {
+        "centre_distance", "profile_shift", "bore", "inertia", "mass", "quality", "backlash", "damping_ratio",
+        "supports", "speed", "torque", "tip_relief", "tip_diameter", "transmission_error"}
 
 
 @pytest.mark.parametrize(("name", "forms"), [
     ("module", [3e-3, "3 mm", "0.3 cm", np.float64(3e-3)]),
-    ("face_width", [0.03, "30 mm", [0.03, "3 cm"], np.array([0.03, 0.03])]),
-    ("pressure_angle", [np.pi / 9, "20 deg"]),
-    ("centre_distance", [0.09, "90 mm"]),
-    ("teeth", [(20, 40), [20, 40], np.array([20, 40])]),
+    ("face_width", [0.03, "30 mm", [0.03, "3 cm"], np.array([0.03, 0.03])]), ("pressure_angle", [np.pi / 9, "20 deg"]),
+    ("centre_distance", [0.09, "90 mm"]), ("teeth", [(20, 40), [20, 40], np.array([20, 40])]),
     ("material", ["steel", STEEL, [STEEL, "steel"], {"E": "206 GPa", "poisson": 0.3, "density": 7830}]),
     ("rack", [{}, {"addendum": 1}, Rack(), {"root_radius": 0.38, "dedendum": 1.25}]),
-    ("stiffness", ["ISO 6336-1"]),
     ("transmission_error", [{"table": "e.csv", "sha256": SHA256}, ErrorTable(table="e.csv", sha256=SHA256)]),
     ("backlash", [{"value": "100 um", "of": "normal, total"}, Backlash(value="100 um", of="normal, total")]),
     ("inertia", [1e-3, "1e-3 kg*m^2", "10 kg*cm^2"]),
     ("supports", [{"stiffness": "100 N/um", "damping_ratio": 0.02}, Supports(stiffness=1e8, damping_ratio=0.02)]),
-    ("speed", ["3000 rpm", 3000, "50 turn/s"]),
-    ("helix_angle", ["10 deg", "-10 deg"]),
+    ("speed", ["3000 rpm", 3000, "50 turn/s"]), ("helix_angle", ["10 deg", "-10 deg"]),
 ])
 def test_forms_of_one_value_make_equal_designs(name, forms):
-    designs = [design(**{name: form}) for form in forms]
-    for other in designs:
-        got, expected = getattr(other, name), getattr(designs[0], name)
-        assert got == expected or got == pytest.approx(expected, rel=1e-15)
+    expected, *others = (getattr(design(**{name: form}), name) for form in forms)
+    assert all(got == expected or got == pytest.approx(expected, rel=1e-15) for got in others)
 
 
 def test_pint_quantities_are_taken():
-    pint = pytest.importorskip("pint")
-    registry = pint.UnitRegistry()
+    registry = pytest.importorskip("pint").UnitRegistry()
     quantities = {"module": registry.Quantity(3, "mm"), "face_width": registry.Quantity([30, 30], "mm"),
                   "inertia": [registry.Quantity(1, "g*m^2"), "1e-3 kg*m^2"]}
     assert design(**quantities) == design(module="3 mm", face_width="30 mm", inertia=1e-3)
@@ -116,15 +108,9 @@ ALLOWANCES = {"tooth_thickness_allowances": [["-70 um", "-110 um"], ["-100 um", 
 ])
 def test_designs_are_values(full):
     again = GearDesign(**asdict(full))
-    assert again == full and hash(again) == hash(full) and replace(full) == full
-    assert pickle.loads(pickle.dumps(full)) == full
-    assert again.geometry == full.geometry
-    assert replace(full, face_width=0.05).geometry.common_face_width == 0.05
+    assert again == full == pickle.loads(pickle.dumps(full)) and hash(again) == hash(full)
+    assert again.geometry == full.geometry and replace(full, face_width=0.05).geometry.common_face_width == 0.05
     assert full != replace(full, face_width="99 mm")
-
-
-def test_every_input_has_a_converter():
-    assert all(f.metadata["convert"] for f in fields(GearDesign))
 
 
 REFUSED = [
@@ -132,14 +118,12 @@ REFUSED = [
     ({"module": 3}, "module", "did you mean '3 mm'? a plain number is in m.", "got 3000 mm"),
     ({"module": 3e-6}, "module", "between 0.01 and 100 mm; got 0.003 mm"),
     ({"face_width": 30}, "face_width[0]", "did you mean '30 mm'"),
-    ({"pressure_angle": 20}, "pressure_angle", "did you mean '20 deg'"),
     ({"helix_angle": 15.8}, "helix_angle", "did you mean '15.8 deg'"),
     ({"centre_distance": 90}, "centre_distance", "did you mean '90 mm'"),
     ({"tip_alteration": [0, 0.1]}, "tip_alteration[1]", "did you mean '0.1 mm'"),
     ({"tip_diameter": [66, 126]}, "tip_diameter[0]", "did you mean '66 mm'"),
     ({"tip_diameter": ["73 mm", "126 mm"]}, "tip_diameter[0]", "nominal tip diameter is 66 mm", "60 and 72 mm"),
-    ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'"),
-    ({"bore": "51 mm"}, "bore[0]", "half a module"),
+    ({"bore": [0.01, 20]}, "bore[1]", "did you mean '20 mm'"), ({"bore": "51 mm"}, "bore[0]", "half a module"),
     ({"backlash": {"value": 0.12, "of": "line of action, total"}}, "backlash.value", "did you mean '0.12 mm'"),
     ({"backlash": {"tooth_thickness_allowances": [-0.07, -0.11]}}, "backlash", "half a module"),
     ({"eccentricity": 0.02}, "eccentricity[0]", "did you mean '0.02 mm'"),
@@ -149,16 +133,12 @@ REFUSED = [
     ({"material": {"E": 206, "poisson": 0.3, "density": 7830}}, "material.E", "did you mean '206 GPa'"),
     ({"material": ["steel", {"E": 206e9, "poisson": 0.3, "density": 7.8}]}, "material[1].density", "'7.8 g/cm^3'"),
     ({"supports": {"stiffness": 200, "damping_ratio": 0}}, "supports.stiffness", "did you mean '200 N/um'"),
-    ({"speed": 96_000}, "speed", "301.6 m/s. a speed without a unit is in rpm"),
     ({"speed": "60 Hz"}, "speed", "Hertz"),
     # wrong forms
     ({"teeth": 20}, "teeth", "a list of two"),
-    ({"teeth": [20, 40, 60]}, "teeth", "a list of two"),
-    ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
-    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"),
-    ({"teeth": [20, -60]}, "teeth[1]", "internal gears"),
-    ({"module": "3"}, "module", "a length"),
-    ({"module": -3e-3}, "module", "greater than 0"),
+    ({"teeth": [20, 40, 60]}, "teeth", "a list of two"), ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
+    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"), ({"teeth": [20, -60]}, "teeth[1]", "internal gears"),
+    ({"module": "3"}, "module", "a length"), ({"module": -3e-3}, "module", "greater than 0"),
     ({"module": None}, "module", "or give diametral_pitch", "must be given"),
     ({"diametral_pitch": 8}, "diametral_pitch", "must be left out beside module"),
     ({"module": None, "diametral_pitch": "8 mm"}, "diametral_pitch", "8 1/in", "must be a diametral pitch"),
@@ -168,8 +148,7 @@ REFUSED = [
     ({"blank": ["solid", {"rim": "8 mm", "web": 9}]}, "blank[1].web", "did you mean '9 mm'", "between 0.3 and 60 mm"),
     ({"blank": {"rim": "60 mm", "web": "9 mm"}}, "blank[0].rim", "root circle", "between 0.3 and"),
     ({"profile_shift": 0.1}, "profile_shift", "a list of two"),
-    ({"profile_shift": ["x", 0]}, "profile_shift[0]", "a number"),
-    ({"rack": 1.25}, "rack", "a table with addendum"),
+    ({"profile_shift": ["x", 0]}, "profile_shift[0]", "a number"), ({"rack": 1.25}, "rack", "a table with addendum"),
     ({"rack": {"adendum": 1}}, "rack", "did you mean 'addendum'", "no key but"),
     ({"rack": {"addendum": 0}}, "rack.addendum", "greater than 0"),
     ({"rack": {"root_radius": -0.1}}, "rack.root_radius", "not be negative"),
@@ -177,11 +156,8 @@ REFUSED = [
     ({"material": 206e9}, "material", "'steel'", "a name or a table"),
     ({"material": {"E": 206e9, "poisson": 0.3}}, "material.density", "must be given"),
     ({"material": {"E": 206e9, "poisson": 0.5, "density": 7830}}, "material.poisson", "less than 0.5"),
-    ({"bore": -0.01}, "bore", "not be negative"),
-    ({"inertia": 0}, "inertia", "greater than 0"),
-    ({"mass": [1, -1]}, "mass[1]", "greater than 0"),
-    ({"quality": 5}, "quality", "grade = 5", "standard and grade"),
-    ({"quality": {"standard": "ISO 1328-1:1995", "grade": 13}}, "quality.grade", "0 to 12"),
+    ({"bore": -0.01}, "bore", "not be negative"), ({"inertia": 0}, "inertia", "greater than 0"),
+    ({"mass": [1, -1]}, "mass[1]", "greater than 0"), ({"quality": 5}, "quality", "grade = 5", "standard and grade"),
     ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6, "deviation": [0, 1]}}, "quality", "and deviations if"),
     ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6, "deviations": 1}}, "quality.deviations", "list of two"),
     ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6, "deviations": [1, "a"]}}, "quality.deviations[1]",
@@ -199,8 +175,6 @@ REFUSED = [
     ({"backlash": {"value": "6 arcmin", "of": "radial"}}, "backlash.value", "of = 'angle of wheel 1' takes an angle",
      "must be a length"),
     ({"backlash": {"value": "6 mm", "of": "angle of wheel 2"}}, "backlash.value", "it is an angle", "must be an angle"),
-    ({"backlash": {"value": "7.2 deg", "of": "angle of wheel 1"}}, "backlash.value", "half a module",
-     "between 0 and 3.049 deg"),
     ({"backlash": {"value": "0.12 mm", "of": "half radial"}}, "backlash.of", "did you mean", "or by ', half'"),
     ({"backlash": {"value": 0, "of": "normal, total"}}, "backlash.value", "greater than 0"),
     ({"backlash": {**ALLOWANCES, "plane": "axial"}}, "backlash.plane", "one of normal, transverse"),
@@ -231,8 +205,7 @@ REFUSED = [
     ({"eccentricity": -1e-6}, "eccentricity", "not be negative"),
     ({"tip_relief": {"amount": 1e-5, "shape": "round"}}, "tip_relief.shape", "linear, parabolic"),
     ({"supports": {"stiffness": 1e8, "damping_ratio": 1}}, "supports.damping_ratio", "less than 1"),
-    ({"application_factor": 0}, "application_factor", "greater than 0"),
-    ({"torque": -1}, "torque", "not be negative"),
+    ({"application_factor": 0}, "application_factor", "greater than 0"), ({"torque": -1}, "torque", "not be negative"),
     # dimensions that contradict each other, and pairs that cannot run
     ({"centre_distance": "92 mm"}, "profile_shift", "split this sum", "with a sum of 0.718705"),
     ({"centre_distance": "84 mm", "profile_shift": [0, 0]}, "centre_distance", "is 90 mm",
@@ -303,16 +276,6 @@ def test_all_inputs_that_a_model_lacks_are_asked_for_at_once():
             design(**given, **more).to_model()
 
 
-def test_relief_on_the_path_of_contact():
-    assert design().path_relief is None
-    relieved = design(tip_relief={"amount": ["10 um", 0], "start_diameter": ["64 mm", "124 mm"]})
-    tip, start, base = 0.066, 0.064, 0.060 * np.cos(np.pi / 9)
-    length = (np.sqrt(tip**2 - base**2) - np.sqrt(start**2 - base**2)) / 2
-    found = relieved.path_relief
-    assert found.length == (pytest.approx(length, rel=1e-12), 0.0)
-    assert found == TipRelief(relieved.tip_relief.amount, found.length, "linear")
-
-
 @pytest.mark.parametrize(("changes", "words"), [
     ({"teeth": [16, 20]}, "The teeth of wheel 1 are undercut: profile_shift[0] is 0"),
     ({"teeth": [20, 16]}, "The teeth of wheel 2 are undercut"),
@@ -322,13 +285,10 @@ def test_relief_on_the_path_of_contact():
     ({"tip_alteration": "0.5 mm", "rack": {"root_radius": 0.2}},
      "Between the tip of wheel 2 and the root of wheel 1 there are 0.25 mm"),
     ({"damping_ratio": 0.01}, "damping_ratio is 0.01; usual are 0.03 to 0.1."),
-    ({"damping_ratio": 0.2}, "damping_ratio is 0.2"),
-    ({"speed": 20_100}, "m/s at 20100 rpm, unusually high."),
+    ({"damping_ratio": 0.2}, "damping_ratio is 0.2"), ({"speed": 20_100}, "m/s at 20100 rpm, unusually high."),
     ({"speed": "2100 rad/s"}, "The pitch line velocity is 63 m/s"),
-    ({"torque": 9000}, "The load F_t/(b m_n) is 3333 N/mm²"),
-    ({"inertia": [5, 8]}, "inertia[0] is"),
-    ({"mass": 700}, "mass[0] is"),
-    ({"inertia": ["1 g*cm^2", "10 kg*cm^2"]}, "inertia[0] is"),
+    ({"torque": 9000}, "The load F_t/(b m_n) is 3333 N/mm²"), ({"inertia": [5, 8]}, "inertia[0] is"),
+    ({"mass": 700}, "mass[0] is"), ({"inertia": ["1 g*cm^2", "10 kg*cm^2"]}, "inertia[0] is"),
     ({"inertia": ["1 kg*cm^2", "20 kg*m^2"]}, "times that of a solid disc of the size of wheel 2"),
 ])
 def test_unusual_values_make_warnings(changes, words):
@@ -345,10 +305,9 @@ def test_an_ordinary_design_has_no_warnings():
 
 
 def test_allowances_and_values_are_both_backlash():
-    assert isinstance(design(backlash=ALLOWANCES).backlash, ThicknessAllowances)
     both = design(backlash={"tooth_thickness_allowances": ["-70 um", "-110 um"]}).backlash
-    first, second = both.tooth_thickness_allowances
-    assert first == second == pytest.approx((-70e-6, -110e-6), rel=1e-14)
+    assert isinstance(both, ThicknessAllowances)
+    assert both.tooth_thickness_allowances == (pytest.approx((-70e-6, -110e-6), rel=1e-14),) * 2
     assert (both.plane, both.at, both.centre_distance_allowance) == ("normal", "mean", (0.0, 0.0))
 
 
@@ -363,11 +322,6 @@ def test_tables_with_wrong_names_are_refused(tables, field, words):
     with pytest.raises(InputError) as refusal:
         GearDesign.from_tables(*tables)
     assert refusal.value.field == field and words in str(refusal.value)
-
-
-def test_the_application_factor_may_be_in_either_table():
-    for tables in ({**SMALL, "application_factor": 1.5},), (SMALL, {"application_factor": 1.5}):
-        assert GearDesign.from_tables(*tables).application_factor == 1.5
 
 
 def test_every_computed_value_has_a_symbol_a_unit_a_formula_and_a_source():

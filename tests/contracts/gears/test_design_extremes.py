@@ -61,5 +61,4 @@ def test_any_design_is_made_or_refused(values, relative_lengths, backlash, modul
     for name in GEOMETRY_FORMULAS:
         value = getattr(design.geometry, name)
         assert all(map(math.isfinite, value if isinstance(value, tuple) else (value,))), name
-    assert design.geometry.contact_ratio >= 1
-    assert isinstance(design.warnings, tuple)
+    assert design.geometry.contact_ratio >= 1 and isinstance(design.warnings, tuple)

@@ -19,12 +19,8 @@ from tests.commands import ask
 @pytest.fixture
 def written(tmp_path):
     """A function that writes a text to a file."""
-
-    def written(text: str) -> Path:
-        (tmp_path / "te.csv").write_text(text)
-        return tmp_path / "te.csv"
-
-    return written
+    path = tmp_path / "te.csv"
+    return lambda text: (path.write_text(text), path)[1]
 
 
 @pytest.fixture
@@ -125,7 +121,7 @@ def test_curve_over_the_roll_angle(curve, tau):
     path = curve(tau, 7 + 3 * np.cos(2 * np.pi * tau - 0.4) + 0.5 * np.cos(6 * np.pi * tau + 1.0))
     found = from_table(path, 17, 5)
     assert found.amplitudes == pytest.approx((3e-6, 0, 0.5e-6, 0, 0), abs=1e-15)
-    assert (found.phases[0], found.phases[2]) == pytest.approx((0.4, -1.0), abs=1e-9)
+    assert found.phases[:3:2] == pytest.approx((0.4, -1.0), abs=1e-9)
     assert found.residual_peak < 1e-15 and found.warnings == ()
     if len(tau) == 40:
         rest = from_table(path, 17, 2)
@@ -139,9 +135,8 @@ def test_curve_over_the_roll_angle(curve, tau):
     (np.array([0.0, 1.0, 2.0, 3.0]), 1),
 ])
 def test_samples_that_do_not_determine_the_harmonics_are_refused(tau: np.ndarray, orders: int):
-    with pytest.raises(InputError, match="mesh periods") as error:
+    with pytest.raises(InputError, match=r"^orders .*mesh periods"):
         fit_harmonics(tau, np.cos(tau), orders)
-    assert error.value.field == "orders"
 
 
 def test_the_number_of_harmonics_in_the_refusal_is_accepted():
@@ -166,8 +161,7 @@ def test_harmonics_of_a_turn_with_its_closing_row():
 def test_harmonics_of_rows_closer_together_in_one_quarter():
     tau = np.concatenate([np.arange(200) / 800, 0.25 + 0.75 * np.arange(80) / 80])
     found = fit_harmonics(tau, 1 - 4 * np.abs(tau - 0.5), 8)
-    expected = [8 / (math.pi * j) ** 2 * (j % 2) for j in range(1, 9)]
-    assert found.amplitudes == pytest.approx(expected, abs=1e-3)
+    assert found.amplitudes == pytest.approx([8 / (math.pi * j) ** 2 * (j % 2) for j in range(1, 9)], abs=1e-3)
 
 
 @pytest.mark.parametrize("ends", [0.9, 0.975, 1.0, 1.0005])
@@ -183,8 +177,8 @@ def test_an_error_of_one_mesh_period_that_does_not_return_is_refused(curve, ends
 def test_few_samples_and_several_periods_need_not_close(curve):
     for phase, count in itertools.product(np.linspace(0, 2 * np.pi, 10), (3, 4, 5)):
         tau = np.arange(count) / count
-        found = from_table(curve(tau, np.cos(2 * np.pi * tau - phase)), 17, 1)
-        assert found.amplitudes[0] == pytest.approx(1e-6, rel=1e-9)
+        path = curve(tau, np.cos(2 * np.pi * tau - phase))
+        assert from_table(path, 17, 1).amplitudes[0] == pytest.approx(1e-6, rel=1e-9)
     tau = np.arange(81) / 40
     assert from_table(curve(tau, np.cos(2 * np.pi * tau) + tau), 17, 2).warnings
     tau = 0.4 * np.arange(10)  # the samples of several periods fill the gaps of one
@@ -212,9 +206,9 @@ def test_gear_warns_of_a_file_that_it_cannot_use(written, tmp_path):
     study.write_text('[design]\nteeth = [50, 50]\nmodule = "3 mm"\nface_width = "20 mm"\n'
                      'transmission_error = { orders = "te.csv" }\n')
     (warning,) = [text for text in design.warnings if "cannot be used" in text]
-    result = ask("gear", study, "--all")
+    result = ask("gear", study, "--all", code=2)
     assert f"{file}, line 1, must" in warning and f"error: {file}, line 1, must" in result.stderr
-    assert result.exit_code == 2 and "contact_ratio" in result.stdout
+    assert "contact_ratio" in result.stdout
 
 
 TURN = np.arange(17 * 40 + 1) / 40
@@ -231,8 +225,7 @@ TURN = np.arange(17 * 40 + 1) / 40
     (TURN, lambda tau: np.cos(4 * np.pi * tau) + 5 * np.cos(2 * np.pi * tau / 17), "repeats itself 34 times, not 17"),
     (np.arange(41) / 40, lambda tau: 3 * np.cos(4 * np.pi * tau), "in each of which the error has 2 periods"),
     (np.arange(41) / 80, lambda tau: np.cos(2 * np.pi * tau), "got '0.5 mesh periods'. orders must be at most 0"),
-], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half in a period",
-        "half a period"])
+], ids=["closed elsewhere", "no whole periods", "another wheel", "half the teeth", "half in a period", "half a period"])
 def test_an_error_that_contradicts_the_number_of_teeth_is_refused(curve, tau, error, words):
     with pytest.raises(InputError) as found:
         from_table(curve(tau, error(tau)), 17)

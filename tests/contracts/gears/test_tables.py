@@ -183,19 +183,16 @@ def test_units_that_are_none_of_an_angle_are_refused(read, unit):
     assert ("deg or gon" in str(error.value)) == (unit.lower() == "grad")
 
 
-def test_a_header_that_two_columns_can_mean_is_refused(read):
-    length, width = (Column(name, {units.LENGTH: 1.0}, words=name) for name in ("length", "width"))
-    with pytest.raises(InputError, match="exactly one column for length or width"):
-        read("order,mm\n1,1\n", ((ORDER,), (length, width)))
-    with pytest.raises(InputError, match="must say whether this is length or width; got 'mm'"):
-        read("order,mm\n1,1\n", ((length,), (width,)))
-
-
 def test_exactly_one_column_of_a_group_is_needed(read):
-    with pytest.raises(InputError, match=r"must have the column roll angle \[deg\] or fraction"):
-        read("x,N/um\n1,1\n", CURVE)
-    with pytest.raises(InputError, match=r"exactly one column for roll angle or fraction.* columns = \{ roll_angle ="):
-        read("roll angle [deg],fraction,N/um\n1,2,3\n", CURVE)
+    length, width = (Column(name, {units.LENGTH: 1.0}, words=name) for name in ("length", "width"))
+    for text, groups, words in (
+            ("order,mm\n1,1\n", ((ORDER,), (length, width)), "exactly one column for length or width"),
+            ("order,mm\n1,1\n", ((length,), (width,)), "must say whether this is length or width; got 'mm'"),
+            ("x,N/um\n1,1\n", CURVE, r"must have the column roll angle \[deg\] or fraction"),
+            ("roll angle [deg],fraction,N/um\n1,2,3\n", CURVE,
+             r"exactly one column for roll angle or fraction.* columns = \{ roll_angle =")):
+        with pytest.raises(InputError, match=words):
+            read(text, groups)
 
 
 BOTH = "angle [deg];angle of wheel 2 [deg];k;stiffness [N/mm]\n0;0;3;4\n1;2;5;6\n"
@@ -247,15 +244,10 @@ def test_a_jump_is_two_rows_with_the_same_abscissa_but_not_the_same_value(read):
 
 def test_files_that_are_no_tables_are_refused(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path, tmp_path / "missing", tmp_path / "pipe", "null\0character", "/dev/zero"):
-        with pytest.raises(InputError, match="orders must be a file that can be read"):
-            read_table(path, GROUPS, field="orders")
-    for path in (3, None, b"bytes"):
-        with pytest.raises(InputError, match="orders must be the path of a file"):
-            read_table(path, GROUPS, field="orders")
-
-
-def test_a_large_file_is_refused(read):
-    text = HEADER + "1,2\n" * (MOST_BYTES // 4)
+    none = (tmp_path, tmp_path / "missing", tmp_path / "pipe", "null\0character", "/dev/zero")
+    for paths, words in ((none, "a file that can be read"), ((3, None, b"bytes"), "the path of a file")):
+        for path in paths:
+            with pytest.raises(InputError, match=f"orders must be {words}"):
+                read_table(path, GROUPS, field="orders")
     with pytest.raises(InputError, match="more than 4,000,000 bytes"):
-        read(text)
+        read(HEADER + "1,2\n" * (MOST_BYTES // 4))

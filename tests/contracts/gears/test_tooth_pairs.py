@@ -64,8 +64,7 @@ def test_one_value_of_a_relief_holds_for_both_wheels_and_none_is_none():
     ({"stiffness": ["1e8 N/m", "2e8 N/m"], "starts": [0, 1]}, "starts", "must rise from 0 and stay below 1"),
     ({"stiffness": ["1e8 N/m"] * 3, "starts": [0, 0.6, 0.3]}, "starts", "must rise from 0 and stay below 1"),
     ({"stiffness": ["1e8 N/m", "2e8 N/m"]}, "starts", "as many values as stiffness (2)"),
-    ({"starts": []}, "starts", "must rise from 0"),
-    ({"starts": "0"}, "starts", "must be a list of numbers"),
+    ({"starts": []}, "starts", "must rise from 0"), ({"starts": "0"}, "starts", "must be a list of numbers"),
     ({"stiffness": []}, "stiffness", "must have 1 to 64 values; got 0"),
     ({"stiffness": ["1e8 N/m", "-1 N/m"], "starts": [0, 0.5]}, "stiffness[1]", "must be greater than 0; got '-1 N/m'"),
     ({"contact_ratio": 2.3}, "contact_ratio", "must lie in [1, 2]; got 2.3"),
@@ -89,8 +88,7 @@ def test_a_gap_that_only_another_unit_explains_is_warned_of():
 
 
 def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
-    path = tmp_path / "pair.toml"
-    lines = [f"{name} = {value!r}" for name, value in PAIR.items()]
+    path, lines = tmp_path / "pair.toml", [f"{name} = {value!r}" for name, value in PAIR.items()]
     path.write_text("\n".join(["[gearpair]", *lines, 'tooth_pairs = { stiffness = "1.5e8 N/m", contact_ratio = 1.6, '
                                'relief = { amount = "30 um", length = 0.2, shape = "linear" } }']))
     assert load_study(path).model.stiffness == GearPair(**PAIR, tooth_pairs=PAIRS).to_model().stiffness
@@ -131,8 +129,7 @@ def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_too
 
 def test_a_pair_with_a_changed_relief_is_a_pair_again():
     pair = GearPair(**PAIR, tooth_pairs=PAIRS)
-    changed = pair.to_model().with_values({"relief1": 0.25})
-    found = pair_at(pair, changed)
+    found = pair_at(pair, pair.to_model().with_values({"relief1": 0.25}))
     assert found is not None and found.tooth_pairs.relief.amount == pytest.approx((15e-6, 30e-6))
 
 
@@ -145,15 +142,13 @@ def test_a_pair_with_a_changed_relief_is_a_pair_again():
 ])
 def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
     design = of_design(**changes)
-    assert design.shares_load is shared
-    assert (design.to_model().stiffness.kind == "tooth pairs") is shared
+    assert design.shares_load is shared and (design.to_model().stiffness.kind == "tooth pairs") is shared
     assert (design.to_pair().tooth_pairs is not None) is shared
 
 
 @pytest.mark.parametrize(("changes", "field", "words"), [
     ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "load_sharing", "on one spring it would do nothing"),
-    ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "load_sharing",
-     "helical teeth enter contact bit by bit"),
+    ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "load_sharing", "helical teeth enter contact bit by"),
     ({"load_sharing": "shared"}, "load_sharing", "must be one of prescribed, tooth pairs"),
     ({"load_sharing": "tooth pairs", **HIGH}, "load_sharing", "the contact ratio is 2.316"),
     ({"load_sharing": "tooth pairs", "stiffness": {"table": "c.csv"}}, "load_sharing",
@@ -167,14 +162,10 @@ def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes
 def test_reliefs_and_a_load_sharing_that_cannot_be_are_refused(changes, field, words, tmp_path, monkeypatch):
     (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
     monkeypatch.chdir(tmp_path)
+    assert not of_design(stiffness={"table": "c.csv"}, tip_relief=TIP_RELIEF).shares_load  # but all on one spring
     with pytest.raises(InputError) as refusal:
         of_design(**changes).to_model()
     assert refusal.value.field == field and words in str(refusal.value)
-
-
-def test_a_table_of_the_stiffness_of_all_pairs_leaves_the_load_on_one_spring(tmp_path):
-    (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,500\n0.6,300\n")
-    assert not of_design(stiffness={"table": str(tmp_path / "c.csv")}, tip_relief=TIP_RELIEF).shares_load
 
 
 def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_error(tmp_path):
@@ -184,12 +175,12 @@ def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_erro
     assert not [text for text in relieved.warnings if text.startswith("tip_relief")]
     path = tmp_path / "te.csv"
     path.write_text("order,peak [um],phase [deg]\n1,2,30\n")
-    (text,) = [text for text in replace(relieved, transmission_error={"orders": str(path)}).warnings
-               if text.startswith("tip_relief")]
-    assert "must be that of teeth without relief" in text
-    (text,) = [text for text in replace(relieved, tip_relief="20 um", transmission_error="none").warnings
-               if text.startswith("tip_relief")]
-    assert "give its start_diameter, so that tooth pairs can share the load" in text
+    for changes, words in (
+            ({"transmission_error": {"orders": str(path)}}, "must be that of teeth without relief"),
+            ({"tip_relief": "20 um", "transmission_error": "none"},
+             "give its start_diameter, so that tooth pairs can share the load")):
+        (text,) = [each for each in replace(relieved, **changes).warnings if each.startswith("tip_relief")]
+        assert words in text
 
 
 @pytest.mark.parametrize("method", ["ISO 6336-1", "potential energy"])
@@ -197,8 +188,7 @@ def test_the_levels_over_c0_are_the_same_at_every_torque(method):
     design = of_design(tip_relief=TIP_RELIEF, stiffness=method)
     first, *others = [design.at(torque=torque).to_model() for torque in (20.0, 37.3, 61.7, 300.0)]
     assert all(each.stiffness == first.stiffness for each in others)
-    pair = design.to_pair()
-    assert pair.to_model().stiffness.levels == pytest.approx(first.stiffness.levels, rel=1e-14)
+    assert design.to_pair().to_model().stiffness.levels == pytest.approx(first.stiffness.levels, rel=1e-14)
 
 
 def test_the_relief_of_a_drawing_is_that_on_the_path_of_contact():
@@ -250,8 +240,7 @@ def test_back_flanks_are_where_the_outline_of_wheel_1_crosses_their_line_of_acti
     geometry = GearDesign(**given).geometry
     section = TransverseSection(geometry, max(geometry.theoretical_backlash, 0.0), phase)
     outline = section.outline(0, detail=60) * [-1, 1]  # the back flanks in the place of the front flanks
-    normal = np.array([-section.direction[1], section.direction[0]])
-    height = (outline - section.on_line(0.0)) @ normal
+    height = (outline - section.on_line(0.0)) @ np.array([-section.direction[1], section.direction[0]])
     along = (outline - section.on_line(0.0)) @ section.direction
     crossing = np.flatnonzero(height[:-1] * height[1:] < 0)
     share = height[crossing] / (height[crossing] - height[crossing + 1])

@@ -208,13 +208,12 @@ def load(tmp_path, text=LOOSE, design="", **values):
 
 
 def test_a_file_is_the_train_of_its_tables(tmp_path):
-    model = load(tmp_path).model
-    assert model.train == gc.Train(
+    assert load(tmp_path).model.train == gc.Train(
         speed=800, bodies=[gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300}]),
                            gc.Body(name="loose", inertia=5e-4, torque=-0.1)],
         meshes=[gc.Mesh(name="z1/z2", between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045),
                         stiffness=2e8, damping=60, backlash=0.12e-3)])
-    assert dict(model.initial) == {}
+    assert dict(load(tmp_path).model.initial) == {}
 
 
 @pytest.mark.parametrize(("name", "value", "found"), [
@@ -260,9 +259,8 @@ def test_a_deflection_is_measured_from_the_front_flank_of_the_backlash_that_is_s
 
 def test_what_is_left_out_begins_at_the_static_deflection_at_rest(tmp_path):
     found = gc.simulate(load(tmp_path, LOOSE.replace('acceleration = "300', 'acceleration = "0')).model, periods=1)
-    force = 0.1 / 0.045
     deflection = found.section_deflection.values[0, 0] * load(tmp_path).model.units.length
-    assert deflection == pytest.approx(force / 2e8, rel=1e-9)
+    assert deflection == pytest.approx(0.1 / 0.045 / 2e8, rel=1e-9)
 
 
 DESIGN = """
@@ -323,8 +321,7 @@ def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
     ('deflections = { "z1/z2" = "1 N" }', {}, "initial.deflections: z1/z2", "must be a length"),
     ("deflections = 3", {}, "initial.deflections", "must be a table"),
     ("angles = { loose = 0 }", {}, "initial.angles", "must be left out"),
-    ("deflection = 3", {}, "key of [initial]", "must be one of"),
-    ("x1 = 3", {}, "key of [initial]", "must be one of"),
+    ("deflection = 3", {}, "key of [initial]", "must be one of"), ("x1 = 3", {}, "key of [initial]", "must be one of"),
     # the design of a mesh
     (OF_DESIGN, {"design": DESIGN}, "mesh z1/z2: design", "[operation] with speed and torque"),
     (UNDAMPED, {"design": LOAD_FREE}, "mesh z1/z2: design: damping_ratio", "must be given"),
@@ -342,8 +339,7 @@ def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():
     levels = np.array(found.meshes[0].stiffness.steps.levels)
     middles = (np.arange(len(levels)) + 0.5) / len(levels)
     assert levels.mean() == pytest.approx(2e8, rel=1e-12)
-    wanted = 2e8 + 4e7 * np.cos(2 * np.pi * middles - math.pi / 6)
-    assert np.allclose(levels, wanted, rtol=0, atol=4e7 * 1e-3)
+    assert np.allclose(levels, 2e8 + 4e7 * np.cos(2 * np.pi * middles - math.pi / 6), rtol=0, atol=4e7 * 1e-3)
     assert any("Fourier series" in text for text in found.warnings)
 
 
@@ -359,12 +355,10 @@ def test_tooth_pairs_of_a_mesh_share_its_load():
 
 def test_meshes_of_planets_are_ahead_by_their_teeth_and_positions():
     found = read_train(planets(count=3, teeth=[20, 19, 58]), None)
-    for n in range(3):
-        sun, ring = found.meshes[2 * n : 2 * n + 2]
+    for n, (sun, ring) in enumerate(zip(found.meshes[::2], found.meshes[1::2], strict=True)):
         assert sun.phase == pytest.approx(-20 * 2 * math.pi * n / 3)
         assert ring.phase == pytest.approx(58 * 2 * math.pi * n / 3 + 20 * math.pi)
-    even = read_train(planets(), None).meshes[1]
-    assert math.cos(even.phase) == pytest.approx(-1)  # half a cycle behind the sun mesh
+    assert math.cos(read_train(planets(), None).meshes[1].phase) == pytest.approx(-1)  # half a cycle behind the sun's
 
 
 def test_planets_around_a_held_sun_follow_each_other_the_other_way():

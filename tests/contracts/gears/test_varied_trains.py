@@ -41,10 +41,16 @@ def test_every_parameter_varies_as_a_train_with_its_value(shape):
                                        err_msg=f"{array} over {name}")
 
 
+DRIVER = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
+
+
+def mesh(*between: str) -> gc.Mesh:
+    return gc.Mesh(between=between, teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60, backlash=1e-4)
+
+
 def two_wheels(**shaft: float) -> gc.Train:
     bodies = [gc.Body(name=name, inertia=1e-3) for name in ("a", "b", "c")]
-    mesh = gc.Mesh(between=("a", "b"), teeth=(20, 20), base_radii=(0.03, 0.03), stiffness=2e8, backlash=1e-4)
-    return gc.Train(speed=600, bodies=bodies, meshes=[mesh], shafts=[gc.Shaft(
+    return gc.Train(speed=600, bodies=bodies, meshes=[mesh("a", "b")], shafts=[gc.Shaft(
         between=("b", "c"), **{"stop": 0.01, "stop_stiffness": 1e3, **shaft})])
 
 
@@ -61,10 +67,8 @@ TABLE = {"speed": ["200 rpm", "600 rpm", "1000 rpm"], "torque": ["-0.05 N*m", "-
 
 
 def loose(**torque):
-    driver = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
-    mesh = gc.Mesh(between=("driver", "loose"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
-                   backlash=1.2e-4)
-    return gc.Train(speed=600.0, bodies=[driver, gc.Body(name="loose", inertia=5e-4, **torque)], meshes=[mesh])
+    bodies = [DRIVER, gc.Body(name="loose", inertia=5e-4, **torque)]
+    return gc.Train(speed=600.0, bodies=bodies, meshes=[mesh("driver", "loose")])
 
 
 @pytest.mark.slow
@@ -82,10 +86,9 @@ def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
 
 def test_a_free_train_whose_load_does_not_balance_at_a_speed_is_refused():
     load = {"speed": ["300 rpm", "900 rpm"], "torque": ["-15 N*m", "-45 N*m"]}
-    train = gc.Train(speed=900.0, bodies=[
-        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="pump", inertia=1e-3, torque_over_speed=load)],
-        meshes=[gc.Mesh(between=("motor", "pump"), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8,
-                        damping=60.0, backlash=1.2e-4)])
+    bodies = [gc.Body(name="motor", inertia=1e-3, torque=20.0),
+              gc.Body(name="pump", inertia=1e-3, torque_over_speed=load)]
+    train = gc.Train(speed=900.0, bodies=bodies, meshes=[mesh("motor", "pump")])
     vary(as_model(train), {"speed": [900.0]})
     with pytest.raises(gc.InputError, match="balance at each speed; got 'torques that do not at 1200 rpm'"):
         vary(as_model(train), {"speed": [900.0, 1200.0]})
@@ -105,12 +108,10 @@ def test_a_table_of_drag_that_does_not_do_is_refused(given, words):
 
 @pytest.fixture(scope="module")
 def found():
-    bodies = [gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}]),
-              gc.Body(name="one", inertia=5e-4, torque=-0.3), gc.Body(name="other", inertia=5e-4, torque=-0.08)]
-    meshes = [gc.Mesh(between=("driver", name), teeth=(20, 30), base_radii=(0.03, 0.045), stiffness=2e8, damping=60.0,
-                      backlash=1e-4) for name in ("one", "other")]
-    return gc.zones(gc.Train(speed=800.0, bodies=bodies, meshes=meshes), "speed=790:800:2", "one.torque=-0.3:-0.29:2",
-                    settings=SHORT)
+    loads = {"one": -0.3, "other": -0.08}
+    bodies = [DRIVER, *(gc.Body(name=name, inertia=5e-4, torque=torque) for name, torque in loads.items())]
+    train = gc.Train(speed=800.0, bodies=bodies, meshes=[mesh("driver", name) for name in loads])
+    return gc.zones(train, "speed=790:800:2", "one.torque=-0.3:-0.29:2", settings=SHORT)
 
 
 @pytest.mark.slow
@@ -123,8 +124,7 @@ def test_the_measures_are_those_of_the_mesh(found):
 
 
 def test_what_is_drawn_and_printed_says_of_which_mesh_it_is(found, capsys):
-    one = of_mesh(found, "driver/one")
-    legends = [gc.plot.level(ds, "contact").get_legend() for ds in (found, one)]
+    legends = [gc.plot.level(ds, "contact").get_legend() for ds in (found, of_mesh(found, "driver/one"))]
     titles = [legend.get_title().get_text().replace("\n", " ") for legend in legends]
     assert titles[0].endswith("of the worst mesh") and titles[1].endswith("of driver/one")
     assert words_beside(found, "z_rms") == ["of driver/one"] and words_beside(found, "switches") == ["of all meshes"]

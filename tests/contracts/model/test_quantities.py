@@ -7,28 +7,16 @@ import re
 import pytest
 from matplotlib.mathtext import MathTextParser
 
+from gearchaos import quantities
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel, ToothPairStiffness
-from gearchaos.quantities import (
-    COORDINATES,
-    HARMONICS,
-    PARAMETER_PAIRS,
-    PARAMETERS,
-    PREFIXES,
-    RESPONSES,
-    RESULTS,
-    STIFFNESS_PARAMETERS,
-    VERDICTS,
-    Name,
-    find,
-    parse,
-    parse_harmonic,
-    quantity,
-)
+from gearchaos.quantities import Name, find, parse, parse_harmonic, quantity
 from tests import ROOT
 
-TABLES = (PARAMETERS, STIFFNESS_PARAMETERS, COORDINATES, RESPONSES, VERDICTS, RESULTS)
-NAMES = [q.name for table in TABLES for q in table] + [f"{family}{n}" for family in HARMONICS for n in (1, 12, 64)]
+OF_RESULTS = (quantities.COORDINATES, quantities.RESPONSES, quantities.VERDICTS, quantities.RESULTS)
+OF_MODELS = [each.name for each in (*quantities.PARAMETERS, *quantities.STIFFNESS_PARAMETERS)]
+NAMES = [*OF_MODELS, *(each.name for table in OF_RESULTS for each in table),
+         *(f"{family}{n}" for family in quantities.HARMONICS for n in (1, 12, 64))]
 
 
 def test_a_dynamic_factor_is_a_quantity_by_whatever_standard_it_is():
@@ -37,19 +25,17 @@ def test_a_dynamic_factor_is_a_quantity_by_whatever_standard_it_is():
     assert find("Kv") is None
 
 
-@pytest.mark.parametrize("prefix", ["", *PREFIXES])
+@pytest.mark.parametrize("prefix", ["", *quantities.PREFIXES])
 def test_every_name_has_one_row_is_its_parts_and_leads_to_its_quantity(prefix):
     assert len(NAMES) == len(set(NAMES))
     for name in NAMES:
-        assert str(parse(prefix + name)) == prefix + name
-        assert parse(prefix + name).prefix == prefix
-        assert quantity(prefix + name).name == name
+        parts = parse(prefix + name)
+        assert (str(parts), parts.prefix, quantity(prefix + name).name) == (prefix + name, prefix, name)
 
 
 @pytest.mark.parametrize(("name", "parts"), [
-    ("omega", Name("omega")), ("eps3", Name("eps", 3)), ("q0", Name("q", 0)),
-    ("zeta_support2", Name("zeta_support", 2)),
-    ("z_dot", Name("z", None, 1)), ("z_dot_rms", Name("z_dot_rms")), ("x1_dot", Name("x", 1, 1)),
+    ("omega", Name("omega")), ("eps3", Name("eps", 3)), ("q0", Name("q", 0)), ("z_dot", Name("z", None, 1)),
+    ("zeta_support2", Name("zeta_support", 2)), ("z_dot_rms", Name("z_dot_rms")), ("x1_dot", Name("x", 1, 1)),
     ("section_x1_dot", Name("x", 1, 1, "section_")), ("start_y2", Name("y", 2, 0, "start_")),
     ("attractor_section_z", Name("z", prefix="attractor_section_")), ("attractor", Name("attractor")),
     ("attractor_start_z", Name("z", prefix="attractor_start_")), ("tau_section", Name("tau_section")),
@@ -72,10 +58,10 @@ def test_what_is_no_quantity(name):
 
 
 def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
-    parameters = {q.name for q in (*PARAMETERS, *STIFFNESS_PARAMETERS)}
-    assert all(set(members) <= parameters for members in PARAMETER_PAIRS.values())
-    models = [MeshModel.of("full", eps3=0.1), MeshModel.of("single", c2=0.1), MeshModel()]
-    for name in {*PARAMETER_PAIRS, *(n for m in models for n in m.parameters()), *(q.name for q in COORDINATES)}:
+    models, pairs = (MeshModel.of("full", eps3=0.1), MeshModel.of(c2=0.1), MeshModel()), quantities.PARAMETER_PAIRS
+    assert all(set(members) <= set(OF_MODELS) for members in pairs.values())
+    coordinates = (each.name for each in quantities.COORDINATES)
+    for name in {*pairs, *(n for m in models for n in m.parameters()), *coordinates}:
         low, high, least, most = quantity(name).range
         assert least <= low < high <= most, name
         assert quantity(name).range.step == (high - low) / 400
@@ -84,9 +70,9 @@ def test_every_parameter_and_coordinate_of_every_model_has_a_row_with_a_range():
 def test_every_symbol_renders():
     parser = MathTextParser("path")
     for name in NAMES:
-        q = quantity(name)
-        assert bool(q.tex) == bool(q.symbol), name
-        for tex in filter(None, (q.tex, q.physical and q.physical.tex)):
+        one = quantity(name)
+        assert bool(one.tex) == bool(one.symbol), name
+        for tex in filter(None, (one.tex, one.physical and one.physical.tex)):
             parser.parse(f"${tex}$")
 
 
@@ -114,27 +100,20 @@ def test_the_documents_table_of_parameters_agrees():
     rows = [row for row in _rows("Parameters") if row[0] not in ("`kind`", "`damping_law`")]
     values, found = MeshModel.of("full", theta1=0.0).parameters() | MeshModel.of(c1=0.0).parameters(), set()
     values |= ToothPairStiffness().parameters()
+    plain = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
     for names, symbols, default, rule, _ in rows:
         for name, symbol in zip(re.findall(r"`(\w+)`", names.split(" …")[0]), symbols.split(", "), strict=True):
-            q = quantity(name)
-            words = "" if q.rule is None else _short(q.rule.text)
-            assert q.symbol.translate(_PLAIN) == symbol
-            assert values[name] == float(default.split(";")[0]), name
-            assert words == rule.split(";")[0], name
+            one = quantity(name)
+            words = "" if one.rule is None else re.sub("^must (be |lie )?", "", one.rule.text).replace("not be", "not")
+            assert one.symbol.translate(plain) == symbol
+            assert values[name] == float(default.split(";")[0]) and words == rule.split(";")[0], name
             found.add(name)
     assert found == set(values)
 
 
-def _short(rule: str) -> str:
-    """A rule as the table of the documents has it."""
-    return rule.removeprefix("must ").removeprefix("be ").removeprefix("lie ").replace("not be", "not")
-
-
-_PLAIN = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
-
-
 def test_the_documents_table_of_variables_is_that_of_the_code():
-    described = [q for table in (COORDINATES, RESPONSES, VERDICTS, RESULTS) for q in table if q.long_name]
-    expected = [[f"`{q.name}`", q.long_name, q.unit, q.physical.unit if q.physical else ""] for q in described]
+    described = [each for table in OF_RESULTS for each in table if each.long_name]
+    expected = [[f"`{each.name}`", each.long_name, each.unit, each.physical.unit if each.physical else ""]
+                for each in described]
     lines = "\n".join(f"| {' | '.join(row)} |".replace("|  |", "| |") for row in expected)
     assert _rows("Variables of results") == expected, f"The table should be\n{lines}"

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -101,12 +102,8 @@ def test_a_process_does_not_wait_for_itself_after_compiling_was_interrupted(tmp_
         return 4 * x
 
     compiled = compilation.kernel(quadruple)
-
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch:
-        patch.setattr(compiled._compiler, "compile", interrupted)
+        patch.setattr(compiled._compiler, "compile", Mock(side_effect=KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             compiled(2.0)
     acquired, acquire = [], FileLock.acquire
@@ -151,10 +148,8 @@ def test_a_first_run_loads_what_processes_beside_it_compiled(tmp_path, answer, k
     """Each kernel is compiled once: from arguments of other types the processes would compile one that nobody uses."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", FIRST_RUN % answer]
-    first, second = (
-        subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600).stdout.splitlines()
-        for _ in range(2)
-    )
+    first, second = (subprocess.run(command, env=environment, capture_output=True, text=True,
+                                    timeout=600).stdout.splitlines() for _ in range(2))
     assert first.count("compiles") in (1, 2), first
     assert [line for line in first if line != "compiles"] == second != []
     assert len(list(tmp_path.rglob("*.nbc"))) == kernels
@@ -183,15 +178,13 @@ def test_compiling_is_announced_once_for_a_kernel_with_its_subroutines_and_loadi
         return half(half(x))
 
     for _ in range(2):
-        assert compilation.kernel(quarter)(2.0) == 0.5
-        assert announced == [1]
+        assert compilation.kernel(quarter)(2.0) == 0.5 and announced == [1]
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(monkeypatch):
     monkeypatch.setattr(compilation, "cache_directory", lambda: Path("/proc/nowhere/sources"))
     monkeypatch.setattr(compilation, "_writable", compilation._writable.__wrapped__)
-    assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0
-    assert not compilation.cache_is_empty()
+    assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0 and not compilation.cache_is_empty()
 
 
 @pytest.fixture

@@ -23,8 +23,7 @@ SOURCES = Path(gearchaos.__file__).parent
 
 PRIVATE = {
     "numba": {
-        "numba.core.config": ("CACHE_DIR", "DISABLE_JIT"),
-        "numba.core.event": ("Listener", "Event", "register"),
+        "numba.core.config": ("CACHE_DIR", "DISABLE_JIT"), "numba.core.event": ("Listener", "Event", "register"),
         "numba.core.caching": ("FunctionCache", "FunctionCache._load_overload", "FunctionCache._save_overload",
                                "CacheImpl.filename_base"),
         "numba.core.dispatcher": ("Dispatcher.enable_caching", "Dispatcher.stats"),
@@ -33,25 +32,18 @@ PRIVATE = {
         "numba.core.codegen": ("JITCodeLibrary._optimize_functions", "JITCodeLibrary._optimize_final_module",
                                "JITCodeLibrary._finalize_final_module"),
         "numba.core.compiler": ("Compiler", "Compiler.define_pipelines", "CompilerBase.__init__"),
-        "numba.core.registry": ("cpu_target.target_context.refresh",),
-        "numba.core.types": ("Function", "Type"),
-        "numba.core.typing": ("signature",),
-        "numba.core.typing.templates": ("ConcreteTemplate", "infer_global"),
+        "numba.core.registry": ("cpu_target.target_context.refresh",), "numba.core.types": ("Function", "Type"),
+        "numba.core.typing": ("signature",), "numba.core.typing.templates": ("ConcreteTemplate", "infer_global"),
         "numba.extending": ("intrinsic", "overload", "lower_builtin", "register_model", "models.PrimitiveModel"),
     },
     "bokeh": {
-        "bokeh.application.handlers": ("FunctionHandler.on_server_unloaded",),
-        "bokeh.core.templates": ("get_env",),
-        "bokeh.document.models": ("DocumentModelManager.freeze",),
-        "bokeh.protocol": ("Protocol.assemble",),
+        "bokeh.application.handlers": ("FunctionHandler.on_server_unloaded",), "bokeh.core.templates": ("get_env",),
+        "bokeh.document.models": ("DocumentModelManager.freeze",), "bokeh.protocol": ("Protocol.assemble",),
         "bokeh.protocol.message": ("Message",),
         "bokeh.server.connection": ("ServerConnection.error", "ServerConnection.protocol"),
-        "bokeh.server.server": ("BaseServer",),
-        "bokeh.server.session": ("ServerSession.pull", "ServerSession.patch"),
-        "bokeh.server.tornado": ("BokehTornado.get_handler_delegate",),
-        "bokeh.server.util": ("bind_sockets",),
-        "bokeh.server.views.doc_handler": ("DocHandler",),
-        "bokeh.server.views.ico_handler": ("IcoHandler",),
+        "bokeh.server.server": ("BaseServer",), "bokeh.server.session": ("ServerSession.pull", "ServerSession.patch"),
+        "bokeh.server.tornado": ("BokehTornado.get_handler_delegate",), "bokeh.server.util": ("bind_sockets",),
+        "bokeh.server.views.doc_handler": ("DocHandler",), "bokeh.server.views.ico_handler": ("IcoHandler",),
         "bokeh.server.views.static_handler": ("StaticHandler",),
         "bokeh.server.views.ws": ("WSHandler.open", "WSHandler.on_message", "WSHandler.check_origin",
                                   "WSHandler.send_message"),
@@ -76,12 +68,10 @@ TORNADO_OPTIONS = (
 PUBLIC = re.compile(r"numba(\.extending)?|bokeh\.(models|events|plotting|palettes|application|application\.handlers)")
 """Modules whose names are part of the documented API of the packages."""
 
-ADVICE = "adapt {files} and this table, then raise the upper bound of {package} in pyproject.toml"
-
-
 def advice(package: str, module: str) -> str:
-    files = [str(f.relative_to(SOURCES)) for f in sorted(SOURCES.rglob("*.py")) if module in f.read_text()]
-    return ADVICE.format(files=", ".join(files) or f"the users of {package}", package=package)
+    found = [str(f.relative_to(SOURCES)) for f in sorted(SOURCES.rglob("*.py")) if module in f.read_text()]
+    files = ", ".join(found) or f"the users of {package}"
+    return f"adapt {files} and this table, then raise the upper bound of {package} in pyproject.toml"
 
 
 def attribute(path: str, owner: object) -> object:
@@ -91,9 +81,7 @@ def attribute(path: str, owner: object) -> object:
 
 
 @pytest.mark.parametrize(("package", "module", "name"), [
-    (package, module, name) for package, modules in PRIVATE.items() for module, names in modules.items()
-    for name in names
-])
+    (package, module, name) for package, of in PRIVATE.items() for module, names in of.items() for name in names])
 def test_a_private_interface_exists(package, module, name):
     try:
         attribute(name, import_module(module))
@@ -107,8 +95,7 @@ def test_a_private_function_has_these_first_parameters(place):
     found = tuple(inspect.signature(attribute(name, import_module(module))).parameters)
     package, expected = module.split(".")[0], PARAMETERS[place]
     assert found[: len(expected)] == expected, (
-        f"{package} {version(package)}: {name}{found} instead of {expected}: {advice(package, module)}"
-    )
+        f"{package} {version(package)}: {name}{found} instead of {expected}: {advice(package, module)}")
 
 
 def test_the_server_of_bokeh_has_these_options():

@@ -80,8 +80,7 @@ def test_a_type_checker_sees_names_and_signatures_and_knows_what_studies_accept_
     *lines, found = run.stdout.splitlines()
     names, values = ([line for line in lines if f"{name}.py:" in line] for name in ("names", "values"))
     assert "def (model: gearchaos.model" in names[0] and "starts: int" in names[0], names
-    assert names[0].endswith('-> xarray.core.dataset.Dataset"')
-    assert 'Revealed type is "def (' in names[1]
+    assert names[0].endswith('-> xarray.core.dataset.Dataset"') and 'Revealed type is "def (' in names[1]
     assert 'Unexpected keyword argument "strats"' in names[2] and 'no attribute "nonsense"' in names[-1]
     assert [line.split('"')[1].split(".")[-1] for line in values[:3]] == ["Dataset", "Dataset", "Outcome"], values
     assert [line for line in values if "error" in line] == [values[3]] and "Too many positional arguments" in values[3]
@@ -91,10 +90,8 @@ def test_a_type_checker_sees_names_and_signatures_and_knows_what_studies_accept_
 def test_a_wheel_holds_types_templates_and_data():
     wheel = pytest.importorskip("hatchling.builders.wheel", reason="hatchling is not installed")
     packed = {file.distribution_path for file in wheel.WheelBuilder(str(ROOT)).recurse_included_files()}
-    sources = {
-        f.relative_to(PACKAGE.parent).as_posix() for f in PACKAGE.rglob("*")
-        if f.is_file() and "__pycache__" not in f.parts
-    }
+    sources = {f.relative_to(PACKAGE.parent).as_posix() for f in PACKAGE.rglob("*")
+               if f.is_file() and "__pycache__" not in f.parts}
     assert {"gearchaos/py.typed", "gearchaos/__init__.pyi", "gearchaos/paper/settings.toml"} <= packed
     assert packed == sources | {f"gearchaos/examples/{file.name}" for file in (ROOT / "examples").iterdir()}
     assert {Path(name).suffix for name in sources} <= {".py", ".pyi", ".typed", ".toml", ".j2", ".css", ".js"}
@@ -120,9 +117,8 @@ def test_the_source_distribution_builds_the_same_wheel(tmp_path):
 
 def test_every_function_that_the_flow_exports_is_called_above_it():
     above = "\n".join(p.read_text() for p in PACKAGE.rglob("*.py") if PACKAGE / "flow" not in p.parents)
-    functions = [name for name in gearchaos.flow.__all__ if inspect.isfunction(getattr(gearchaos.flow, name))]
-    assert "near_returns" in functions
-    assert [name for name in functions if not re.search(rf"\b{name}\b", above)] == []
+    functions = {name for name in gearchaos.flow.__all__ if inspect.isfunction(getattr(gearchaos.flow, name))}
+    assert "near_returns" in functions and all(re.search(rf"\b{name}\b", above) for name in functions)
 
 
 def test_pictures_compute_no_spectra_of_their_own():

@@ -8,6 +8,7 @@ import time
 import tomllib
 from importlib import metadata
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from gearchaos import installation
 from gearchaos.flow import cache_directory, processor
 from gearchaos.flow import target as processor_module
 from tests import ROOT
-from tests.commands import ask
+from tests.commands import ask, run_json
 from tests.oracles import scipy_oracle
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -28,9 +29,8 @@ def outcome(name: str) -> installation.Check:
 
 @pytest.mark.slow
 def test_a_good_installation_is_called_good():
-    run = ask("doctor", "--json")
-    found = json.loads(run.stdout)
-    assert (run.exit_code, found["ok"]) == (0, True), found
+    found = run_json("doctor")
+    assert found["ok"], found
     required = ["packages", "temporary folder", "clock", "kernel cache", "kernels", "orbit", "files"]
     status = {c["name"]: c["status"] for c in found["checks"]}
     assert list(status)[:7] == required and {status[n] for n in required} == {"ok"}
@@ -42,9 +42,7 @@ def test_a_good_installation_is_called_good():
 def test_what_cannot_be_imported_is_named_with_what_to_do(monkeypatch):
     for name in ("h5netcdf", "flint"):
         monkeypatch.setitem(sys.modules, name, None)
-    run = ask("doctor")
-    lines = run.stdout.splitlines()
-    assert run.exit_code == 1
+    lines = ask("doctor", code=1).stdout.splitlines()
     assert lines[0].startswith("FAILED   packages: h5netcdf cannot be imported (ModuleNotFoundError: import of")
     assert lines[1] == "         → pip install --upgrade --force-reinstall gearchaos"
     assert re.match(r"failed: packages, files, (docs, )?proof", lines[-1])  # docs depends on proof
@@ -56,9 +54,7 @@ def test_a_cache_that_cannot_be_written_is_named_with_what_to_do(monkeypatch):
     """That kernels are compiled without it is in test_cache.py."""
     monkeypatch.setattr("gearchaos.flow.cache_directory", lambda: Path("/proc/nowhere/sources"))
     monkeypatch.setattr("gearchaos.flow.on_compile", lambda tell: tell())
-    run = ask("doctor", "--json")
-    found = {c["name"]: c for c in json.loads(run.stdout)["checks"]}
-    assert run.exit_code == 1
+    found = {c["name"]: c for c in json.loads(ask("doctor", "--json", code=1).stdout)["checks"]}
     assert re.match(r"/proc/nowhere/\w+ cannot be written \(No such file", found["kernel cache"]["detail"])
     assert "set NUMBA_CACHE_DIR to a folder that you may write in" in found["kernel cache"]["mend"]
     assert re.match(r"compiled \d in", found["kernels"]["detail"]) and found["orbit"]["status"] == "ok"
@@ -106,16 +102,10 @@ def test_an_unexpected_error_is_an_outcome(monkeypatch):
 
 
 def test_a_missing_part_is_no_failure(monkeypatch):
-    version = metadata.version
-
-    def without(name):
-        if name == "distributed":
-            raise metadata.PackageNotFoundError(name)
-        return version(name)
-
-    monkeypatch.setattr(metadata, "version", without)
-    run = ask("doctor")
-    assert run.exit_code == 0 and run.stdout.splitlines()[-1] == "all that is required works"
+    version, missing = metadata.version, Mock(side_effect=metadata.PackageNotFoundError)
+    monkeypatch.setattr(metadata, "version", lambda name: (missing if name == "distributed" else version)(name))
+    run = ask("doctor", code=0)
+    assert run.stdout.splitlines()[-1] == "all that is required works"
     assert ("missing  cluster: runs on Dask and Slurm (gearchaos run --scheduler, --cluster): distributed is missing\n"
             '         → pip install "gearchaos[cluster]"\n') in run.stdout
 
@@ -147,8 +137,7 @@ def test_a_report_has_versions_processor_and_cache():
     files = list(cache_directory().rglob("*.nb[ic]"))
     assert found["kernel_cache"]["bytes"] == sum(f.stat().st_size for f in files)
     assert json.loads(json.dumps(found)) == found
-    printed = ask("--version", "--verbose", "--json")
-    assert json.loads(printed.stdout)["packages"] == found["packages"]
+    assert run_json("--version", "--verbose")["packages"] == found["packages"]
     lines = ask("--version", "--verbose").stdout.splitlines()
     assert lines[0].split() == ["gearchaos", metadata.version("gearchaos")]
     assert any(re.fullmatch(rf"kernel cache +{re.escape(str(cache_directory()))} \(\d+ kernels, \d+ MiB\)", line)
@@ -160,16 +149,15 @@ def test_a_report_has_versions_processor_and_cache():
     ("+neon", ("NEON", 128, True)), ("", ("unknown", 0, False)),
 ])
 def test_the_processor_is_the_one_that_kernels_are_compiled_for(monkeypatch, features, expected):
-    monkeypatch.setattr(processor_module.config, "CPU_FEATURES", features)
-    monkeypatch.setattr(processor_module.config, "CPU_NAME", "generic")
+    for name, value in (("CPU_FEATURES", features), ("CPU_NAME", "generic")):
+        monkeypatch.setattr(processor_module.config, name, value)
     found = processor()
     assert (found.name, found.instruction_set, found.vector_bits, found.fma) == ("generic", *expected)
 
 
 @pytest.mark.parametrize("option", ["--verbose", "--json"])
 def test_options_of_the_version_need_it(option):
-    run = ask(option, "regime")
-    assert run.exit_code == 2 and f"error: {option} needs --version before the command" in run.stderr
+    assert f"error: {option} needs --version before the command" in ask(option, "regime", code=2).stderr
 
 
 def test_the_version_is_stated_once():
@@ -182,7 +170,7 @@ def test_the_version_is_stated_once():
     assert not [f for f in sources if re.search(rf"[\"']{re.escape(version)}[\"']", f.read_text(encoding="utf-8"))]
     installed = metadata.version("gearchaos")
     assert ask("--version").stdout == f"gearchaos {installed}\n"
-    assert json.loads(ask("--version", "--json").stdout) == {"gearchaos": installed}
+    assert run_json("--version") == {"gearchaos": installed}
 
 
 def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_path, monkeypatch):
@@ -190,12 +178,11 @@ def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_pa
     expected = {file.name: file.read_bytes() for file in (ROOT / "examples").iterdir()}
     folder = Path("examples")
     for _ in range(2):
-        assert ask("examples").exit_code == 0
+        ask("examples", code=0)
         assert {file.name: file.read_bytes() for file in folder.iterdir()} == expected
     (folder / "fig02.toml").write_text("[model]\n")
     (folder / "fig03.toml").unlink()
-    said = ask("examples")
-    assert said.exit_code == 2
-    assert "--out must not have other files of the same names; got 'examples/fig02.toml'" in said.stderr
+    said = ask("examples", code=2).stderr
+    assert "--out must not have other files of the same names; got 'examples/fig02.toml'" in said
     assert (folder / "fig02.toml").read_text() == "[model]\n" and not (folder / "fig03.toml").exists()
-    assert ask("examples", "--out", "examples/fig04.toml").exit_code == 2
+    ask("examples", "--out", "examples/fig04.toml", code=2)

@@ -45,8 +45,7 @@ CONSTANTS = [name for name in PUBLIC if name not in DESCRIBED and name != "gearc
 def test_every_public_name_has_one_page():
     """The page of the interface lists what is exported, and nothing else; Sphinx writes a page for each entry."""
     text = (ROOT / "docs" / "reference" / "api.rst").read_text(encoding="utf-8")
-    listed = re.findall(r"^   (gearchaos\.[\w.]+)$", text, re.MULTILINE)
-    assert sorted(listed) == sorted(PUBLIC)
+    assert sorted(re.findall(r"^   (gearchaos\.[\w.]+)$", text, re.MULTILINE)) == sorted(PUBLIC)
 
 
 @pytest.mark.parametrize("name", DESCRIBED)
@@ -54,8 +53,7 @@ def test_a_docstring_says_all(name):
     """One line, every argument, what is returned, and an example that is run."""
     value = DESCRIBED[name]
     found = sections(inspect.getdoc(value) or "")
-    first = found[""].split("\n\n")[0]
-    assert first.endswith("."), "the first sentence says what it is"
+    assert found[""].split("\n\n")[0].endswith("."), "the first sentence says what it is"
     assert EXAMPLE.search(found.get("Examples", "")), "no example that is run"
     if inspect.isfunction(value):
         listed = {n for entry in entries(found.get("Parameters", "")) for n in entry.names}

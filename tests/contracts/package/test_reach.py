@@ -7,13 +7,12 @@ import pytest
 
 from tests.reach import distances
 
+build_graph = cache(grimp.build_graph)
+
 
 @pytest.fixture(autouse=True)
 def one_graph(monkeypatch):
     monkeypatch.setattr(grimp, "build_graph", build_graph)
-
-
-build_graph = cache(grimp.build_graph)
 
 
 @pytest.mark.parametrize(("changed", "near", "far", "apart"), [

@@ -80,17 +80,14 @@ def test_links_to_files_outside_the_manual_lead_to_their_copies():
 
 def _site(folder: Path, body: str, **others: str) -> list[str]:
     """What is wrong with a site of one page with this body, and others."""
-    pages = {"index": f"<html><body>{body}</body></html>", **others}
-    for name, text in pages.items():
+    for name, text in {"index": f"<html><body>{body}</body></html>", **others}.items():
         (folder / f"{name}.html").write_text(text, encoding="utf-8")
     return check_site.problems(folder)
 
 
 @pytest.mark.parametrize(("body", "problem"), [
-    ('<a href="other.html#there">', None),
-    ('<a href="#here"><p id="here">', None),
-    ('<a href="https://example.org/page">', None),
-    ('<img src="data:image/png;base64,AA">', None),
+    ('<a href="other.html#there">', None), ('<a href="#here"><p id="here">', None),
+    ('<a href="https://example.org/page">', None), ('<img src="data:image/png;base64,AA">', None),
     ('<a href="missing.html">', "missing.html does not exist"),
     ('<a href="other.html#elsewhere">', "other.html#elsewhere does not exist"),
     ('<a href="../outside.html">', "../outside.html does not exist"),

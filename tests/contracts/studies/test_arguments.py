@@ -20,10 +20,8 @@ X, Y, START, RATE = "omega=0.9:1.1:2", "q0=0.1:0.2:2", "x1=-1:1:2", "x1_dot=-1:1
 
 # study -> (arguments after the model, options)
 STUDIES = {
-    "simulate": ((4,), {}),
-    "regime": ((), {"settings": QUICK}),
-    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "settings": QUICK}),
-    "zones": ((X, Y), {"settings": QUICK}),
+    "simulate": ((4,), {}), "regime": ((), {"settings": QUICK}),
+    "bifurcation": (("eps1=0:0.3:3",), {"points": 4, "settings": QUICK}), "zones": ((X, Y), {"settings": QUICK}),
     "basins": ((START, RATE), {"settings": QUICK}),
     "attractors": ((4,), {"sweep": "omega=0.5:1.5:2", "settings": QUICK}),
 }
@@ -38,12 +36,13 @@ def _axis(value):
 
 
 @pytest.mark.parametrize("name", [*STUDIES, "steady"])
-def test_a_pair_and_texts_do_for_a_model_and_axes(name):
+def test_a_pair_and_texts_do_for_a_model_and_axes_and_studies_are_silent_unless_asked(name, capfd):
     """The result of a study of the pair is that of its model, but for the pair that a Dataset carries besides."""
     arguments, options = STUDIES.get(name) or ((gc.regime(MODEL),), {})
     study = getattr(gc, name)
     plain = study(MODEL, *map(_axis, arguments), **{n: _axis(v) for n, v in options.items()})
     found = study(PAIR, *arguments, **options)
+    assert capfd.readouterr() == ("", "")
     if name == "regime":
         assert found == plain
         return
@@ -62,15 +61,16 @@ def test_what_is_no_model_is_refused_in_words(name, model):
 
 
 @pytest.mark.parametrize(("name", "place", "field"), [
-    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y")])
+    ("bifurcation", 0, "axis"), ("zones", 0, "x"), ("zones", 1, "y"), ("basins", 0, "x"), ("basins", 1, "y"),
+    ("attractors", "sweep", "sweep")])
 @pytest.mark.parametrize(("axis", "message"), [
-    (None, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
+    (3, "must be an Axis or a text"), (np.linspace(0, 1, 5), "must be an Axis or a text"),
     ("eps1", "must read name=start:stop:count"), ("eps1=0:0.3", "must read name=start:stop:count")], ids=str)
 def test_what_is_no_axis_is_refused_in_words(name, place, field, axis, message):
-    arguments = list(STUDIES[name][0])
-    arguments[place] = axis
+    arguments, options = list(STUDIES[name][0]), {}
+    (options if place == "sweep" else arguments)[place] = axis
     with pytest.raises(InputError, match=f"^{field} {message}") as error:
-        getattr(gc, name)(MODEL, *arguments)
+        getattr(gc, name)(MODEL, *arguments, **options)
     assert "eps1=0:0.3:400" in error.value.advice
 
 
@@ -89,15 +89,9 @@ def test_a_number_of_workers_that_is_no_positive_whole_number_is_refused(option,
     study, slurm = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2"), {"cluster": "slurm"} if option == "jobs" else {}
     with pytest.raises(InputError, match=f"^{option} must be a whole number of at least 1"):
         gc.run(study, out=tmp_path / "s.zarr", **{option: value}, **slurm)
-    if option == "threads":
+    for call in (lambda: study.run(threads=value), lambda: study.compute(np.arange(study.count), threads=0)):
         with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
-            study.run(threads=value)
-
-
-def test_the_tiles_are_the_last_to_check_the_number_of_threads():
-    study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
-    with pytest.raises(InputError, match=r"^threads must be a whole number of at least 1"):
-        study.compute(np.arange(study.count), threads=0)
+            call()
 
 
 @pytest.mark.parametrize(("name", "why"), [("a\0b", "null"), ("a" * 300, "too long"), ("a" * 300 + "/b", "too long")])
@@ -105,12 +99,6 @@ def test_a_store_with_an_impossible_name_is_refused(name, why, tmp_path):
     study = gc.Zones(MODEL, "omega=1:2:2", "eps1=0:0.1:2")
     with pytest.raises(InputError, match=f"^out must be a possible path of a folder; .*{why}"):
         gc.run(study, out=f"{tmp_path}/{name}")
-
-
-def test_what_is_no_sweep_is_refused_in_words():
-    for sweep, rule in ((3, "be an Axis or a text"), ("omega=1", "read name=start:stop:count")):
-        with pytest.raises(InputError, match=f"^sweep must {rule}"):
-            gc.attractors(MODEL, 4, sweep=sweep)
 
 
 @pytest.mark.parametrize("name", [n for n in STUDIES if n != "simulate"])
@@ -134,22 +122,19 @@ def test_physical_says_what_to_pass():
             gc.physical(*arguments)
 
 
-def test_save_refuses_names_of_other_formats(tmp_path):
+def test_save_refuses_names_of_other_formats_and_what_is_no_dataset(tmp_path):
     ds = gc.simulate(MODEL, 2)
     for name in ("x.xlsx", "x.zarr", "x.mat", "x.png"):
         with pytest.raises(InputError, match=r"^path must end in \.nc, \.nc4, \.netcdf, \.h5, \.hdf5, \.csv") as error:
             gc.save(ds, tmp_path / name)
         assert "with .csv a table" in error.value.advice
     assert list(tmp_path.iterdir()) == []
-    for name in ("x.nc", "x.NC4", "x", "x.h5"):
-        gc.save(ds, tmp_path / name)
-        assert gc.load(tmp_path / name).identical(ds)
-
-
-def test_save_refuses_what_is_no_dataset(tmp_path):
     for value in (MODEL, None):
         with pytest.raises(InputError, match=r"^dataset must be an xarray.Dataset"):
             gc.save(value, tmp_path / "x.nc")
+    for name in ("x.nc", "x.NC4", "x", "x.h5"):
+        gc.save(ds, tmp_path / name)
+        assert gc.load(tmp_path / name).identical(ds)
 
 
 @pytest.mark.parametrize(("options", "words"), [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from gearchaos import plot
 from gearchaos.errors import InputError
 from tests import EXAMPLES
 from tests.branches import PAIR
-from tests.commands import ask
+from tests.commands import ask, run_json
 from tests.event_curves import FULL, SINGLE, axes, folds
 
 SET = ["--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05", "--set", "omega=1.0"]
@@ -21,15 +22,8 @@ PLANE = ["--axis", "omega=0.5:1.2", "--axis", "eps1=0.02:0.08"]
 FOLD = ["--event", "fold", "--period", "1", *PLANE]
 
 
-def run(*arguments: object, code: int = 0) -> str:
-    done = ask(*arguments, code=code)
-    return done.stderr if code else done.stdout
-
-
-def test_a_curve_has_the_variables_that_its_docstring_names_and_can_be_saved(tmp_path):
+def test_a_curve_has_the_variables_that_its_docstring_names():
     ds = folds()
-    gc.save(ds, tmp_path / "file.nc")
-    assert gc.load(tmp_path / "file.nc").identical(ds) and all("long_name" in ds[name].attrs for name in ds.data_vars)
     assert set(ds.coords) == {"omega", "eps1"} and ds["omega"].dims == ("point",)
     assert ds["section_z"].dims == ("point", "cycle") and ds["multipliers_real"].dims == ("point", "exponent")
     assert ds["special_omega"].dims == ds["special_kind"].dims == ("special",)
@@ -48,9 +42,9 @@ def test_a_neimark_sacker_curve_has_angles():
 
 
 def test_longest_step_and_number_of_points():
-    short = gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1, longest_step=0.005)
+    short, cut = (gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1, **option) for option in (
+        {"longest_step": 0.005}, {"max_points": 3}))
     assert short.sizes["point"] > 3 * folds().sizes["point"]
-    cut = gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1, max_points=3)
     assert cut.sizes["point"] == 7 and "point limit" in cut.attrs["ends"]
 
 
@@ -65,16 +59,13 @@ def test_longest_step_and_number_of_points():
     ({"max_points": 1}, "max_points"),
 ])
 def test_bad_input_of_a_curve(changes, words):
-    given = {"event": "fold", "x": "omega=0.5:1.2", "y": "eps1=0.02:0.08", "period": 1, **changes}
-    with pytest.raises(InputError) as caught:
-        gc.curve(SINGLE, **given)
-    assert words in str(caught.value)
+    with pytest.raises(InputError, match=re.escape(words)):
+        gc.curve(SINGLE, **{"event": "fold", "x": "omega=0.5:1.2", "y": "eps1=0.02:0.08", "period": 1, **changes})
 
 
 def test_the_command_writes_a_curve_that_begins_again_from_a_point_of_it(tmp_path):
     out, picture = tmp_path / "curve.nc", tmp_path / "curve.png"
-    document = json.loads(run("curve", *SET, *FOLD, "--json", "--out", out, "--plot", picture))
-    ds = folds()
+    document, ds = run_json("curve", *SET, *FOLD, "--out", out, "--plot", picture), folds()
     assert list(document) == ["points", "codimension2", "ends"]
     assert document["points"] == [{"omega": a, "eps1": b} for a, b in zip(
         ds["omega"].values.tolist(), ds["eps1"].values.tolist(), strict=True)]
@@ -83,7 +74,7 @@ def test_the_command_writes_a_curve_that_begins_again_from_a_point_of_it(tmp_pat
     at = gc.load(out).isel(point=10)
     starts = [f"--start={n[8:]}={float(at[n][0])!r}" for n in at.data_vars if n.startswith("section_")]
     sets = [*SET, "--set", f"omega={float(at['omega'])!r}", "--set", f"eps1={float(at['eps1'])!r}"]
-    assert "end of the axis" in run("curve", *sets, *FOLD, *starts, "--out", out)
+    assert "end of the axis" in ask("curve", *sets, *FOLD, *starts, "--out", out, code=0).stdout
     assert {round(end["omega"], 9) for end in json.loads(gc.load(out).attrs["ends"])} == {
         round(end["omega"], 9) for end in document["ends"]}
 
@@ -91,9 +82,8 @@ def test_the_command_writes_a_curve_that_begins_again_from_a_point_of_it(tmp_pat
 def test_the_json_of_points_of_codimension_2():
     plane = ["--axis", "eps1=0.02:0.07", "--axis", "omega=1.0:1.2"]
     model = ["--set", "kind=full", "--set", "kappa=0.5", "--set", "omega=1.05", "--set", "eps1=0.03"]
-    document = json.loads(run("curve", *model, "--event", "neimark-sacker", "--period", 1, *plane, "--json"))
-    assert {special["kind"] for special in document["codimension2"]} == {"1:4 resonance"}
-    assert set(document["codimension2"][0]) == {"kind", "eps1", "omega"}
+    found = run_json("curve", *model, "--event", "neimark-sacker", "--period", 1, *plane)["codimension2"]
+    assert {special["kind"] for special in found} == {"1:4 resonance"} and set(found[0]) == {"kind", "eps1", "omega"}
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
@@ -107,7 +97,7 @@ def test_the_json_of_points_of_codimension_2():
     (["skeleton", "--out", "s.nc", *PLANE, "--workers", "0"], "workers"),
 ])
 def test_bad_input_of_the_commands(arguments, words):
-    assert words in " ".join(run(*arguments, code=2).split())
+    assert words in " ".join(ask(*arguments, code=2).stderr.split())
 
 
 def test_a_picture_of_one_curve_marks_its_points_of_codimension_2():
@@ -136,18 +126,17 @@ def test_curves_of_gears_in_physical_units():
 @pytest.mark.parametrize("y", ["beta1=0.001:0.05", "J1=1.5:3"])
 def test_a_curve_may_need_more_coordinates_than_its_start(y):
     ds = gc.curve(gc.MeshModel.of(omega=0.7, q0=0.1, eps1=0.05), "fold", "omega=0.5:1", y, period=1, max_points=40)
-    assert ds.sizes["exponent"] == 3
-    assert np.abs(ds["multipliers_real"].values - 1).min(axis=1).max() < 1e-5
+    assert ds.sizes["exponent"] == 3 and np.abs(ds["multipliers_real"].values - 1).min(axis=1).max() < 1e-5
 
 
 @pytest.mark.slow
 def test_curves_over_torque_without_points_of_codimension_2_in_physical_units(tmp_path):
     """The unit of length of this design depends on the torque."""
-    out, json_of = tmp_path / "fold.nc", ("--physical", "--json")
-    document = json.loads(run("curve", SPUR, "--set", "speed=2000", "--set", "damping_law=always", "--event", "fold",
-                              "--axis", "speed=1500:3000", "--axis", "torque=50:200", "--out", out, *json_of))
+    out = tmp_path / "fold.nc"
+    document = run_json("curve", SPUR, "--set", "speed=2000", "--set", "damping_law=always", "--event", "fold",
+                        "--axis", "speed=1500:3000", "--axis", "torque=50:200", "--out", out, "--physical")
     assert document["units"] == {"speed": "rpm", "torque": "N*m"}
     scaled = gc.load(out)
     assert document["codimension2"] == [] and scaled.sizes["special"] == 0
     assert scaled["section_x1"].attrs["units"] == "µm" and scaled["torque"].attrs["units"] == "N*m"
-    run("plot", out, "--physical", "--out", tmp_path / "fold.png")
+    ask("plot", out, "--physical", "--out", tmp_path / "fold.png", code=0)

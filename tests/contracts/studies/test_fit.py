@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,25 +15,12 @@ from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
-from tests.commands import ask
+from tests.commands import ask, run_json
 
-PAIR_KEYS = """
-n1 = 25
-n2 = 40
-I1 = 4.88e-4
-I2 = 3.2e-3
-R1 = "35.24 mm"
-R2 = "56.38 mm"
-c0 = "400 N/um"
-chi1 = 0
-chi2 = 0
-k = "2000 N*s/m"
-backlash = "0.12 mm"
-M10 = "85 N*m"
-speed = 4000
-error_amplitudes = ["2 um"]
-"""
-PAIR = gc.GearPair(**tomllib.loads(PAIR_KEYS))
+KEYS = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": "35.24 mm", "R2": "56.38 mm", "c0": "400 N/um",
+        "chi1": 0, "chi2": 0, "k": "2000 N*s/m", "backlash": "0.12 mm", "M10": "85 N*m", "speed": 4000,
+        "error_amplitudes": ["2 um"]}
+PAIR = gc.GearPair(**KEYS)
 TABLE = "speed [rpm],order,amplitude [N]\n4000,25,68\n6000,25,166\n9000,25,464\n"
 VARY = ["error1=0.5:5 um"]
 
@@ -118,10 +103,9 @@ def measured_of(design: gc.GearDesign, error1: float) -> str:
 def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     (tmp_path / "design.toml").write_text(DESIGN)
     (tmp_path / "orders.csv").write_text(measured_of(load_design(tmp_path / "design.toml").at(speed=1000.0), 6e-6))
-    arguments = ["fit", str(tmp_path / "design.toml"), str(tmp_path / "orders.csv"), "--vary", "error1=1:20 um",
-                 "--vary", "backlash=0.1:0.2 mm", "--starts", "1"]
-    said = ask(*arguments, "--plot", tmp_path / "f.png", "--out", tmp_path / "f.nc")
-    assert said.exit_code == 0, said.output
+    arguments = ["fit", tmp_path / "design.toml", tmp_path / "orders.csv", "--vary", "error1=1:20 um", "--vary",
+                 "backlash=0.1:0.2 mm", "--starts", 1]
+    said = ask(*arguments, "--plot", tmp_path / "f.png", "--out", tmp_path / "f.nc", code=0)
     assert (tmp_path / "f.png").stat().st_size > 0 and max(map(len, said.stdout.splitlines())) <= 80
     found = gc.load(tmp_path / "f.nc")
     document = fit_document(found)
@@ -136,16 +120,15 @@ def test_the_command_says_what_the_function_finds(tmp_path, capsys):
     for changed, wrong in (({}, False), ({"searches": 90}, True), ({"over_uncertainty": 1.5}, True)):
         print_fit(found, {**document, **right, **changed})
         assert ("A wrong minimum is likely" in capsys.readouterr().out) is wrong
-    bare = ask(*arguments[:3])
-    assert bare.exit_code == 2 and "--vary" in bare.stderr
+    assert "--vary" in ask(*arguments[:3], code=2).stderr
 
 
 @pytest.mark.slow
 def test_a_fit_that_explains_nothing_says_so_first(tmp_path, capsys):
     (tmp_path / "orders.csv").write_text(TABLE.replace("464", "9").replace("166", "3000"))
-    (tmp_path / "pair.toml").write_text(f"[gearpair]\n{PAIR_KEYS}")
-    arguments = ["fit", str(tmp_path / "pair.toml"), str(tmp_path / "orders.csv"), "--vary", *VARY, "--starts", "1"]
-    document = json.loads(ask(*arguments, "--out", tmp_path / "f.nc", "--json").stdout)
+    (tmp_path / "pair.toml").write_text("[gearpair]\n" + "".join(f"{n} = {value!r}\n" for n, value in KEYS.items()))
+    document = run_json("fit", tmp_path / "pair.toml", tmp_path / "orders.csv", "--vary", *VARY, "--starts", 1, "--out",
+                        tmp_path / "f.nc")
     assert 0.9 < document["over_measured"] < 1
     print_fit(gc.load(tmp_path / "f.nc"), document)
     assert " ".join(capsys.readouterr().out.split()).startswith(

@@ -6,6 +6,7 @@ import itertools
 import json
 from concurrent.futures import BrokenExecutor
 from contextlib import nullcontext
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -21,9 +22,11 @@ from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import skeleton as skeletons
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
+from tests.branches import cascade
 from tests.colour_vision import VISION, lab, linear
-from tests.commands import ask
-from tests.event_curves import QUICK, SMALL, WINDOW, axes, quick, small, zones
+from tests.commands import ask, run_json
+from tests.event_curves import QUICK, SINGLE, SMALL, WINDOW, axes, folds, manifolds, quick, small, zones
+from tests.pictures import legend_words
 
 
 def test_a_skeleton_has_all_its_curves_one_after_another():
@@ -37,11 +40,14 @@ def test_a_skeleton_has_all_its_curves_one_after_another():
     assert np.abs(np.isfinite(ds["section_x1"]).sum("cycle") - ds["curve_period"].values[numbers]).max() == 0
 
 
-@pytest.mark.parametrize("make", [small, lambda: gc.agreement(small(), zones())], ids=["skeleton", "agreement"])
+@pytest.mark.parametrize("make", [
+    lambda: gc.branch(SINGLE, "omega=0.99:1.01"), lambda: gc.agreement(small(), zones()), cascade, folds, manifolds,
+    small], ids=["branch without events", "agreement", "branches", "curve", "manifolds", "skeleton"])
 def test_results_can_be_saved(make, tmp_path):
-    gc.save(make(), tmp_path / "file.nc")
-    assert gc.load(tmp_path / "file.nc").identical(make())
-    assert all("long_name" in variable.attrs for variable in make().data_vars.values())
+    ds = make()
+    gc.save(ds, tmp_path / "file.nc")
+    assert gc.load(tmp_path / "file.nc").identical(ds)
+    assert all("long_name" in variable.attrs and "units" in variable.attrs for variable in ds.data_vars.values())
 
 
 def test_curves_of_a_skeleton_are_those_that_curve_follows():
@@ -77,10 +83,10 @@ def test_a_journal_of_another_skeleton_is_refused(tmp_path):
     with pytest.raises(InputError, match="same model, axes, settings and versions"):
         gc.skeleton(SMALL, **WINDOW, **{**QUICK, "starts": 1}, journal=journal)
     journal.write_text("no journal\n")
-    with pytest.raises(InputError, match="must be a journal of a skeleton"):
-        gc.skeleton(SMALL, **WINDOW, **QUICK, journal=journal)
-    with pytest.raises(InputError, match="must be a file that can be written"):
-        gc.skeleton(SMALL, **WINDOW, **QUICK, journal=tmp_path / "none" / "s.part")
+    for path, words in ((journal, "must be a journal of a skeleton"),
+                        (tmp_path / "none" / "s.part", "must be a file that can be written")):
+        with pytest.raises(InputError, match=words):
+            gc.skeleton(SMALL, **WINDOW, **QUICK, journal=path)
 
 
 @pytest.mark.slow
@@ -91,8 +97,8 @@ def test_the_number_of_workers_changes_nothing():
 def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkeypatch):
     """What is finished is in the file before the next curve is followed, even where the process is killed then."""
     out, kept, found = tmp_path / "s.nc", tmp_path / "s.nc.part", []
-    command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", "1", "--lines",
-               "1", "1", "--starts", "0", "--workers", "1", "--out", str(out), "--json"]
+    command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", 1, "--lines", 1,
+               1, "--starts", 0, "--workers", 1, "--out", out]
 
     def interrupted(*_):
         found[:] = [json.loads(line)[0] for line in kept.read_text().splitlines()[1:]]
@@ -101,11 +107,11 @@ def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkey
     with monkeypatch.context() as patched:
         patched.setattr(algorithm, "follow_curve", interrupted)
         assert ask(*command).exit_code != 0
-    assert found == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
+    assert sorted(found) == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
     monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
-    document = json.loads(ask(*command).stdout)
+    curves = run_json(*command)["curves"]
     assert gc.load(out).identical(quick()) and not kept.exists()
-    assert sum(each["count"] for each in document["curves"]) == quick().sizes["number"]
+    assert sum(each["count"] for each in curves) == quick().sizes["number"]
 
 
 def test_agreement_names_the_cause_of_every_side():
@@ -117,8 +123,7 @@ def test_agreement_names_the_cause_of_every_side():
     steps = np.hypot((found["cell_omega"] - found["neighbour_omega"]) / 0.6 * 11,
                      (found["cell_eps1"] - found["neighbour_eps1"]) / 0.06 * 7)
     np.testing.assert_allclose(steps, 1, atol=1e-9)
-    seen = np.unique(found["curve"].values[at_curve])
-    assert found["curve_seen"].values[seen].all()
+    assert found["curve_seen"].values[np.unique(found["curve"].values[at_curve])].all()
     table = found["orbit_sides"].to_pandas()
     assert table.index.tolist() == [1, 2] and table.index.name == "orbit_period"
     assert table.columns.tolist() == ["curve", "basin boundary", "unexplained"]
@@ -128,9 +133,8 @@ def test_agreement_is_found_in_the_window_that_map_and_skeleton_have_in_common()
     wide = gc.zones(SMALL, "omega=1.4:2.6:23", "eps1=0.01:0.11:11")
     found = gc.agreement(small(), wide)
     assert found.attrs["explained"] == 1 and found.attrs["cells_left_out"] == 23 * 11 - 11 * 7
-    window = json.loads(found.attrs["window"])
-    assert window["omega"] == pytest.approx([1.727, 2.273], abs=1e-3)
-    assert window["eps1"] == pytest.approx([0.03, 0.09], abs=1e-12)
+    assert json.loads(found.attrs["window"]) == {
+        "omega": pytest.approx([1.727, 2.273], abs=1e-3), "eps1": pytest.approx([0.03, 0.09], abs=1e-12)}
     inner = wide.isel(omega=slice(6, 17), eps1=slice(2, 9))
     assert found["cause"].equals(gc.agreement(small(), inner)["cause"])
     assert gc.agreement(small(), zones()).attrs["cells_left_out"] == 0
@@ -158,11 +162,10 @@ def test_agreement_needs_a_map_of_the_same_window(model, x, y, words):
 def test_results_of_other_kinds_are_refused():
     with pytest.raises(InputError, match=r"must be a result of gearchaos.skeleton"):
         gc.agreement(zones(), small())
-    for draw in (plot.skeleton, plot.manifolds):
-        with pytest.raises(InputError, match=r"drawn by gearchaos.plot.zones"):
-            draw(zones(), ax=axes())
-    with pytest.raises(InputError, match=r"drawn by gearchaos.plot.agreement"):
-        plot.skeleton(gc.agreement(small(), zones()), ax=axes())
+    for draw, ds, function in ((plot.skeleton, zones(), "zones"), (plot.manifolds, zones(), "zones"),
+                               (plot.skeleton, gc.agreement(small(), zones()), "agreement")):
+        with pytest.raises(InputError, match=rf"drawn by gearchaos.plot.{function}"):
+            draw(ds, ax=axes())
 
 
 def test_without_events_there_are_no_curves(tmp_path):
@@ -180,8 +183,8 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve_in_the_style_of_its_
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.7, 2.3), (0.03, 0.09))
     without = plot.skeleton(ds, ax=axes(), grazes=False)
     assert len(without.lines) == (ds["curve_kind"] != "graze").sum()
-    words = [text.get_text() for text in without.get_legend().get_texts()]
-    assert "flip" in words and "graze" not in words and {"1T", "2T"} <= set(words)
+    words = legend_words(without)
+    assert "graze" not in words and {"flip", "1T", "2T"} <= set(words)
     styles = {}
     for line, kind, period in zip(ax.lines, ds["curve_kind"].values, ds["curve_period"].values, strict=True):
         if kind == "flip":
@@ -192,14 +195,12 @@ def test_a_picture_of_a_skeleton_has_a_line_for_every_curve_in_the_style_of_its_
 
 def test_points_of_codimension_2_have_a_marker_for_each_kind():
     ds = small()
-    ax = plot.skeleton(ds, ax=axes(), special=True)
-    kinds = set(ds["special_kind"].values.tolist())
+    ax, kinds = plot.skeleton(ds, ax=axes(), special=True), set(ds["special_kind"].values.tolist())
     assert len(kinds) > 1
     marked = {line.get_label(): line for line in ax.lines if line.get_marker() != "None"}
     assert set(marked) == kinds and len({line.get_marker() for line in marked.values()}) == len(kinds)
     assert sum(len(line.get_xdata()) for line in marked.values()) == ds.sizes["special"]
-    assert kinds <= {text.get_text() for text in ax.get_legend().get_texts()}
-    assert len(plot.result(ds).axes[0].lines) == len(ax.lines)
+    assert kinds <= set(legend_words(ax)) and len(plot.result(ds).axes[0].lines) == len(ax.lines)
 
 
 @pytest.mark.parametrize("eye", VISION)
@@ -227,17 +228,16 @@ def test_a_picture_of_agreement_has_a_line_for_every_side(tmp_path):
         ax = plot.agreement(found, ax=over or axes())
         lines = {c.get_color().tobytes(): c.get_segments() for c in ax.collections if isinstance(c, LineCollection)}
         assert sum(map(len, lines.values())) == found.sizes["side"]
-        texts = [text.get_text() for text in ax.get_legend().get_texts()]
         counts = [int((found["cause"] == code).sum()) for code in (1, 2)]
-        assert texts == [f"curve ({counts[0]})", f"basin boundary ({counts[1]})"]
+        assert legend_words(ax) == [f"curve ({counts[0]})", f"basin boundary ({counts[1]})"]
     middle = np.array([np.mean(segment, axis=0) for group in lines.values() for segment in group])
     own, beyond = (np.column_stack([found[f"{which}_{name}"] for name in ("omega", "eps1")])
                    for which in ("cell", "neighbour"))
     between = own + 0.38 * (beyond - own)
     assert sorted(map(tuple, middle.round(9))) == sorted(map(tuple, between.round(9)))
     gc.save(found, tmp_path / "found.nc")
-    done = ask("plot", tmp_path / "found.nc")
-    assert done.exit_code == 0 and (tmp_path / "found.png").stat().st_size > 5000
+    ask("plot", tmp_path / "found.nc", code=0)
+    assert (tmp_path / "found.png").stat().st_size > 5000
 
 
 def test_curves_over_a_map_keep_its_limits_and_its_legend():
@@ -252,10 +252,7 @@ def test_curves_over_a_map_keep_its_limits_and_its_legend():
 
 
 def test_a_dead_worker_is_an_error_with_advice(tmp_path, monkeypatch):
-    def broken(*_, **__):
-        raise BrokenExecutor
-
-    monkeypatch.setattr(skeletons, "find_curves", broken)
+    monkeypatch.setattr(skeletons, "find_curves", Mock(side_effect=BrokenExecutor))
     with pytest.raises(OSError, match=r"a worker process died.*the same command goes on"):
         gc.skeleton(SMALL, **WINDOW, **QUICK, journal=tmp_path / "s.part")
 

@@ -16,7 +16,6 @@ from gearchaos.dynamics import Classification, Label
 from gearchaos.errors import InputError
 from gearchaos.execute import tiles
 from gearchaos.store.lock import Shard
-from gearchaos.studies import basins as boundary
 from gearchaos.studies import motions
 
 pytestmark = pytest.mark.slow
@@ -24,8 +23,6 @@ pytestmark = pytest.mark.slow
 FIGURE_2 = gc.MeshModel.of(q0=0.1)
 FIVE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
 """Motions of it have the periods 1, 3, 4, 4 and 5."""
-
-
 
 MAP = "omega=0.4:2.8:13", "eps1=0:0.3:8"
 
@@ -35,36 +32,9 @@ def small_map():
     return gc.zones(FIGURE_2, *MAP)
 
 
-def test_a_planar_map_has_orbits_and_chaos_but_no_quasi_periodic_cell(small_map):
-    labels = set(np.unique(small_map.label).tolist())
-    assert {1, 3} <= labels and 2 not in labels and np.mean(small_map.label == 4) < 0.01
-    periodic, chaotic = (small_map.where(small_map.label == label) for label in (1, 3))
-    assert float(periodic.residual.max()) <= 1e-10 and float(periodic.multiplier.max()) < 1
-    assert np.all(small_map.period.values[small_map.label.values == 3] == 0) and float(chaotic.lyapunov_lo.min()) > 0
-
-
-def test_cells_agree_with_the_verdict_at_their_point(small_map):
-    for i, j in ((0, 0), (2, 6), (6, 10)):
-        cell = small_map.isel(eps1=i, omega=j)
-        found = gc.regime(FIGURE_2.with_values({"omega": float(cell.omega), "eps1": float(cell.eps1)}))
-        if int(cell.label) == 1:
-            assert found.label == f"{int(cell.period)}T"
-            assert found.v_rms == pytest.approx(float(cell.v_rms), rel=1e-9)
-            assert found.dynamic_factor == pytest.approx(float(cell.dynamic_factor), rel=1e-6)
-
-
-def test_maps_do_not_depend_on_threads_or_axis_order(small_map):
-    again, turned = gc.zones(FIGURE_2, *MAP, threads=1), gc.zones(FIGURE_2, *MAP[::-1])
-    for name in small_map.data_vars:
-        np.testing.assert_array_equal(small_map[name], again[name])
-        np.testing.assert_array_equal(small_map[name], turned[name].transpose("eps1", "omega"))
-
-
 def test_datasets_name_units_and_provenance_and_survive_saving(small_map, tmp_path):
     assert small_map.omega.attrs == {"long_name": "mesh frequency", "units": "omega0"}
-    assert small_map.label.attrs["flag_meanings"].split() == [
-        "periodic", "quasi-periodic", "chaotic", "undecided", "diverged",
-    ]
+    assert small_map.label.attrs["flag_meanings"] == "periodic quasi-periodic chaotic undecided diverged"
     assert json.loads(small_map.attrs["model"])["q1"] == 0.1
     assert small_map.attrs["gearchaos_version"] == gc.__version__
     gc.save(small_map, tmp_path / "map.nc")
@@ -116,21 +86,7 @@ def test_a_simulation_that_runs_away_says_so_and_ends_in_nan():
     data = gc.simulate(gc.MeshModel.of(kind="single", omega=2.0, z=30.0), 600, samples=4)
     z = data.section_z.values
     assert data.attrs["status"] == "diverged" and np.isfinite(z[:50]).all() and np.isnan(z[-1])
-    assert np.nanmax(np.abs(z)) < 1e8
-    assert gc.simulate(FIGURE_2, 3).attrs["status"] == "ok"
-
-
-def test_the_mesh_force_balances_the_torque():
-    data = gc.simulate(gc.MeshModel.of(kind="single", omega=2.5, q0=0.4, eps1=0.05), 1, transient=400, samples=2000)
-    assert float(data.mesh_force.mean()) == pytest.approx(0.4, rel=1e-3)
-
-
-def test_the_json_of_a_regime_has_every_promised_field():
-    document = json.loads(json.dumps(gc.regime(FIGURE_2.with_values({"eps1": 0.206})).to_dict(), allow_nan=False))
-    assert list(document)[:11] == [
-        "label", "period", "reason", "multipliers", "lyapunov", "lyapunov_ci", "v_rms", "contact_fraction", "contact",
-        "dynamic_factor", "section"]
-    assert document["contact"] in ("permanent", "one-sided", "two-sided")
+    assert np.nanmax(np.abs(z)) < 1e8 and gc.simulate(FIGURE_2, 3).attrs["status"] == "ok"
 
 
 def test_bifurcation_columns_show_as_many_points_as_the_period():
@@ -141,34 +97,20 @@ def test_bifurcation_columns_show_as_many_points_as_the_period():
             assert len(np.unique(column.round(7))) == period
 
 
-def test_basins_tell_attractors_apart():
-    data = gc.basins(FIVE, gc.Axis("z", -3.0, 3.0, 40), gc.Axis("z_dot", -2.0, 2.0, 40))
-    assert data.attractor_period.values.tolist() == [1, 3, 4, 4, 5]
-    assert float(data.attractor_fraction.sum()) == pytest.approx(1.0)
-    lowest = data.attractor_section_z.min("point").values[2:4] + 0.05  # x1 − x2 = z + ε at the section
-    assert np.sort(lowest).round(4).tolist() == [-1.6818, 0.3127]
-
-
-def test_attractors_come_with_shares_and_do_not_depend_on_threads_or_tiles(monkeypatch):
+def test_attractors_do_not_depend_on_threads_or_tiles(monkeypatch):
     data = gc.attractors(FIVE, 512)
     assert data.attractor_period.values.tolist() == [1, 3, 4, 4, 5]
-    assert float(data.attractor_fraction.sum()) == 1.0
-    low, share, high = (data[f"attractor_fraction{end}"].values for end in ("_lo", "", "_hi"))
-    assert np.all((low < share) & (share < high))
     xr.testing.assert_identical(data, gc.attractors(FIVE, 512, threads=1))
     monkeypatch.setattr(tiles, "_MIN_PER_THREAD", 5)
     monkeypatch.setattr(tiles, "_LEAST_TILE", 5)
     monkeypatch.setattr(tiles, "_FINAL_DIVISOR", 64)
     xr.testing.assert_identical(data, gc.attractors(FIVE, 512))
-    other = gc.attractors(FIVE, 512, seed=1)
-    assert np.all(np.abs(other.attractor_fraction - data.attractor_fraction) < 0.1)
 
 
 def test_kicks_out_of_and_into_chaos():
     """Beside chaos kicked motions may all settle on orbits: none is then left to compare with the chaotic attractor."""
-    model = gc.MeshModel.of(omega=1.6, eps1=0.12)
     quick = gc.Classification(exponent_run=100, doublings=0, longest_transient=1280)
-    data = gc.attractors(model, 24, kicks=4, settings=quick)
+    data = gc.attractors(gc.MeshModel.of(omega=1.6, eps1=0.12), 24, kicks=4, settings=quick)
     found = set(motions(data.attractor_label, data.attractor_period))
     assert {"2T", "chaotic"} <= found <= {"2T", "3T", "chaotic"}  # few of the starts lead to the 3T
     known = data.attractor_kick[np.isfinite(data.attractor_kick)]
@@ -179,18 +121,18 @@ def test_sweeps_lead_to_attractors_and_kicks_lead_out_of_them():
     data = gc.attractors(FIVE, 64, sweep=gc.Axis("omega", 2.0, 2.6, 30), kicks=16)
     assert (int(data.attractor_up), int(data.attractor_down)) == (0, 0)
     plane = gc.basins(FIVE, gc.Axis("z", -3.0, 3.0, 150), gc.Axis("z_dot", -2.0, 2.0, 150))
+    assert plane.attractor_period.values.tolist() == [1, 3, 4, 4, 5] and float(plane.attractor_fraction.sum()) == 1
     np.testing.assert_allclose(np.sort(data.attractor_kick), np.sort(plane.attractor_kick), atol=0.04)
     np.testing.assert_allclose(np.linalg.norm(data.attractor_kick_change, axis=1), data.attractor_kick, rtol=1e-12)
-    kicked = (data.attractor_kick_point + data.attractor_kick_change).values
-    for number, (z, z_dot) in enumerate(kicked):
+    for number, (z, z_dot) in enumerate((data.attractor_kick_point + data.attractor_kick_change).values):
         end = gc.regime(FIVE.with_values({"z": z, "z_dot": z_dot})).section
         gaps = [np.subtract.outer(end[n], data[f"attractor_section_{n}"].values[number]) for n in ("z", "z_dot")]
         assert np.nanmin(np.hypot(*gaps)) > 1e-3
 
 
 def test_kicks_work_in_all_coordinates():
-    data = gc.attractors(gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), 16, kicks=4,
-                         settings=Classification(longest_transient=0))
+    model, hasty = gc.MeshModel.of(kind="full", omega=1.9, eps1=0.03), Classification(longest_transient=0)
+    data = gc.attractors(model, 16, kicks=4, settings=hasty)
     assert data.attractor_kick_change.shape == (data.sizes["number"], 4)
     assert list(data.coordinate.values) == ["z", "z_dot", "y", "y_dot"]
 
@@ -213,9 +155,9 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
     assert int(data.attractors.sel(omega=2.3, eps1=0.05)) == 5
     assert int(data.attractors.sel(omega=0.8, eps1=0.1)) == 2
     assert np.all(data.v_rms_least <= plain.v_rms) and np.all(plain.v_rms <= data.v_rms_most)
-    assert float(data.v_rms_most.sel(omega=2.3, eps1=0.05)) == pytest.approx(0.746168, abs=1e-6)
     found = gc.attractors(model.with_values({"omega": 2.3, "eps1": 0.05}), 64)
-    assert float(data.v_rms_least.sel(omega=2.3, eps1=0.05)) == pytest.approx(float(found.attractor_v_rms.min()))
+    for end, value in (("least", found.attractor_v_rms.min()), ("most", found.attractor_v_rms.max())):
+        assert float(data[f"v_rms_{end}"].sel(omega=2.3, eps1=0.05)) == pytest.approx(float(value))
     assert int(data.contact_worst.sel(omega=2.3, eps1=0.05)) == 2
     assert np.all(data.v_rms_least <= data.v_rms_up) and np.all(data.v_rms_down <= data.v_rms_most)
     for name in plain.data_vars:
@@ -260,17 +202,16 @@ def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
 
 
 def test_maps_show_hysteresis_where_diagrams_do():
-    model, axis = gc.MeshModel.of(q0=0.1), gc.Axis("omega", 0.6, 0.9, 31)
-    data = gc.zones(model, axis, gc.Axis("eps1", 0.02, 0.03, 2), starts=2)
-    row, model = data.sel(eps1=0.02), model.with_values({"eps1": 0.02})
+    axis = gc.Axis("omega", 0.6, 0.9, 31)
+    row = gc.zones(FIGURE_2, axis, gc.Axis("eps1", 0.02, 0.03, 2), starts=2).sel(eps1=0.02)
+    model = FIGURE_2.with_values({"eps1": 0.02})
     diagrams = {mode: gc.bifurcation(model, axis, points=0, mode=mode) for mode in ("up", "down")}
     for mode, diagram in diagrams.items():
         assert not any("section" in name for name in diagram.data_vars)
         regular = diagram.label == Label.PERIODIC
         np.testing.assert_allclose(row[f"v_rms_{mode}"][regular], diagram.v_rms[regular], rtol=1e-6)
     assert 0 < int((np.abs(diagrams["up"].v_rms - diagrams["down"].v_rms) > 0.02).sum()) < 31
-    assert 0 < int(row.hysteresis.sum()) < 31
-    assert np.all(row.attractors.where(row.hysteresis == 1) != 1)
+    assert 0 < int(row.hysteresis.sum()) < 31 and np.all(row.attractors.where(row.hysteresis == 1) != 1)
 
 
 def test_a_torus_is_one_attractor_and_so_is_chaos():
@@ -282,64 +223,30 @@ def test_a_torus_is_one_attractor_and_so_is_chaos():
 
 
 def test_basins_of_any_plane_of_the_full_model():
-    data = gc.basins(
-        gc.MeshModel.of(kind="full", omega=0.9, eps1=0.05), gc.Axis("y1", -2, 2, 12), gc.Axis("x1_dot", -1, 1, 10)
-    )
-    assert data.attractor.shape == (10, 12)
-    assert np.all(np.isnan(data.attractor_kick))
-
-
-def test_a_straight_boundary_is_smooth_and_a_random_plane_is_not():
-    straight = np.zeros((128, 128), dtype=int)
-    straight[:, 64:] = 1
-    noise = np.random.default_rng(0).integers(0, 2, (128, 128))
-    assert boundary.uncertainty_exponent(straight) == pytest.approx(1, abs=0.05)
-    assert abs(boundary.uncertainty_exponent(noise)) < 0.05
-    assert boundary.entropy(straight)[1] < np.log(2) < boundary.entropy(noise)[1] + 0.05
-    assert np.isnan(boundary.uncertainty_exponent(np.zeros((128, 128), dtype=int)))
-
-
-def test_the_smallest_kick_is_the_distance_to_the_boundary():
-    plane = np.zeros((41, 81), dtype=int)
-    plane[:, 60:] = 1
-    x, y = np.linspace(-2, 2, 81), np.linspace(-1, 1, 41)
-    kicks = boundary.smallest_perturbations(plane, x, y, [np.array([[0.0, 0.0], [0.5, 0.2]]), np.array([[1.5, 0.0]])])
-    np.testing.assert_allclose(kicks, [0.5, 0.55], atol=1e-9)
-    assert np.isnan(boundary.smallest_perturbations(np.zeros((41, 81), dtype=int), x, y, [np.array([[0.0, 0.0]])])[0])
+    data = gc.basins(gc.MeshModel.of(kind="full", omega=0.9, eps1=0.05), "y1=-2:2:12", "x1_dot=-1:1:10")
+    assert data.attractor.shape == (10, 12) and np.isnan(data.attractor_kick).all()
 
 
 def test_a_map_has_one_set_of_coordinates_whatever_coincides_in_part_of_it():
     """β1 = β2 at one end, so that a tile there alone could do with fewer coordinates than the others."""
-    data = gc.bifurcation(gc.MeshModel.of(omega=1.2), gc.Axis("beta1", 0.005, 0.01, 65), points=0)
+    data = gc.bifurcation(gc.MeshModel.of(omega=1.2), "beta1=0.005:0.01:65", points=0)
     assert set(data.label.values) == {Label.PERIODIC}
-    model, ends = gc.MeshModel.of(omega=1.0, eps1=0.22), gc.Axis("beta1", 0.01, 0.3, 2)
-    hasty = Classification(longest_transient=3000)
-    assert gc.bifurcation(model, ends, points=0, settings=hasty).label.values[0] == Label.CHAOTIC
-    cells = gc.zones(gc.MeshModel.of(), gc.Axis("eps1", 0, 0.05, 10), gc.Axis("beta1", 0.01, 0.02, 2), starts=2)
-    assert cells.label.shape == (2, 10)
+    model, hasty = gc.MeshModel.of(omega=1.0, eps1=0.22), Classification(longest_transient=3000)
+    assert gc.bifurcation(model, "beta1=0.01:0.3:2", points=0, settings=hasty).label.values[0] == Label.CHAOTIC
+    assert gc.zones(gc.MeshModel.of(), "eps1=0:0.05:10", "beta1=0.01:0.02:2", starts=2).label.shape == (2, 10)
 
 
 def test_an_attractor_is_described_as_it_was_found():
     data = gc.attractors(gc.MeshModel.of(omega=1.0, eps1=0.206), 16, settings=Classification(longest_transient=0))
     chaos = data.attractor_label == Label.CHAOTIC
-    assert np.all(data.attractor_lyapunov_lo[chaos] > 0)
-    assert np.all(data.attractor_trace_error < 1e-9)
-    assert np.all(data.attractor_periods_spent[chaos] >= 1280)
-    assert np.all(np.isnan(data.attractor_multiplier[chaos]))
-
-
-def test_rest_without_load_is_one_attractor():
-    """Beside it the varying stiffness keeps a 2T motion up."""
-    data = gc.attractors(gc.MeshModel.of(kind="single", q0=0.0), 64)
-    assert data.attractor_period.values.tolist() == [1, 2]
-    assert float(data.attractor_multiplier[0]) == pytest.approx(1.0, abs=1e-9)
+    assert np.all(data.attractor_trace_error < 1e-9) and np.all(data.attractor_lyapunov_lo[chaos] > 0)
+    assert np.all(data.attractor_periods_spent[chaos] >= 1280) and data.attractor_multiplier[chaos].isnull().all()
 
 
 BAD = [
     (lambda: gc.Axis("omega", 1.0, 0.5, 10), "must run from a smaller to a larger value"),
     (lambda: gc.Axis("omega", 1.0, 2.0, 0), "count must be a whole number from 1"),
-    (lambda: Shard(0, 3), "i from 1 to n"),
-    (lambda: Shard(4, 3), "i from 1 to n"),
+    (lambda: Shard(0, 3), "i from 1 to n"), (lambda: Shard(4, 3), "i from 1 to n"),
     (lambda: gc.Axis("omega", 1.0, float("nan"), 3), "must be a finite number"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", -1.0, 1.0, 3), gc.Axis("eps1", 0, 1, 2)), "omega must be greater"),
     (lambda: gc.zones(FIGURE_2, gc.Axis("omega", 1.0, 2.0, 3), gc.Axis("omega", 1, 2, 2)), "two different"),
