@@ -1,7 +1,5 @@
 """Branches that several tests share."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Colours as they are seen with every kind of colour vision, in CIELAB."""
 
-from __future__ import annotations
-
 import matplotlib.colors
 import numpy as np
 

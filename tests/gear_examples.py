@@ -1,7 +1,5 @@
 """Gear pairs of published examples, as geometries."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A notebook, executed in a real kernel: cards, progress bars and the explorer."""
 
-from __future__ import annotations
-
 import re
 
 import nbformat

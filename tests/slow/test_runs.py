@@ -56,9 +56,6 @@ def begun(command, path, count=3):
     return command
 
 
-# The same data from all engines
-
-
 def test_threads_processes_and_dask_write_the_same_bytes_though_a_worker_dies(nursery, whole, instant, tmp_path):
     in_memory = gc.run(MAP)
     xr.testing.assert_identical(xr.open_zarr(whole).load(), in_memory)
@@ -93,9 +90,6 @@ def test_motions_are_the_same_in_threads_in_processes_and_in_memory(tmp_path):
         assert (outcome.done, outcome.failed, outcome.finished) == (outcome.count, {}, True)
         xr.testing.assert_identical(xr.open_zarr(tmp_path / engine).load(), study.run())
     assert files(tmp_path / "threads") == files(tmp_path / "processes")
-
-
-# Runs that are killed, stopped, or cannot go on
 
 
 def half_written(path, grid):
@@ -149,9 +143,6 @@ def test_workers_do_not_outlive_a_run_that_is_killed(nursery, tmp_path, engine):
     command.wait(-signal.SIGKILL)
     wait_until(lambda: not any(worker.is_running() for worker in workers))
     assert len(workers) == 2
-
-
-# Clusters
 
 
 SCHEDULER = """

@@ -36,9 +36,6 @@ HEAVY = ("numba", "xarray", "scipy", "matplotlib", "pint", "h5netcdf", "jinja2",
 MAP = ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2")
 
 
-# --- starting up ---------------------------------------------------------------------------------------------------
-
-
 def test_nothing_heavy_is_loaded_before_a_command_runs():
     code = (
         "import sys, gearchaos.quantities; from gearchaos.cli import app; from typer.testing import CliRunner;"
@@ -70,9 +67,6 @@ def test_help_lists_the_commands_in_groups():
 def test_wrong_usage_exits_with_2(arguments):
     result = ask(*arguments)
     assert result.exit_code == 2 and result.stdout == ""
-
-
-# --- simulate ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("kind", "names"), [
@@ -119,9 +113,6 @@ def test_simulate_in_physical_units(pair_file):
     assert scaled["units"]["z"] == "µm" and scaled["units"]["tau"] == "ms"
     assert scaled["z"] == pytest.approx([60 * z for z in plain["z"]])
     assert scaled["tau"] == pytest.approx([1e3 * k / (25 * 14000 / 60) for k in (1, 2)])
-
-
-# --- regime --------------------------------------------------------------------------------------------------------
 
 
 def test_regime_json_of_a_periodic_motion():
@@ -209,9 +200,6 @@ def test_attractors_in_physical_units(pair_file, tmp_path):
     assert page.count("(mm/s)") == page.count("(1/s)") == 1
 
 
-# --- plot ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     """Files of results; the pictures of all kinds of results are in the room of pictures."""
@@ -277,9 +265,6 @@ def test_plot_of_a_store_is_drawn_beside_it_also_where_one_stands_in_it(tmp_path
     assert ask("plot", "/").exit_code == 2
 
 
-# --- maps ----------------------------------------------------------------------------------------------------------
-
-
 def test_zones(tmp_path):
     out, plot = tmp_path / "zones.nc", tmp_path / "zones.png"
     found = run_json(*MAP, "--set", "q0=0.2", "--out", out, "--plot", plot)
@@ -310,9 +295,6 @@ def test_axes_of_the_study_file_are_refined_by_name(tmp_path):
     assert [(a["name"], a["start"], a["count"]) for a in found["axes"]] == [("omega", 1.0, 2), ("q0", 0.1, 2)]
 
 
-# --- paper ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("arguments", "figures", "quality", "code"), [
     ((), None, "paper", 0),
     (("--figures", "2,6, 9", "--quality", "draft"), [2, 6, 9], "draft", 1),
@@ -329,9 +311,6 @@ def test_paper_hands_on_what_is_asked_and_the_exit_code(tmp_path, monkeypatch, a
     monkeypatch.setattr(report, "build", build)
     assert ask("paper", *arguments, "--out", tmp_path / "report").exit_code == code
     assert asked == [(tmp_path / "report", {"figures": figures, "quality": quality, "progress": True})]
-
-
-# --- bad input -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("command", [("regime",), ("simulate", "--periods", 1), (*MAP, "--out", "z.nc")])
@@ -428,9 +407,6 @@ def test_what_is_write_protected(tmp_path, no_study, monkeypatch):
     monkeypatch.setattr(os, "access", lambda *_: False)
     assert "--out must be writable" in refused(*MAP, "--out", path)
     assert path.read_text() == "kept"
-
-
-# --- things that go wrong on the way -------------------------------------------------------------------------------
 
 
 def raising(error):

@@ -48,9 +48,6 @@ def no_work(monkeypatch):
         monkeypatch.setattr(name, work)
 
 
-# --- writing -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_no_file_is_never_replaced(name, pipe, no_work):
     said = refused(*COMMANDS[name], pipe)
@@ -80,9 +77,6 @@ def test_the_longest_name_can_be_written(tmp_path):
     gc.save(SMALL, path)
     write_bytes(path, b"again")
     assert path.read_bytes() == b"again" and list(tmp_path.iterdir()) == [path]
-
-
-# --- reading -------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_no_file_is_not_read(pipe, no_waiting):

@@ -40,9 +40,6 @@ def found():
     return last
 
 
-# --- what is assessed ----------------------------------------------------------------------------------------------
-
-
 def test_the_numbers_are_those_of_assess(found):
     expected = gc.assess(load_design(SPUR), "786:822", 100)
     assert json.dumps(found.document()) == json.dumps(expected.document())
@@ -111,9 +108,6 @@ def test_pairs_and_trains_come_back_to_their_torque(view):
     assert not line.goes_through(away) and line.across(away) == (view.y, torque)
     back = line.moved(away, 1.1 * view.at[0])
     assert line.goes_through(back) and back.at[1] == torque and back.at[0] == pytest.approx(1.1 * view.at[0], rel=1e-3)
-
-
-# --- shown and saved -----------------------------------------------------------------------------------------------
 
 
 def test_words_and_rows_are_those_of_the_command(found):

@@ -205,9 +205,6 @@ def test_a_page_that_closes_leaves_no_work(open_page):
     assert not any(w.jobs for w in (open_page.quick, open_page.slow, open_page.branches, open_page.curves))
 
 
-# --- branches and bifurcation curves -------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def periodic_page(open_page):
     """An open page whose point has a motion of period 2."""
@@ -287,9 +284,6 @@ def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, cha
     assert open_page.computations.skeleton_period == (0 if goes else 2)
     open_page.map(1, 1.0)
     assert open_page.curves.asked == ["bifurcation curves"]
-
-
-# --- what a press of a button computes for gears -------------------------------------------------------------------
 
 
 RUN = GEARS.with_run(start=1000.0, stop=2000.0, duration=0.8, way="down", sound=True)

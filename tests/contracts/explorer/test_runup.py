@@ -36,18 +36,12 @@ def found():
     return shares, last
 
 
-# --- state ---------------------------------------------------------------------------------------------------------
-
-
 def test_the_first_run_is_over_the_axis_of_the_speed_or_over_its_slider():
     assert FIRST.run == Run(FIRST.x.start, FIRST.x.stop) and not FIRST.run.sound
     torque = gc.Axis("torque", 50.0, 90.0, 2)
     own = view_of(FIRST.model, gc.Axis("speed", 900.0, 1700.0, 2), torque)
     other = view_of(FIRST.model, gc.Axis("zeta", 0.01, 0.1, 2), torque)
     assert own.run == Run(900.0, 1700.0) and other.run == FIRST.run
-
-
-# --- computed ------------------------------------------------------------------------------------------------------
 
 
 def test_the_run_is_that_of_runup_and_sounds_like_it(found, tmp_path):
@@ -100,9 +94,6 @@ def test_a_force_that_does_not_vary_is_shown_without_sound():
     dims = ("direction", "instant")
     constant = xr.Dataset({"signal_time": (dims, [[0.0, 0.5, 1.0]]), "signal_force": (dims, [[1.0, 1.0, 1.0]])})
     assert _wav(constant) == b""
-
-
-# --- sent and saved ------------------------------------------------------------------------------------------------
 
 
 def sent(found, view):

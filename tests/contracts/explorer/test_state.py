@@ -40,9 +40,6 @@ from gearchaos.plot import CONTACT_CLASSES, MOTION_CLASSES
 START = presets()["2"].view
 
 
-# --- state ---------------------------------------------------------------------------------------------------------
-
-
 def test_every_figure_has_a_preset_with_its_own_model():
     assert {int("".join(c for c in key if c.isdigit())) for key in presets()} == set(all_figures())
     assert presets()["6"].view.y.name == "q0" and presets()["6"].view.line == "y"
@@ -103,9 +100,6 @@ def test_a_view_names_no_file_and_one_beyond_the_bounds_of_the_explorer_is_refus
 ])
 def test_symbols_become_plain_text(text, shown):
     assert plain(text) == shown
-
-
-# --- the motion at a point, and maps -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("model", [
@@ -240,9 +234,6 @@ def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
     for choice in choices(found):
         view = replace(presets()["4"].view, initial=choice.initial)
         assert choice.name.startswith(gc.regime(view.point).label)
-
-
-# --- safety --------------------------------------------------------------------------------------------------------
 
 
 def test_only_names_of_the_server_itself_are_answered():

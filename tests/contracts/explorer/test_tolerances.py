@@ -51,9 +51,6 @@ def with_lists():
                                         "damping_ratio=0.04:0.07")), 64)
 
 
-# --- numbers and inputs --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_the_numbers_are_those_of_scatter(found):
     expected = gc.scatter(DESIGN, ASSUMED, "speed=3000:3000:1", [100], samples=512, indices=False)
@@ -116,9 +113,6 @@ def test_pairs_have_the_figure_and_a_button_that_asks():
     opened, workers = session(VIEW, FIRST)
     opened.page.messages.act("press", "tolerances")
     assert workers.branches.asked == ["tolerances"]
-
-
-# --- shown ---------------------------------------------------------------------------------------------------------
 
 
 def test_words_are_those_of_the_command(found):

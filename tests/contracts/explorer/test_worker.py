@@ -107,9 +107,6 @@ def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_no
     assert last.over.wait(10) and closed == ["test"]
 
 
-# --- a process of its own ------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def place():
     place = WorkerProcess(low_priority=True)

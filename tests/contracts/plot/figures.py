@@ -1,7 +1,5 @@
 """A result of each study in both kinds of units, the pictures of each, and whether a figure cuts what it draws."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import xarray as xr

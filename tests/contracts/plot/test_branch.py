@@ -1,7 +1,5 @@
 """Pictures of branches: parts by stability, events, jumps, gaps, units."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Cards of notebooks: what is on them, and that they load nothing and escape every text."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re

@@ -1,7 +1,5 @@
 """Results that somebody changed or cut down: pictures and units refuse them by name, and nothing else happens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

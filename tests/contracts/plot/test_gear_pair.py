@@ -1,7 +1,5 @@
 """The drawing of a gear pair: flanks that touch and do not overlap, circles and the path of contact to scale."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Pictures: what they show of small synthetic Datasets, drawn without pyplot state."""
 
-from __future__ import annotations
-
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np

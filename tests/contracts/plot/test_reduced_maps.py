@@ -23,9 +23,6 @@ def unchanged(dataset):
     return dataset
 
 
-# --- reduction -------------------------------------------------------------------------------------------------------
-
-
 def made_map(rows, columns, seed=0):
     """A map with random motions, of which a corner is not computed."""
     random = np.random.default_rng(seed)
@@ -144,9 +141,6 @@ def test_blocks_are_no_more_than_the_pixels_of_their_picture():
     figure.draw_without_rendering()
     box = figure.axes[0].get_window_extent()
     assert min(box.width, box.height) >= reducing._MOST_BLOCKS
-
-
-# --- what is not computed --------------------------------------------------------------------------------------------
 
 
 def test_minus_one_is_not_computed_in_names_and_pictures():

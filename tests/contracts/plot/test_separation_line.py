@@ -1,7 +1,5 @@
 """The overlay of the line where permanent contact ends: against its closed form, and as part of a map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

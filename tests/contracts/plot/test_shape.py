@@ -1,7 +1,5 @@
 """Pictures at every size and of every result: nothing is cut or magnified, and what does not fit is refused."""
 
-from __future__ import annotations
-
 import re
 from contextlib import nullcontext
 from itertools import combinations
@@ -77,9 +75,6 @@ def test_a_wide_figure_has_its_classes_side_by_side():
     assert len({round(t.get_window_extent().y0) for t in ax.get_legend().get_texts()}) == 1
 
 
-# --- what does not differ ------------------------------------------------------------------------------------------
-
-
 def offsets(ax) -> list[str]:
     ax.figure.draw_without_rendering()
     return [axis.get_offset_text().get_text() for axis in (ax.xaxis, ax.yaxis) if axis.get_offset_text().get_text()]
@@ -134,9 +129,6 @@ def test_motion_that_diverged_is_drawn_as_far_as_it_goes():
     plot.motion(ds, figure=Figure()).draw_without_rendering()
 
 
-# --- classes by name -----------------------------------------------------------------------------------------------
-
-
 def test_contact_is_drawn_as_named_classes():
     ds = zones_map()
     ds["label"][:] = [[1, 1, 3], [1, 5, 0]]
@@ -178,8 +170,6 @@ def test_level_of_the_label_is_the_zones_map():
     assert legend_words(one) == legend_words(other)
     assert np.array_equal(one.images[0].get_array(), other.images[0].get_array())
 
-
-# --- a result of another study -------------------------------------------------------------------------------------
 
 TAKES = {
     "zones": {"zones"}, "level": {"zones"}, "bifurcation": {"bifurcation"}, "lyapunov": {"bifurcation"},
@@ -238,9 +228,6 @@ def test_characteristics_take_a_pair_and_refuse_the_rest():
     for bad in (1.0, "paper", xr.Dataset()):
         with pytest.raises(InputError, match="model must be a MeshModel, a GearPair, a GearDesign or a Train"):
             plot.stiffness(bad, axes())
-
-
-# --- any result ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("study", STUDIES)

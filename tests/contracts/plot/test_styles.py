@@ -1,7 +1,5 @@
 """Styles of pictures: sizes, fonts and backgrounds, hatching, and data beside a picture."""
 
-from __future__ import annotations
-
 import itertools
 import re
 

@@ -1,7 +1,5 @@
 """Pictures of results in physical units: the same as of dimensionless ones, but for the scales of their axes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -59,9 +59,6 @@ def finished(tmp_path_factory):
     return path
 
 
-# --- checks before any work ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("memory", "make", "rule"), [
     (GIGABYTE, lambda: gc.Zones(MODEL, *axes(31_623, 31_623)).run(), "cells must be at most"),
     (GIGABYTE, lambda: gc.zones(MODEL, *axes(1000, 1000), starts=10), "cells times starts must be at most"),
@@ -81,9 +78,6 @@ def test_what_is_computed_in_memory_must_fit_into_it_and_end(monkeypatch, memory
 def test_a_map_for_many_machines_may_take_more_memory_and_time_than_one_has(monkeypatch):
     monkeypatch.setattr(machine, "memory", lambda: GIGABYTE)
     assert gc.Zones(MODEL, *axes(1_000_000, 1_000_000)).count == 10**12
-
-
-# --- numbers of cells beyond 32 bits ---------------------------------------------------------------------------------
 
 
 def test_the_last_cells_of_a_huge_map_are_those_of_small_maps():
@@ -112,9 +106,6 @@ def test_the_last_part_of_a_huge_refined_map_is_that_of_a_small_one():
     small = refined(lambda c: computed(c, SIDE), np.arange(SIDE**2), SIDE, 8)
     for name, values in small.items():
         np.testing.assert_array_equal(huge[name], values)
-
-
-# --- lazy arrays -----------------------------------------------------------------------------------------------------
 
 
 def stored(dataset, block, read=None):
@@ -164,9 +155,6 @@ def test_spaced_values_are_read_block_by_block():
     assert dataset["a"][::4, ::7].shape == (5, 3) and read == []
     np.testing.assert_array_equal(dataset["a"][::4, ::7].values, np.arange(400.0).reshape(20, 20)[::4, ::7])
     assert max((r.stop - r.start) * (c.stop - c.start) for r, c in read) <= 25
-
-
-# --- loading ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.filterwarnings("error")
@@ -225,9 +213,6 @@ def test_an_unfinished_store_of_basins_numbers_what_is_missing(tmp_path):
     assert int((found["attractor"].values != -2).sum()) == done < study.count
     counts = [np.sum(found["attractor"].values == n) for n in found["number"].values]
     assert found["attractor_fraction"].values.tolist() == [count / done for count in counts]
-
-
-# --- export ----------------------------------------------------------------------------------------------------------
 
 
 def exported(path, target, *options):

@@ -1,7 +1,5 @@
 """Studies with a single work item, such as branches and curves: stores, records, study files, pictures of any study."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
