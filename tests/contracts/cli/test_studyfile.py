@@ -70,9 +70,6 @@ y2_dot = -0.1
         initial={"x1": 1.5, "y2_dot": -0.1},
     )
     assert found.pair is None and found.kind is None and found.options == {}
-
-
-def test_no_file_is_the_paper(study):
     assert load_study().model == study("").model == MeshModel()
 
 
@@ -156,11 +153,6 @@ def test_bad_files_are_refused_in_words(study, text, message):
     with pytest.raises(InputError) as error:
         study(text)
     assert message in str(error.value)
-
-
-def test_gearpair_value_without_a_pair(study):
-    with pytest.raises(InputError, match=r"gearpair.speed needs a study file with a \[gearpair\] table"):
-        study("", **{"gearpair.speed": "3 rpm"})
 
 
 def test_unreadable_files(tmp_path):
