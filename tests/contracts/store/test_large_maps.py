@@ -2,7 +2,6 @@
 
 import errno
 import shutil
-from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,16 +31,6 @@ GIGABYTE = 1 << 30
 
 def axes(rows, columns):
     return f"omega=0.5:1.1:{columns}", f"eps1=0.05:0.3:{rows}"
-
-
-def regions(shape, part):
-    """The parts of a grid, in C order."""
-    for corner in product(*(range(0, n, m) for n, m in zip(shape, part, strict=True))):
-        yield tuple(slice(i, min(i + m, n)) for i, m, n in zip(corner, part, shape, strict=True))
-
-
-def unchanged(dataset):
-    return dataset
 
 
 @pytest.fixture(scope="module")
@@ -124,8 +113,7 @@ def stored(dataset, block, read=None):
 KEYS = [
     (slice(None), slice(None)), (slice(None, None, 3), slice(2, None, 5)), (slice(None, None, -2), 3),
     (-1, slice(14, 2, -3)), ([3, 1, 1], slice(None)), (slice(4, 4), slice(None)), (slice(4, 4), slice(None, None, 3)),
-    (slice(0, 5, -1), slice(None, 0, -2)), ([3, 1], slice(0, 5, -1)), (slice(5, 0, -2), slice(-1, -1, -1)),
-    (7, 0),
+    (slice(0, 5, -1), slice(None, 0, -2)), ([3, 1], slice(0, 5, -1)), (slice(5, 0, -2), slice(-1, -1, -1)), (7, 0),
 ]
 
 
@@ -155,12 +143,6 @@ def test_spaced_values_are_read_block_by_block():
     assert dataset["a"][::4, ::7].shape == (5, 3) and read == []
     np.testing.assert_array_equal(dataset["a"][::4, ::7].values, np.arange(400.0).reshape(20, 20)[::4, ::7])
     assert max((r.stop - r.start) * (c.stop - c.start) for r, c in read) <= 25
-
-
-@pytest.mark.filterwarnings("error")
-def test_a_finished_store_loads_like_a_file(finished, tmp_path):
-    gc.save(gc.load(finished), tmp_path / "map.nc")
-    xr.testing.assert_identical(gc.load(str(finished)), gc.load(tmp_path / "map.nc"))
 
 
 def test_an_unfinished_store_loads_with_a_warning_of_what_is_missing(unfinished, finished):
@@ -251,9 +233,9 @@ def test_no_more_than_a_block_of_one_variable_is_read_at_once(tmp_path):
     read = []
     plain = xr.Dataset({"a": (("y", "x"), np.arange(400.0).reshape(20, 20)), "b": (("y", "x"), np.ones((20, 20)))})
     dataset = stored(plain, (5, 4), read)
-    exporting.export_dataset(dataset, ["a", "b"], {"y": 5, "x": 4}, tmp_path / "map.nc", unchanged)
+    exporting.export_dataset(dataset, ["a", "b"], {"y": 5, "x": 4}, tmp_path / "map.nc", lambda ds: ds)
     whole = [r for r in read if r != (slice(0, 1), slice(0, 1))]
-    assert whole == 2 * list(regions((20, 20), (5, 4)))
+    assert whole == 2 * [(slice(i, i + 5), slice(j, j + 4)) for i in range(0, 20, 5) for j in range(0, 20, 4)]
     xr.testing.assert_identical(gc.load(tmp_path / "map.nc"), plain)
 
 
@@ -277,9 +259,9 @@ def test_a_full_disk_ends_an_export_without_a_file(fails_at, finished, tmp_path,
 
     monkeypatch.setattr(exporting.Path, "open", lambda self, mode="r", *more, **options: (
         Full(path_open(self, mode, *more, **options)) if mode == "w+b" else path_open(self, mode, *more, **options)))
-    (tmp_path / "map.nc").write_bytes(b"older")
-    store = open_store(finished)
+    store, out = open_store(finished), tmp_path / "map.nc"
+    out.write_bytes(b"older")
     with pytest.raises(OSError, match="No space left on device") as failed:
-        exporting.export_dataset(gc.load(finished), store.arrays, store.block, tmp_path / "map.nc", unchanged)
-    assert failed.value.filename == str(tmp_path / "map.nc") and len(calls) == fails_at
-    assert [p.name for p in tmp_path.iterdir()] == ["map.nc"] and (tmp_path / "map.nc").read_bytes() == b"older"
+        exporting.export_dataset(gc.load(finished), store.arrays, store.block, out, lambda ds: ds)
+    assert failed.value.filename == str(out) and len(calls) == fails_at
+    assert list(tmp_path.iterdir()) == [out] and out.read_bytes() == b"older"
