@@ -15,21 +15,17 @@ from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import GEARS as FIRST
-from tests.contracts.explorer.test_computations import TRAIN, Put, session
-from tests.contracts.explorer.test_computations import VIEW as PAPER
+from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
 
 pytestmark = pytest.mark.slow
 
 SPUR = EXAMPLES / "spur_50_50.toml"
-VIEW = FIRST.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
+VIEW = GEARS.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
 LINE = SpeedLine(VIEW)
-PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +49,7 @@ def test_a_view_along_a_parameter_of_another_stiffness_is_of_other_gears(stiffne
 
 
 def test_the_speeds_are_those_of_the_map_or_of_the_run_up():
-    assert LINE.speeds == (786.0, 822.0) and SpeedLine(FIRST).speeds == (300.0, 7500.0)
+    assert LINE.speeds == (786.0, 822.0) and SpeedLine(GEARS).speeds == (300.0, 7500.0)
     assert SpeedLine(VIEW.with_axis("x", "zeta").with_run(start=400.0)).speeds == (400.0, 7500.0)
     swapped = VIEW.with_axis("x", "torque")
     assert (swapped.y.name, SpeedLine(swapped).speeds) == ("speed", (786.0, 822.0))
@@ -64,7 +60,7 @@ def test_an_assessment_can_be_stopped():
 
     def stopped():
         cancel_event.set(stop)
-        steps = assessed(SpeedLine(FIRST))
+        steps = assessed(SpeedLine(GEARS))
         next(steps)
         stop.set()
         with pytest.raises(StoppedError):
@@ -156,7 +152,7 @@ def test_bars_over_the_map_are_at_the_ranges_and_their_torque(found):
 
 
 def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
-    opened, _ = session(VIEW.with_value("torque", 120.0), FIRST)
+    opened, _ = session(VIEW.with_value("torque", 120.0), GEARS)
     page, act = opened.page, opened.page.messages.act
     act("range", 0)
     assert page.view.at == (788.0, 120.0)  # nothing is listed

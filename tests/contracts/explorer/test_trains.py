@@ -2,14 +2,12 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.map import MapGrid
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import verdict_text, wheels_of
@@ -19,7 +17,7 @@ from gearchaos.explorer.web.page import Page, field_values, parameter_form, plan
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Put
+from tests.contracts.explorer.test_computations import Put, computed
 
 
 def opened(name):
@@ -57,10 +55,7 @@ def test_what_only_a_pair_has_is_refused_in_words(change):
 
 def test_the_menu_of_meshes_changes_the_colours_of_the_map_to_those_of_a_mesh():
     x, y = gc.Axis("speed", 4000.0, 6000.0, 4), gc.Axis("torque", 10.0, 30.0, 3)
-    study, grid, cells = Zones(IDLER.model, x, y), MapGrid(4, 3), np.arange(12)
-    grid.put(study.compute(cells), cells)
-    grid.show(cells, 1)
-    found, colours = grid.map(study, 1), {}
+    found, colours = computed(Zones(IDLER.model, x, y), 12), {}
     figure = MapFigure(put := Put())
     for mesh in ("", *IDLER.model.mesh_names):
         expected = of_mesh(found.dataset, mesh) if mesh else found.dataset

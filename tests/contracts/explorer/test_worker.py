@@ -15,11 +15,10 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess
-from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
+from tests.contracts.explorer.test_computations import PAPER
 
-START = presets()["2"].view
 MODEL = gc.MeshModel.of(omega=1.0, eps1=0.05)
 
 
@@ -129,7 +128,7 @@ def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
 
 
 def test_a_step_under_way_there_is_left_at_once(place):
-    work = place.run(partial(maps.successive_maps, START))
+    work = place.run(partial(maps.successive_maps, PAPER))
     next(work)
     threading.Timer(0.1, work.cancel).start()
     began = time.monotonic()
@@ -138,7 +137,7 @@ def test_a_step_under_way_there_is_left_at_once(place):
             pass
     assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
     work.close()
-    unborn = place.run(partial(maps.successive_maps, START))
+    unborn = place.run(partial(maps.successive_maps, PAPER))
     unborn.cancel()
     with pytest.raises(StoppedError):  # left before it begins, it does nothing
         next(unborn)
@@ -169,7 +168,7 @@ def test_the_page_says_that_kernels_are_compiled_first():
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
-    worker.submit("a", "map", Job(partial(maps.successive_maps, START), lambda _: place._process.kill(), hurt.end))
+    worker.submit("a", "map", Job(partial(maps.successive_maps, PAPER), lambda _: place._process.kill(), hurt.end))
     assert hurt.over.wait(60) and "went wrong" in hurt.message
     worker.submit("a", "motion", Job(partial(point_motion, MODEL), well.shown.append, well.end))
     assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"

@@ -91,16 +91,6 @@ def test_labels_of_physical_axes_say_what_is_measured():
     assert plot.zones(result("zones")[1], axes()).get_ylabel() == "error amplitude $e_{1}$ [µm]"
 
 
-@pytest.mark.parametrize(("kind", "study", "colour"), [
-    ("motion", "simulate", "motion"), ("map", "zones", "motion"), ("map", "zones", "v_rms")])
-def test_the_explorers_pictures_are_made_of_physical_results(kind, study, colour):
-    pytest.importorskip("tomlkit")
-    from gearchaos.explorer.jobs.export import picture
-
-    content, media = picture(kind, "png", result(study)[1], colour, "title")
-    assert media == "image/png" and len(content) > 10_000
-
-
 def test_rounding_errors_of_an_orbit_make_no_points_of_their_own_in_any_units():
     left = 1e-12 * np.cos(np.arange(300.0))
     ds = gc.simulate(PAIR.to_model(), 300)
