@@ -77,7 +77,6 @@ class Command:
         return self.code is None
 
     def kill(self) -> None:
-        """Kill the process group."""
         assert self.alive(), self.output.read_text()
         os.killpg(self.pid, signal.SIGKILL)
         self.wait(-signal.SIGKILL)
@@ -131,7 +130,6 @@ class Nursery:
         return json.loads(self._process.stdout.readline())
 
     def start(self, folder: Path, *arguments: object, **environment: object) -> Command:
-        """Begin ``gearchaos ARGUMENTS`` in a folder."""
         output = Path(self._outputs.name, str(len(self._started)))
         output.touch()
         variables = {name: str(value) for name, value in environment.items()}

@@ -6,7 +6,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit, visits
+from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit
 from tests.slow.test_explorer_curves import BRANCH, PLACE, follow, near, pixels, show_curves
 from tests.slow.test_explorer_pixels import picture
 
@@ -52,12 +52,7 @@ GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 CALM = "?x=speed=400.0:500.0&y=torque=200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
 
-
-@pytest.fixture(scope="module")
-def one(chromium, design_server):
-    """A page that the tests share; none of them depends on what the ones before have set."""
-    with visits(chromium, design_server, first=FIRST) as begin:
-        yield begin(CALM)
+PAGE = "design_server", CALM
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -47,7 +47,6 @@ class Raw:
         return int(answer.split()[1]) if answer else 0, answer.decode(errors="replace")
 
     def connect(self, host, origin, token="nonsense", protocol="bokeh"):
-        """Ask for a WebSocket."""
         return self.ask(
             "/ws", Host=host, Origin=origin, Upgrade="websocket", Connection="Upgrade", Sec_WebSocket_Version=13,
             Sec_WebSocket_Key=base64.b64encode(os.urandom(16)).decode(),
@@ -85,7 +84,6 @@ def home(port):
 
 
 def token(port):
-    """What a page is given to connect with."""
     page = urlopen(f"http://{home(port)}/").read().decode()
     return re.search(r'"token":\s*"([^"]+)"', page)[1]
 
@@ -99,7 +97,6 @@ def known(place):
 
 
 def page(port, known):
-    """A connection as a page has it, greeted."""
     raw = Raw(port)
     assert raw.connect(home(port), f"http://{home(port)}", known)[0] == 101
     texts = [part(raw) for _ in range(3)]
@@ -295,7 +292,6 @@ def read_until(raw, *kinds):
 
 
 def part(raw):
-    """The next frame that is no ping."""
     while (found := raw.read())[0] == 9:
         pass
     assert found[0] != 8, "the connection has ended"

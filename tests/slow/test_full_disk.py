@@ -41,7 +41,6 @@ SIZES = (0, 10_000)
 
 @pytest.fixture(scope="module")
 def disk(tmp_path_factory):
-    """A folder with a study file and a finished store."""
     folder = tmp_path_factory.mktemp("disk")
     (folder / "study.toml").write_text(STUDY)
     with CommandRunner(120) as trials:

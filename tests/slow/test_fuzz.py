@@ -38,7 +38,6 @@ def place(tmp_path_factory):
 
 
 def complaint(tried: CommandResult, folder) -> str | None:
-    """What is wrong with how a command ended."""
     if tried.code == "stopped":
         return None
     if tried.code not in (0, 1, 2, 3):
@@ -59,7 +58,6 @@ def complaint(tried: CommandResult, folder) -> str | None:
 
 
 def tried(trials: CommandRunner, folder, kind: str, numbers: range) -> list[str]:
-    """What is wrong with these cases, in words."""
     wrong = []
     for number in numbers:
         here = folder / "case"

@@ -44,13 +44,11 @@ def computed(log, grid):
 
 
 def workers_of(command):
-    """The processes that compute for a command."""
     below = psutil.Process(command.pid).children(recursive=True)
     return [p for p in below if not p.children() and not any("resource_tracker" in word for word in p.cmdline())]
 
 
 def begun(command, path, count=3):
-    """Wait until a command has computed some tiles."""
     before = len(tiles_done(path))
     command.until(lambda: len(tiles_done(path)) >= before + count)
     return command

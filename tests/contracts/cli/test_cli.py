@@ -198,7 +198,6 @@ def test_attractors_in_physical_units(pair_file, tmp_path):
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """Files of results; the pictures of all kinds of results are in the room of pictures."""
     folder, single = tmp_path_factory.mktemp("saved"), gc.MeshModel.of(kind="single", omega=0.8, eps1=0.1)
     results = {
         "zones": gc.zones(gc.MeshModel(), "omega=0.9:1.1:3", "eps1=0:0.2:3", starts=2),
@@ -356,7 +355,6 @@ def test_fourier_stiffness_by_name(tmp_path):
 
 @pytest.fixture
 def no_study(monkeypatch):
-    """Fail if a study starts."""
     from gearchaos.studies.study import Study
 
     monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("computed before the output was checked"))

@@ -39,7 +39,6 @@ def pipe(request, tmp_path):
 
 @pytest.fixture
 def no_work(monkeypatch):
-    """Nothing may be read or computed."""
     def work(*_, **__):
         raise AssertionError("work has begun")
 

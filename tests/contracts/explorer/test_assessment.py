@@ -1,8 +1,6 @@
 """The assessment in the explorer, without a browser: its numbers, of which torque it is, where it is drawn, files."""
 
-import contextvars
 import json
-import threading
 from dataclasses import replace
 
 import pytest
@@ -15,7 +13,6 @@ from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
@@ -53,20 +50,6 @@ def test_the_speeds_are_those_of_the_map_or_of_the_run_up():
     assert SpeedLine(VIEW.with_axis("x", "zeta").with_run(start=400.0)).speeds == (400.0, 7500.0)
     swapped = VIEW.with_axis("x", "torque")
     assert (swapped.y.name, SpeedLine(swapped).speeds) == ("speed", (786.0, 822.0))
-
-
-def test_an_assessment_can_be_stopped():
-    stop = threading.Event()
-
-    def stopped():
-        cancel_event.set(stop)
-        steps = assessed(SpeedLine(GEARS))
-        next(steps)
-        stop.set()
-        with pytest.raises(StoppedError):
-            list(steps)
-
-    contextvars.copy_context().run(stopped)
 
 
 def test_without_load_it_is_refused_in_words():

@@ -98,7 +98,6 @@ class Page:
 
 
 def session(view, start):
-    """A page whose computations are kept, with its workers."""
     workers = Workers(*(Worker() for _ in range(4)))
     document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
     return Session(view, workers, document, start), workers
@@ -216,7 +215,6 @@ def test_a_page_that_closes_leaves_no_work(open_page):
 
 @pytest.fixture
 def periodic_page(open_page):
-    """An open page whose point has a motion of period 2."""
     open_page.point_motion(final=True, trajectory=xr.Dataset(), period=2)
     return open_page
 

@@ -96,7 +96,6 @@ def test_a_force_that_does_not_vary_is_shown_without_sound():
 
 
 def sent(found, view):
-    """What the page sends to play a run-up."""
     page, out = Page(GEARS, view), []
     page.messages.set_run_up = out.append
     page.show_run_up(found)

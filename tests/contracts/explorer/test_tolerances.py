@@ -28,7 +28,6 @@ ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "
 
 
 def computed(view, designs=512):
-    """What tolerances do at the point of a view."""
     with patch.object(jobs, "_DESIGNS", designs):
         *shares, last = tolerances(view)
     assert all(0 <= share <= 1 for share in shares)

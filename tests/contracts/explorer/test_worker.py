@@ -157,11 +157,9 @@ def test_compiling_there_is_told_before_the_answer(place):
 
 
 def test_the_page_says_that_kernels_are_compiled_first():
-    def busy(tasks, compiling):
-        return render("busy.html.j2", tasks=tasks, compiling=compiling)
-
-    assert "once after an install" in busy(["motion"], True)
-    assert "once" not in busy(["motion"], False) and "ready" in busy([], True)
+    busy = partial(render, "busy.html.j2")
+    assert "once after an install" in busy(tasks=["motion"], compiling=True)
+    assert "once" not in busy(tasks=["motion"], compiling=False) and "ready" in busy(tasks=[], compiling=True)
 
 
 @pytest.mark.slow

@@ -12,7 +12,6 @@ from tests.contracts.plot.figures import result
 
 
 def replaced(name: str, dtype: object, value: object = None):
-    """A change that gives a variable another type, and a value."""
     def change(ds: xr.Dataset) -> xr.Dataset:
         array = ds[name].astype(dtype)
         if value is not None:
@@ -22,7 +21,6 @@ def replaced(name: str, dtype: object, value: object = None):
 
 
 def unnamed(name: str):
-    """A change that takes the names of its codes from a variable."""
     def change(ds: xr.Dataset) -> xr.Dataset:
         out = ds.copy()
         out[name].attrs = {}
@@ -39,10 +37,8 @@ DAMAGE = [
     ("simulate", lambda ds: ds.isel(period=slice(0, 0)), "section_|must be greater|at least"),
     ("simulate", lambda ds: ds.drop_vars("section_z"), "section|x must be one of"),
     ("simulate", lambda ds: ds.drop_vars(["section_z", "z"]), "must be one of"),
-    ("simulate", replaced("section_z", str), "must be one of"),
-    ("simulate", replaced("z", complex), "must be one of"),
-    ("simulate", replaced("tau", float, np.nan), "tau"),
-    ("simulate", replaced("tau", str), "tau"),
+    ("simulate", replaced("section_z", str), "must be one of"), ("simulate", replaced("z", complex), "must be one of"),
+    ("simulate", replaced("tau", float, np.nan), "tau"), ("simulate", replaced("tau", str), "tau"),
     *((study, change, words) for study in ("zones", "bifurcation") for change, words in [
         *((replaced("label", kind), "label of type") for kind in (str, float, complex, object)),
         *((replaced("period", kind), "period of type") for kind in (str, float)),

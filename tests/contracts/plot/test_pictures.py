@@ -21,7 +21,6 @@ FLAGS = {
     "flag_values": np.arange(1, 6, dtype=np.int8),
     "flag_meanings": "periodic quasi-periodic chaotic undecided diverged",
 }
-NAMES = [c.name for c in plot.MOTION_CLASSES]
 OMEGA = 2.0
 
 
@@ -104,19 +103,6 @@ def test_draws_on_the_given_axes_and_returns_it_without_pyplot(name):
     assert PICTURES[name](ax) is ax
     assert is_drawn(ax)
     assert plt.get_fignums() == []
-
-
-def test_makes_its_own_axes_when_none_is_given():
-    plt.switch_backend("agg")
-    assert plt.fignum_exists(plot.zones(zones_map()).figure.number)
-
-
-def test_classes_follow_label_and_period():
-    ds = zones_map()
-    classes = plot.motion_class(ds["label"], ds["period"])
-    assert [[NAMES[i] for i in row] for row in classes] == [
-        ["1T", "2T", "other sub-harmonic"], ["quasi-periodic", "chaotic", "4T"],
-    ]
 
 
 def test_zones_span_the_ranges_of_the_study_and_the_legend_names_only_the_classes_present():

@@ -124,8 +124,7 @@ def test_a_large_map_is_reduced_and_a_thin_zone_stays_visible(tmp_path, monkeypa
     monkeypatch.setattr(reducing, "reduced", partial(reduced, most=32))
     drawn = []
     monkeypatch.setattr(Figure, "savefig", lambda figure, file, dpi, **_: drawn.append((figure, dpi)))
-    result = ask("plot", tmp_path / "map.zarr")
-    assert result.exit_code == 0, result.output
+    ask("plot", tmp_path / "map.zarr", code=0)
     (figure, dpi), = drawn
     image = figure.axes[0].get_images()[0].get_array()
     assert dpi == reducing.DPI and image.shape == (32, 32)

@@ -208,7 +208,6 @@ def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, 
 
 
 def command(folder, *options):
-    """What ``gearchaos plot`` says and writes of a saved map."""
     gc.save(zones_map().assign_attrs(study="zones"), folder / "zones.nc")
     return ask("plot", folder / "zones.nc", *options, "--out", folder / "out.pdf")
 
