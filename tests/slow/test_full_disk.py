@@ -22,17 +22,12 @@ y = "eps1=0:0.2:10"
 """
 COMMANDS = {
     "simulate": ["simulate", "--periods", "40", "--samples", "40", "--out", "out.nc"],
-    "regime": ["regime", "--plot", "out.png"],
-    "attractors": ["attractors", "--starts", "8", "--out", "out.nc"],
+    "regime": ["regime", "--plot", "out.png"], "attractors": ["attractors", "--starts", "8", "--out", "out.nc"],
     "bifurcation with a picture": [
-        "bifurcation", "--axis", "eps1=0:0.2:8", "--points", "4", "--out", "out.nc", "--plot", "out.png",
-    ],
+        "bifurcation", "--axis", "eps1=0:0.2:8", "--points", "4", "--out", "out.nc", "--plot", "out.png"],
     "zones": ["zones", *MAP, "--out", "out.nc"],
-    "basins": [
-        "basins", "--set", "kind=single", "--axis", "z=-3:3:12", "--axis", "z_dot=-2:2:12", "--out", "out.nc",
-    ],
-    "export": ["export", "../map.zarr", "--out", "out.nc"],
-    "plot": ["plot", "../map.zarr", "--out", "out.png"],
+    "basins": ["basins", "--set", "kind=single", "--axis", "z=-3:3:12", "--axis", "z_dot=-2:2:12", "--out", "out.nc"],
+    "export": ["export", "../map.zarr", "--out", "out.nc"], "plot": ["plot", "../map.zarr", "--out", "out.png"],
     "run": ["run", "../study.toml", "--out", "out.zarr"],
     "paper": ["paper", "--out", "report", "--figures", "4", "--quality", "draft"],
 }

@@ -55,13 +55,6 @@ def test_pictures_and_data_of_a_map_half_done(small):
     assert again["label"].encoding["fletcher32"]
 
 
-def test_pictures_and_data_of_a_motion():
-    motion = list(point_motion(PAPER.point))[-1].trajectory
-    for suffix in ("png", "svg", "nc"):
-        content, media, _ = next(export.exported("motion", suffix, motion, "motion", "chaotic"))
-        assert len(content) > 10_000 and "/" in media
-
-
 def test_the_spectrum_of_the_page_has_the_unit_of_the_velocity_and_the_same_orders():
     figure = SpectrumFigure(put := Put())
     motion = list(point_motion(PAIR.model))[-1].trajectory

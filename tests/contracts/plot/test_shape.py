@@ -250,5 +250,7 @@ def test_maps_are_coloured_by_what_is_asked(narrow):
         assert plot.result(ds, colour).axes[0].images
     with pytest.raises(InputError, match=r"colour must be one of .*contact.*Did you mean 'v_rms'"):
         plot.result(ds, "v_rsm")
-    with pytest.raises(InputError, match="colour must be left out"):
+    with pytest.raises(InputError, match="colour must be one of contact, contact_fraction, dynamic_factor"):
+        plot.result(result("bifurcation")[0], "hysteresis")
+    with pytest.raises(InputError, match=r"colour must be left out.* It is of basins"):
         plot.result(result("basins")[0], "contact")
