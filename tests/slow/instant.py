@@ -29,14 +29,7 @@ from gearchaos.store import tiles
 from gearchaos.studies.zones import Zones
 from tests import ROOT
 
-STUDY = """
-[model]
-q0 = 0.1
-[study]
-kind = "zones"
-x = "omega=0.5:1.1:30"
-y = "eps1=0.05:0.3:20"
-"""
+STUDY = '[model]\nq0 = 0.1\n[study]\nkind = "zones"\nx = "omega=0.5:1.1:30"\ny = "eps1=0.05:0.3:20"\n'
 MAP = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.1:30", "eps1=0.05:0.3:20")
 """The same study: 40 tiles in 10 blocks."""
 

@@ -109,12 +109,6 @@ def message(kind="PATCH-DOC", content=None, **header):
     return [json.dumps(part).encode() for part in (head, {}, {} if content is None else content)]
 
 
-def test_a_page_connects_and_gets_its_document(place, known):
-    with page(place, known) as raw:
-        raw.send(*message("PULL-DOC-REQ"))
-        assert json.loads(raw.read()[1])["msgtype"] == "PULL-DOC-REPLY"
-
-
 @pytest.mark.skipif(not hasattr(socket, "TCP_CORK"), reason="only Linux holds frames back")
 def test_the_frames_of_a_message_arrive_together(place, known):
     with page(place, known) as raw:

@@ -18,8 +18,6 @@ FEW = {"command_line": 30, "operating_point": 5, "study_file": 15, "store": 12}
 MANY = {"command_line": 800, "operating_point": 500, "study_file": 500, "store": 400}
 """How many cases of each kind are tried, in every run of the tests and in ``make slow``."""
 
-SECONDS = 20.0
-SAID = "this may take up to about"
 _BAD = re.compile(r"Traceback|\b\w*Warning\b|Exception ignored|HDF5-DIAG|Segmentation|core dumped")
 
 
@@ -27,7 +25,7 @@ _BAD = re.compile(r"Traceback|\b\w*Warning\b|Exception ignored|HDF5-DIAG|Segment
 def place(tmp_path_factory):
     """A folder with the stores, and a process that runs commands."""
     folder = tmp_path_factory.mktemp("fuzz")
-    with CommandRunner(SECONDS, SAID) as trials:
+    with CommandRunner(20.0, "this may take up to about") as trials:
 
         def sound(command):
             tried = trials.run(command, folder)

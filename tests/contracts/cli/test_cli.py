@@ -23,14 +23,7 @@ from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json
 
-STUDY = """
-[model]
-omega = 1.0
-[model.error]
-amplitudes = [0.1]
-[study]
-kind = "{kind}"
-"""
+STUDY = '[model]\nomega = 1.0\n[model.error]\namplitudes = [0.1]\n[study]\nkind = "{kind}"\n'
 COMMAND = (sys.executable, "-c", "from gearchaos.cli import main; main()")
 HEAVY = ("numba", "xarray", "scipy", "matplotlib", "pint", "h5netcdf", "jinja2", "numpy")
 MAP = ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2")

@@ -19,17 +19,8 @@ DESIGNS = {"spur_50_50.toml", "spur_27_35.toml", "iso_tr_6336_30_example_1.toml"
 TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28}
 PAIR = """
 [gearpair]
-n1 = 25
-n2 = 40
-R1 = "35.24 mm"
-R2 = "56.38 mm"
-I1 = "4.88e-4 kg*m^2"
-I2 = "3.20e-3 kg*m^2"
-c0 = "400 N/um"
-k = "530 N*s/m"
-backlash = "0.12 mm"
-M10 = "85 N*m"
-speed = "14000 rpm"
+n1 = 25\nn2 = 40\nR1 = "35.24 mm"\nR2 = "56.38 mm"\nI1 = "4.88e-4 kg*m^2"\nI2 = "3.20e-3 kg*m^2"
+c0 = "400 N/um"\nk = "530 N*s/m"\nbacklash = "0.12 mm"\nM10 = "85 N*m"\nspeed = "14000 rpm"
 """
 
 

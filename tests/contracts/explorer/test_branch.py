@@ -22,12 +22,12 @@ from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
-from gearchaos.studyfile import load_study
-from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import GEARS, Put
 
 VIEW = view_of(gc.MeshModel.of(omega=2.2, q0=0.1, eps1=0.05), gc.Axis("omega", 2.0, 2.4, 2), gc.Axis("eps1", 0, 0.1, 2))
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin."""
+
+DESIGN = replace(GEARS, x=replace(GEARS.x, start=2800.0, stop=3200.0))
 
 
 def first_motion(view):
@@ -42,13 +42,6 @@ def branch_of(view):
 @pytest.fixture(scope="module")
 def followed():
     return branch_of(VIEW)
-
-
-@pytest.fixture(scope="module")
-def design():
-    """Gears in physical units, over a range of speeds near their operating point."""
-    view = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
-    return replace(view, x=replace(view.x, start=2800.0, stop=3200.0))
 
 
 def test_a_branch_runs_over_the_whole_line_and_each_of_its_orbits_closes(followed):
@@ -107,20 +100,20 @@ def test_where_no_orbit_is_found_and_along_initial_values_there_is_a_message():
         list(skeleton(view, 1))
 
 
-def test_a_branch_of_gears_is_in_their_units_and_its_parameter_in_that_of_the_axis(design):
-    found = branch_of(design)
-    scale = design.gears.to_pair().scales.length * 1e6
+def test_a_branch_of_gears_is_in_their_units_and_its_parameter_in_that_of_the_axis():
+    found = branch_of(DESIGN)
+    scale = DESIGN.gears.to_pair().scales.length * 1e6
     value = float(found["speed"][0])
-    plain = branch_of(replace(design, physical=False))
+    plain = branch_of(replace(DESIGN, physical=False))
     assert found["section_z"].attrs["units"] == "µm"
     assert found["section_z"].values == pytest.approx(plain["section_z"].values * scale, rel=1e-12)
     assert value == 2800.0 and json.loads(found.attrs["range"]) == [2800.0, 3200.0]
-    units = Units(design.gears, marked=True)
-    assert "along n₁ from 2800 to 3200 rpm" in branch_text(found, units).sentences[0]
+    text = branch_text(found, Units(DESIGN.gears, marked=True))
+    assert "along n₁ from 2800 to 3200 rpm" in text.sentences[0]
 
 
-def test_along_the_frequency_of_gears_diagram_and_branch_stay_on_the_axis_of_the_page(design):
-    view = design.with_axis("x", "omega")
+def test_along_the_frequency_of_gears_diagram_and_branch_stay_on_the_axis_of_the_page():
+    view = DESIGN.with_axis("x", "omega")
     view = replace(view, x=replace(view.x, start=0.65, stop=0.75))
     found = branch_of(view)
     assert found["omega"].values.min() == 0.65 and json.loads(found.attrs["range"]) == [0.65, 0.75]

@@ -21,9 +21,6 @@ from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask
 from tests.contracts.plot.test_pictures import PICTURES, diagram, motion, starts, zones_map
 
-OF_LINES = ("phase", "history", "portrait", "spectrum", "stiffness", "backlash", "schematic", "lyapunov", "response")
-"""Pictures that are no maps: their lines and texts lie on the background."""
-
 
 @pytest.fixture(autouse=True)
 def _settings_are_restored():
@@ -46,7 +43,7 @@ def contrast(colour: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-@pytest.mark.parametrize("name", OF_LINES)
+@pytest.mark.parametrize("name", sorted(PICTURES.keys() - {"zones", "level", "bifurcation", "basins"}))  # no maps
 def test_lines_and_texts_are_visible_on_a_dark_background(name):
     with plot.style("dark"):
         figure = drawn(name)

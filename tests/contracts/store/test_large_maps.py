@@ -110,14 +110,11 @@ def stored(dataset, block, read=None):
     return dataset.assign({n: lazy(dataset[n].variable, Memory(store, n, set())) for n in arrays})
 
 
-KEYS = [
+@pytest.mark.parametrize("key", [
     (slice(None), slice(None)), (slice(None, None, 3), slice(2, None, 5)), (slice(None, None, -2), 3),
     (-1, slice(14, 2, -3)), ([3, 1, 1], slice(None)), (slice(4, 4), slice(None)), (slice(4, 4), slice(None, None, 3)),
     (slice(0, 5, -1), slice(None, 0, -2)), ([3, 1], slice(0, 5, -1)), (slice(5, 0, -2), slice(-1, -1, -1)), (7, 0),
-]
-
-
-@pytest.mark.parametrize("key", KEYS, ids=str)
+], ids=str)
 @pytest.mark.parametrize("block", [(5, 7), (1, 1), (12, 16)])
 def test_parts_of_stored_arrays_are_those_of_arrays_in_memory(key, block):
     plain = np.random.default_rng(0).normal(size=(12, 16, 3))

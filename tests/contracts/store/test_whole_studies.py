@@ -14,17 +14,6 @@ from gearchaos.studyfile import load_study
 from tests.commands import ask
 
 MODEL = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
-BRANCH = """
-[model]
-omega = 1.0
-q0 = 0.1
-[model.error]
-amplitudes = [0.206]
-[study]
-kind = "branch"
-axis = "eps1=0.2:0.21"
-start = { x1 = 1 }
-"""
 MADE = {
     "branch": lambda: gc.Branch(MODEL, "omega=0.7:0.8", start={"z": 1.0, "z_dot": 0.0}, longest_step=0.1),
     "curve": lambda: gc.Curve(MODEL.with_values({"omega": 1.9}), "flip", "omega=1.7:2.1", "eps1=0:0.06", period=1),
@@ -68,7 +57,8 @@ def test_functions_cannot_be_kept_in_a_store(tmp_path):
 @pytest.mark.slow
 def test_a_study_file_describes_a_branch(tmp_path):
     path = tmp_path / "b.toml"
-    path.write_text(BRANCH)
+    path.write_text('[model]\nomega = 1.0\nq0 = 0.1\n[model.error]\namplitudes = [0.206]\n'
+                    '[study]\nkind = "branch"\naxis = "eps1=0.2:0.21"\nstart = { x1 = 1 }\n')
     study = load_study(path).study(STUDIES["branch"])
     assert (study.axis.name, study.axis.start, study.axis.stop) == ("eps1", 0.2, 0.21) and study.start == {"x1": 1}
     ask("branch", path, "--out", tmp_path / "b.nc", code=0)
