@@ -49,8 +49,7 @@ class Raw:
     def connect(self, host, origin, token="nonsense", protocol="bokeh"):
         return self.ask(
             "/ws", Host=host, Origin=origin, Upgrade="websocket", Connection="Upgrade", Sec_WebSocket_Version=13,
-            Sec_WebSocket_Key=base64.b64encode(os.urandom(16)).decode(),
-            Sec_WebSocket_Protocol=f"{protocol}, {token}")
+            Sec_WebSocket_Key=base64.b64encode(os.urandom(16)).decode(), Sec_WebSocket_Protocol=f"{protocol}, {token}")
 
     def send(self, *texts, opcode=1, length=None):
         """Frames, masked; ``length`` may lie."""
@@ -138,8 +137,7 @@ def test_no_name_but_the_server_s_own_is_answered(place, path, host):
 
 @pytest.mark.parametrize("origin", [
     "http://evil.example", "http://evil.example:{port}", "null", None, "", "http://127.0.0.1", "http://127.0.0.1:1",
-    "http://127.0.0.1:{port}.evil.example", "http://localhost:{port}", "http://[::1", "file://",
-])
+    "http://127.0.0.1:{port}.evil.example", "http://localhost:{port}", "http://[::1", "file://"])
 def test_only_the_server_s_own_page_may_connect(place, known, origin):
     with Raw(place) as raw:
         assert raw.connect(home(place), origin and origin.format(port=place), known)[0] == 403
@@ -166,8 +164,7 @@ REFUSED = [
         "bokeh-token=x", "bokeh-session-id=x", "bokeh-token=" + "A" * 3000)),
     ("GET", "/", {"Host": None, "version": "1.0"}, [403]),
     ("GET", "/?" + "x" * 2**17, {}, [0, 400, 414, 431]),
-    ("POST", "/", {"Content_Length": 2**30}, [0, 400, 405, 413]),
-]
+    ("POST", "/", {"Content_Length": 2**30}, [0, 400, 405, 413])]
 
 
 @pytest.mark.parametrize(("method", "path", "others", "allowed"), REFUSED, ids=[each[1][:40] for each in REFUSED])
@@ -183,8 +180,7 @@ def forged(**payload):
 
 @pytest.mark.parametrize("fake", [
     "", "x", "x.y", "A" * 5000, forged(session_id="x", session_expiry=10**12),
-    forged(session_id="x", session_expiry=10**12) + ".AAAA", forged(session_id=[]), forged(x=1) + ".x",
-])
+    forged(session_id="x", session_expiry=10**12) + ".AAAA", forged(session_id=[]), forged(x=1) + ".x"])
 def test_a_token_that_was_not_given_out_opens_no_session(place, fake):
     with Raw(place) as raw:
         assert raw.connect(home(place), f"http://{home(place)}", fake)[0] in (0, 101, 400)
@@ -192,22 +188,16 @@ def test_a_token_that_was_not_given_out_opens_no_session(place, fake):
 
 
 NONSENSE = {
-    "binary": [(b"\0\1\2", 2)],
-    "broken JSON": [(b"{", 1), (b"}", 1), (b"[", 1)],
-    "no text": [(b"\xff\xfe", 1)],
-    "a list for a header": [(b"[]", 1), (b"{}", 1), (b"{}", 1)],
-    "no kind": [(b"{}", 1), (b"{}", 1), (b"{}", 1)],
-    "an unknown kind": [(m, 1) for m in message("NOTHING")],
-    "a kind for servers": [(m, 1) for m in message("OK")],
+    "binary": [(b"\0\1\2", 2)], "broken JSON": [(b"{", 1), (b"}", 1), (b"[", 1)], "no text": [(b"\xff\xfe", 1)],
+    "a list for a header": [(b"[]", 1), (b"{}", 1), (b"{}", 1)], "no kind": [(b"{}", 1), (b"{}", 1), (b"{}", 1)],
+    "an unknown kind": [(m, 1) for m in message("NOTHING")], "a kind for servers": [(m, 1) for m in message("OK")],
     "another document": [(m, 1) for m in message("PUSH-DOC", {"doc": {"roots": []}})],
     "a number for a kind": [(m, 1) for m in message(7)],
     "a list for a name": [(m, 1) for m in message("PULL-DOC-REQ", msgid=[])],
     "buffers that never come": [*((m, 1) for m in message(num_buffers=10**9)), (b'{"id": "1"}', 1), (b"x", 2)],
     "words for a number": [(m, 1) for m in message(num_buffers="many")],
     "depth": [(b"[" * 100_000, 1), (b"{}", 1), (b"{}", 1)],
-    "a long number": [(b"1" * 100_000, 1), (b"{}", 1), (b"{}", 1)],
-    "an opcode that is none": [(b"x", 5)],
-}
+    "a long number": [(b"1" * 100_000, 1), (b"{}", 1), (b"{}", 1)], "an opcode that is none": [(b"x", 5)]}
 
 
 @pytest.mark.parametrize("what", NONSENSE)
@@ -236,8 +226,7 @@ PATCHES = {
     "an unknown message": {"events": [{"kind": "MessageSent", "msg_type": "x", "msg_data": {}}]},
     "an unknown action": {"events": [{"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": {
         "type": "event", "name": "nothing", "values": {}}}]},
-    "a class": {"events": [{"kind": "RootAdded", "model": {"type": "object", "name": "os.system", "id": "x"}}]},
-}
+    "a class": {"events": [{"kind": "RootAdded", "model": {"type": "object", "name": "os.system", "id": "x"}}]}}
 
 
 @pytest.mark.parametrize("what", PATCHES)

@@ -24,8 +24,7 @@ COMMANDS = {
     "basins": ["basins", "--set", "kind=single", "--axis", "z=-3:3:12", "--axis", "z_dot=-2:2:12", "--out", "out.nc"],
     "export": ["export", "../map.zarr", "--out", "out.nc"], "plot": ["plot", "../map.zarr", "--out", "out.png"],
     "run": ["run", "../study.toml", "--out", "out.zarr"],
-    "paper": ["paper", "--out", "report", "--figures", "4", "--quality", "draft"],
-}
+    "paper": ["paper", "--out", "report", "--figures", "4", "--quality", "draft"]}
 
 
 @pytest.fixture(scope="module")

@@ -83,8 +83,7 @@ def test_every_command_takes_a_url(url, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("arguments", [
     ["zones", "--axis", "omega=0.5:1:2", "--axis", "eps1=0.1:0.2:2", "--out", "s3://bucket/map.nc"],
-    ["export", "none.zarr", "--out", "s3://bucket/map.nc"], ["plot", "none.zarr", "--out", "s3://bucket/map.png"],
-])
+    ["export", "none.zarr", "--out", "s3://bucket/map.nc"], ["plot", "none.zarr", "--out", "s3://bucket/map.png"]])
 def test_files_of_results_are_not_written_to_a_url(arguments, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "Only stores of gearchaos run can have a URL" in refused(*arguments)

@@ -182,8 +182,7 @@ def test_slurm_jobs_run_one_worker_each():
     (("--workers", "1", "--processes", "2"), "processes and workers must not be given together"),
     (("--jobs", "3"), "jobs must be left out without cluster"),
     (("--cluster", "pbs"), "cluster must be slurm; got 'pbs'"),
-    (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers"),
-])
+    (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers")])
 def test_bad_options_are_refused_before_anything_is_made(tmp_path, monkeypatch, arguments, words):
     client = distributed.Client
     monkeypatch.setattr(distributed, "Client", lambda *a, **options: client(*a, **options | {"timeout": "1s"}))

@@ -33,8 +33,7 @@ def test_nothing_heavy_is_loaded_before_a_command_runs():
     code = (
         "import sys, gearchaos.quantities; from gearchaos.cli import app; from typer.testing import CliRunner;"
         "[CliRunner().invoke(app, command) for command in (['--help'], ['zones', '--help'])];"
-        f"print([m for m in {HEAVY!r} if m in sys.modules])"
-    )
+        f"print([m for m in {HEAVY!r} if m in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -46,13 +45,9 @@ def test_help_lists_the_commands_in_groups():
     studies = {group: [kind.replace("_", "-") for kind, study in STUDIES.items() if study["group"] == group]
                for group in ("Gears", "Motions", "Bifurcations")}
     assert listed[1:] == [
-        ("Gears", ["gear", "map", "assess", *studies["Gears"]]),
-        ("Motions", [*studies["Motions"], "explore"]),
-        ("Bifurcations", studies["Bifurcations"]),
-        ("Runs", ["run", "finish", "info", "plot", "export", "check"]),
-        ("Proof", ["prove-chaos", "verify", "script", "paper"]),
-        ("Install", ["examples", "warmup", "doctor"]),
-    ]
+        ("Gears", ["gear", "map", "assess", *studies["Gears"]]), ("Motions", [*studies["Motions"], "explore"]),
+        ("Bifurcations", studies["Bifurcations"]), ("Runs", ["run", "finish", "info", "plot", "export", "check"]),
+        ("Proof", ["prove-chaos", "verify", "script", "paper"]), ("Install", ["examples", "warmup", "doctor"])]
     assert max(map(len, text.splitlines())) <= 80
 
 
@@ -63,10 +58,8 @@ def test_wrong_usage_exits_with_2(arguments):
 
 
 @pytest.mark.parametrize(("kind", "names"), [
-    ("single", []),
-    ("torsional", ["x1", "x1_dot", "x2", "x2_dot"]),
-    ("full", ["x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2", "y2_dot"]),
-])
+    ("single", []), ("torsional", ["x1", "x1_dot", "x2", "x2_dot"]),
+    ("full", ["x1", "x1_dot", "x2", "x2_dot", "y1", "y1_dot", "y2", "y2_dot"])])
 def test_simulate_json_is_the_section_of_the_study(kind, names):
     sets = [part for text in ("omega=2", "q0=0.2", "eps1=0.1", f"kind={kind}") for part in ("--set", text)]
     found = run_json("simulate", *sets, "--periods", 3, "--transient", 2)
@@ -97,8 +90,7 @@ def pair_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("pair") / "pair.toml"
     path.write_text(
         '[gearpair]\nn1 = 25\nn2 = 50\nR1 = "35 mm"\nR2 = "70 mm"\nI1 = 5e-4\nI2 = 8e-3\nc0 = "400 N/um"\n'
-        'k = 530\nbacklash = "0.12 mm"\nM10 = "85 N*m"\nspeed = "14000 rpm"\n'
-    )
+        'k = 530\nbacklash = "0.12 mm"\nM10 = "85 N*m"\nspeed = "14000 rpm"\n')
     return path
 
 
@@ -143,8 +135,7 @@ def test_regime_in_physical_units(pair_file):
     factors = {
         "v_rms": scales.velocity * 1e3, "z_rms": 60, "z_peak_to_peak": 60, "z_dot_rms": scales.velocity * 1e3,
         "z_dot_peak_to_peak": scales.velocity * 1e3, "mesh_force_peak": scales.force, "dynamic_factor": 1,
-        "contact_fraction": 1, "switches_per_period": 1, "trace_error": scales.rate,
-    }
+        "contact_fraction": 1, "switches_per_period": 1, "trace_error": scales.rate}
     for name, factor in factors.items():
         assert scaled[name] == pytest.approx(factor * plain[name], rel=1e-12), name
     assert scaled["lyapunov"] == pytest.approx([scales.rate * v for v in plain["lyapunov"]])
@@ -152,8 +143,7 @@ def test_regime_in_physical_units(pair_file):
     assert scaled["section"]["x1"] == pytest.approx([60 * x for x in plain["section"]["x1"]])
     assert scaled["omega"] == pytest.approx(25 * 14000 / 60)
     assert {n: scaled["units"][n] for n in ("omega", "v_rms", "z_rms", "mesh_force_peak", "lyapunov")} == {
-        "omega": "Hz", "v_rms": "mm/s", "z_rms": "µm", "mesh_force_peak": "N", "lyapunov": "1/s",
-    }
+        "omega": "Hz", "v_rms": "mm/s", "z_rms": "µm", "mesh_force_peak": "N", "lyapunov": "1/s"}
     assert scaled["units"]["section"]["x1_dot"] == "mm/s" and "label" not in scaled["units"]
     assert scaled["multipliers"] == plain["multipliers"] and scaled["period"] == plain["period"]
 
@@ -263,9 +253,7 @@ def test_bifurcation_basins_and_attractors(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "figures", "quality", "code"), [
-    ((), None, "paper", 0),
-    (("--figures", "2,6, 9", "--quality", "draft"), [2, 6, 9], "draft", 1),
-])
+    ((), None, "paper", 0), (("--figures", "2,6, 9", "--quality", "draft"), [2, 6, 9], "draft", 1)])
 def test_paper_hands_on_what_is_asked_and_the_exit_code(tmp_path, monkeypatch, arguments, figures, quality, code):
     from gearchaos.paper import report
 
@@ -284,8 +272,7 @@ def test_paper_hands_on_what_is_asked_and_the_exit_code(tmp_path, monkeypatch, a
 @pytest.mark.parametrize(("text", "message"), [
     ("omega=-1", "omega must be greater than 0; got -1.0"), ("eps1=nan", "error.amplitudes must be a finite number"),
     ("omega=fast", "omega must be a number; got 'fast'"), ("kapa=1", "Did you mean 'kappa'?"),
-    ("omega", "--set must read name=value; got 'omega'"),
-])
+    ("omega", "--set must read name=value; got 'omega'")])
 def test_bad_values(tmp_path, monkeypatch, command, text, message):
     """All rules are in tests/contracts/model."""
     monkeypatch.chdir(tmp_path)
@@ -306,15 +293,13 @@ AXES = ("--axis", "omega=0.9:1.1:2", "--axis")
     (("basins", *AXES, "x1=0:1:2"), "must be an initial value of the model"),
     (("bifurcation", *AXES[:2], "--mode", "upp"), "Did you mean 'up'?"),
     (("simulate",), "--periods must be given"), (("simulate", "--periods", 0), "periods"),
-    (("simulate", "--periods", 1, "--transient", -1), "transient"),
-    (("simulate", "--periods", 1, "--physical"),
+    (("simulate", "--periods", 1, "--transient", -1), "transient"), (("simulate", "--periods", 1, "--physical"),
      "--physical needs a study file with a table [gearpair], [design] or [train]"),
     (("attractors", "--physical"), "--physical needs a study file"),
     (("regime", "none.toml"), "study file must be a readable file"),
     (("paper", "--figures", "2,x"), "--figures must be numbers with commas between; got '2,x'"),
     (("paper", "--figures", "99"), "figures must be numbers from 1 to 15; got 99"),
-    (("paper", "--quality", "drft"), "Did you mean 'draft'?"),
-])
+    (("paper", "--quality", "drft"), "Did you mean 'draft'?")])
 def test_what_is_refused_leaves_no_file(tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     out = () if arguments[0] == "regime" else ("--out", "report" if arguments[0] == "paper" else "o.nc")
@@ -350,8 +335,7 @@ def test_unwritable_output_is_refused_before_any_work(tmp_path, no_study):
     (tmp_path / "folder.nc").mkdir()
     for name, message in (
         ("missing/z.nc", "must lie in an existing folder"), ("file/z.nc", "must lie in an existing folder"),
-        ("folder.nc", "must be a file"), ("z.xlsx", "must end in .nc"),
-    ):
+        ("folder.nc", "must be a file"), ("z.xlsx", "must end in .nc")):
         for command in (MAP, ("simulate", "--periods", 1)):
             assert f"--out {message}" in refused(*command, "--out", tmp_path / name)
     assert "--plot must end in .png" in refused(*MAP, "--out", tmp_path / "z.nc", "--plot", tmp_path / "z.xyz")
@@ -401,8 +385,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
 @pytest.mark.parametrize(("error", "code", "message"), [
     (KeyboardInterrupt(), 130, "interrupted"),
     (MemoryError(), 2, "error: not enough memory. Ask for fewer cells, points or periods."),
-    (OSError(28, "No space left on device"), 2, "error: [Errno 28] No space left on device"),
-])
+    (OSError(28, "No space left on device"), 2, "error: [Errno 28] No space left on device")])
 def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
     monkeypatch.setattr(import_module("gearchaos.studies.zones").Zones, "run", raising(error))
     result = ask(*MAP, "--out", tmp_path / "z.nc", "--json")

@@ -102,8 +102,7 @@ def test_texts_empty_tables_and_cells_without_value(tmp_path):
 
 @pytest.mark.parametrize("arguments", [
     ("simulate", "--periods", 2), ("attractors", "--starts", 8), ("branch", "--axis", "eps1=0:0.1"),
-    ("map", SPUR, "--speed", "600 rpm:9000 rpm:2", "--torque", "60 N m:180 N m:2"),
-])
+    ("map", SPUR, "--speed", "600 rpm:9000 rpm:2", "--torque", "60 N m:180 N m:2")])
 def test_commands_write_tables(tmp_path, arguments):
     written = re.findall(r"wrote (.*)", ask(*arguments, "--out", tmp_path / "x.csv", code=0).stderr)
     assert written[0] == str(tmp_path / "x.csv") and {Path(w) for w in written} == {*tmp_path.iterdir()}

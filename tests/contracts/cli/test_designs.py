@@ -177,8 +177,7 @@ def test_the_command_map_writes_what_python_computes(found, tmp_path):
     (SPUR, ("--set", "design.module=3"), "module must lie between"),
     (SPUR, ("--set", "design.quality.grade=13"), "quality.grade must be"),
     (SPUR, ("--set", "gearpair.n1=3"), "gearpair.n1 needs a study file"),
-    (EXAMPLES / "fig06.toml", (), "needs a study file with a table [gearpair], [design] or [train]"),
-])
+    (EXAMPLES / "fig06.toml", (), "needs a study file with a table [gearpair], [design] or [train]")])
 def test_bad_input_of_a_map_is_refused(path, arguments, message, tmp_path):
     assert message in refused("map", path, "--speed", "500:600:2", "--torque", "1:2:2", *arguments, "--out",
                               tmp_path / "m.nc")
@@ -188,8 +187,7 @@ def test_bad_input_of_a_map_is_refused(path, arguments, message, tmp_path):
     ("gear", "colour = 1", "", "[design] must have no key but"),
     ("gear", "[model]\nomega = 1.0", "", "[model] must be left out beside [design]"),
     ("gear", "[gearpair]\nn1 = 3", "", "gearpair"), ("regime", "", "", "torque must be given"),
-    ("regime", "", '[operation]\nspeed = "3000 rpm"\n', "torque must be given"),
-])
+    ("regime", "", '[operation]\nspeed = "3000 rpm"\n', "torque must be given")])
 def test_a_design_that_is_wrong_is_refused(command, text, operation, message, tmp_path):
     assert message in refused(command, written(tmp_path, text, operation))
 
@@ -263,8 +261,7 @@ TABLES = {
     "stiffness.table": lambda peak: f"fraction, level [N/um]\n0, {peak}00\n0.7, 250\n",
     "transmission_error.orders": lambda peak: f"order,peak [um],phase [deg]\n1,{peak},0\n",
     "transmission_error.table": lambda peak: "roll angle [deg], error [um]\n" + "".join(
-        f"{0.18 * i:.2f}, {peak * math.sin(math.pi * i / 20):.6f}\n" for i in range(40)),
-}
+        f"{0.18 * i:.2f}, {peak * math.sin(math.pi * i / 20):.6f}\n" for i in range(40))}
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -330,8 +327,7 @@ def test_a_speed_without_a_unit_is_in_rpm_wherever_it_is_given(tmp_path):
         "text of a study": load_study(SPUR, {"speed": "1200 rpm", "torque": 50}).pair,
         "pair": pair.at(speed=1200), "field": replace(pair, speed=1200), "text": replace(pair, speed="20 turn/s"),
         "parameter": gc.Regime(pair).model.with_values({"speed": 1200}).operating_gears.to_pair(),
-        "json": gears_from_json(gears_json(pair.at(speed=1200))),
-    }
+        "json": gears_from_json(gears_json(pair.at(speed=1200)))}
     for name, each in found.items():
         assert each.mesh_frequency == pytest.approx(2000 * math.pi, rel=1e-14), name
         assert each.speed == pytest.approx(1200, rel=1e-14) and each.M10 == 50, name

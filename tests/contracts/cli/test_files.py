@@ -20,8 +20,7 @@ SMALL = xr.Dataset({"z": ("tau", [1.0, 2.0])})
 COMMANDS = {
     "simulate": ("simulate", "--periods", 1, "--out"),
     "zones": ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2", "--out"),
-    "regime": ("regime", "--plot"), "plot": ("plot", "missing.nc", "--out"), "export": ("export", "missing", "--out"),
-}
+    "regime": ("regime", "--plot"), "plot": ("plot", "missing.nc", "--out"), "export": ("export", "missing", "--out")}
 
 
 @pytest.fixture(params=["pipe", "link to a pipe"])
@@ -62,8 +61,7 @@ def test_a_name_that_is_too_long_is_refused_before_any_work(name, tmp_path, no_w
 @pytest.mark.parametrize(("name", "rule"), [
     ("folder", "a file; got .*folder"), ("pipe", "a file; got .*not a regular file"),
     ("n" * 253 + ".nc", "a path that can be written to; got .*too long"),
-    ("\0", "a path that can be written to; got .*null"),
-])
+    ("\0", "a path that can be written to; got .*null")])
 def test_data_are_not_saved_over_what_is_no_file_nor_by_a_name_that_no_file_can_have(name, rule, tmp_path, no_work):
     (tmp_path / "folder").mkdir()
     os.mkfifo(tmp_path / "pipe")

@@ -91,8 +91,7 @@ def test_the_summaries_of_zones_and_map_are_the_same(drawing, tmp_path):
     ("map", ("--torque", "20:4e2:x"), "torque=20:400:150"), ("map", ("--speed", "500,5:600:3"), "decimal point"),
     ("map", ("--speed", "omega=1:2:3"), "--speed must be an axis of speed"),
     ("map", ("--speed", "600 m:9000 rpm:20"), "--speed must be an angular velocity; got '600 m'"),
-    ("map", ("--speed", "10 Hz:20 Hz:3"), "got '10 Hz'"),
-])
+    ("map", ("--speed", "10 Hz:20 Hz:3"), "got '10 Hz'")])
 def test_the_advice_on_an_axis_is_an_axis_of_that_name(command, options, message, tmp_path):
     if command == "map":
         options = ("--speed", "500:600:2", "--torque", "20:30:2", *options)

@@ -61,18 +61,15 @@ def test_without_load_it_is_refused_in_words():
 @pytest.mark.parametrize(("change", "through", "at"), [
     (lambda view: view.with_value("speed", 3000.0), True, 100.0),
     (lambda view: view.zoomed((400.0, 900.0), (20.0, 250.0)), True, 100.0),
-    (lambda view: view.with_other_units(), True, 100.0),
-    (lambda view: view.with_value("torque", 120.0), False, 100.0),
+    (lambda view: view.with_other_units(), True, 100.0), (lambda view: view.with_value("torque", 120.0), False, 100.0),
     (lambda view: view.moved(3000.0, 120.0).moved(900.0, 100.0), True, 100.0),
-    (lambda view: view.with_axis("x", "torque"), True, 100.0),
-    (lambda view: view.with_axis("x", "zeta"), True, None),
+    (lambda view: view.with_axis("x", "torque"), True, 100.0), (lambda view: view.with_axis("x", "zeta"), True, None),
     (lambda view: view.with_axis("y", "zeta"), True, 0.05),
     (lambda view: view.with_axis("y", "zeta").with_value("zeta", 0.08), False, 0.05),
     (lambda view: view.with_axis("y", "zeta").with_value("torque", 120.0), False, None),
     (lambda view: view.with_axis("x", "zeta").with_value("torque", 120.0), False, None),
     (lambda view: view.with_value("zeta", 0.08), False, None), (lambda view: view.with_value("grade", 7), False, None),
-    (lambda view: view.with_kind("single"), False, None), (lambda view: PAPER, False, None),
-])
+    (lambda view: view.with_kind("single"), False, None), (lambda view: PAPER, False, None)])
 def test_where_an_assessment_belongs(change, through, at):
     view = change(VIEW)
     place = LINE.across(view)

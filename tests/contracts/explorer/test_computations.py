@@ -241,8 +241,7 @@ def test_any_other_motion_is_not_followed_and_there_is_a_message(open_page):
 @pytest.mark.parametrize(("change", "goes"), [
     (lambda view: view.moved(1.0, view.at[1]), False), (lambda view: view.moved(view.at[0], 0.1), True),
     (lambda view: view.with_value("zeta", 0.05), True), (lambda view: replace(view, line="y"), True),
-    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
-])
+    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True)])
 def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_page, change, goes):
     periodic_page.computations.ask_branch()
     cleared = len(periodic_page.display.shown["clear_branch"])
@@ -280,8 +279,7 @@ def test_bifurcation_curves_begin_once_the_map_is_complete_or_failed(open_page):
 @pytest.mark.parametrize(("change", "goes"), [
     (lambda view: view.with_value("zeta", 0.05), True),
     (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
-    (lambda view: view.moved(1.0, 0.1), False), (lambda view: replace(view, colour="attractors"), False),
-])
+    (lambda view: view.moved(1.0, 0.1), False), (lambda view: replace(view, colour="attractors"), False)])
 def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, change, goes):
     open_page.map(1, 1.0)
     open_page.computations.ask_skeleton(2)
@@ -333,8 +331,7 @@ def pressed(request):
 @pytest.mark.parametrize(("task", "asked", "shown", "share"), [
     ("run-up", (RUN.operating_point, RUN.run, ""), (), "run-up 42 %"),
     ("assessment", (SpeedLine(RUN),), (SpeedLine(RUN),), "assessment (motions from random states 42 %)"),
-    ("tolerances", (RUN,), (), "tolerances 42 %"),
-])
+    ("tolerances", (RUN,), (), "tolerances 42 %")])
 def test_a_page_says_how_far_its_task_is_and_shows_what_is_found(task, asked, shown, share):
     page = Pressed(task)
     assert page.job.function.args == asked and page.shows() == ([] if task == "run-up" else [(*shown, None)])
@@ -376,8 +373,7 @@ def test_a_refusal_is_a_message_and_ends_the_wait(pressed):
 
 @pytest.mark.parametrize(("task", "view", "words"), [
     ("run-up", PAPER, "menu of presets"), ("assessment", PAPER, "menu of presets"),
-    ("tolerances", PAPER, "pair of gears"), ("tolerances", TRAIN, "pair of gears"),
-])
+    ("tolerances", PAPER, "pair of gears"), ("tolerances", TRAIN, "pair of gears")])
 def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, words):
     page = Pressed(task, view)
     assert not page.branches.asked and words in page.display.shown["show_message"][-1][0] and page.clears() == 1
@@ -390,8 +386,7 @@ def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, wo
     (lambda view: view.with_value("speed", 2000.0), {"tolerances"}),
     (lambda view: view.with_axis("x", "zeta"), {"run-up"}), (lambda view: view.with_run(stop=2100.0), {"run-up"}),
     (lambda view: view.zoomed((900.0, 1500.0), (50.0, 150.0)), set()), (lambda view: view.with_other_units(), set()),
-    (lambda view: view.with_run(sound=False), set()),
-])
+    (lambda view: view.with_run(sound=False), set())])
 def test_each_goes_with_what_it_depends_on(pressed, complete, change, going):
     goes = pressed.task in going
     if complete:

@@ -95,16 +95,14 @@ def test_a_view_names_no_file_and_one_beyond_the_bounds_of_the_explorer_is_refus
 
 @pytest.mark.parametrize(("text", "shown"), [
     (r"frequency $\omega$", "frequency ω"), (r"$\varepsilon_{1}$", "ε₁"), ("$q_0$", "q₀"), (r"$\dot{z}$", "z′"),
-    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ₁,₂"), ("z", "z"),
-])
+    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ₁,₂"), ("z", "z")])
 def test_symbols_become_plain_text(text, shown):
     assert plain(text) == shown
 
 
 @pytest.mark.parametrize("model", [
     gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.23),
-    gc.MeshModel.of(kind="full", omega=1.05, kappa=0.5, q0=0.1, eps1=0.04),
-])
+    gc.MeshModel.of(kind="full", omega=1.05, kappa=0.5, q0=0.1, eps1=0.04)])
 def test_the_last_verdict_at_a_point_is_that_of_regime(model):
     found = list(point_motion(model))
     assert found[1].trajectory is not None
@@ -202,8 +200,7 @@ def test_a_diagram_is_coarse_first_and_lies_along_the_line():
 @pytest.mark.parametrize(("kind", "given", "kept"), [
     ("full", {"x1": 0.5, "y1": 0.3, "y2_dot": -0.2}, {"y1": 0.3, "y2_dot": -0.2}),
     ("full", {"y1": 0.3, "y2": -0.4}, {"y1": 0.3, "y2": -0.4}),
-    ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {}),
-])
+    ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {})])
 def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept, chosen):
     """Whether they are the model's own, or those of a motion chosen at the point."""
     asked = []

@@ -21,8 +21,7 @@ STARTS = (("z", 0.3), ("z_dot", -0.1))
 EVERYTHING = gc.MeshModel(
     kind="full", zeta=0.03, J1=1.5, J2=2.5, q1=0.1, q2=0.12, beta1=0.02, beta2=0.0, mu1=3.0, kappa2=1 / 3,
     zeta_support1=0.02, error=gc.TransmissionError((0.1, 0.02), (0.3, -0.1)),
-    stiffness=gc.HarmonicStiffness((0.2, 0.05), (0.1,)), initial={"x1": 0.5, "y2_dot": -0.25},
-)
+    stiffness=gc.HarmonicStiffness((0.2, 0.05), (0.1,)), initial={"x1": 0.5, "y2_dot": -0.25})
 
 
 def each_part(view):
@@ -34,10 +33,8 @@ def each_part(view):
 
 
 OF_GEARS = {
-    "none": lambda view: view,
-    "point": lambda view: view.moved(2543.2, 77.1),
-    "backlash": lambda view: view.with_value("backlash", 87.3),
-    "axis omega": lambda view: view.with_axis("x", "omega"),
+    "none": lambda view: view, "point": lambda view: view.moved(2543.2, 77.1),
+    "backlash": lambda view: view.with_value("backlash", 87.3), "axis omega": lambda view: view.with_axis("x", "omega"),
     "speed, axis omega": lambda view: view.with_axis("x", "omega").with_value("speed", 5000.0),
     "dimensionless axes": lambda view: view.with_axis("x", "omega").with_axis("y", "q0").moved(1.05, 0.21),
     "axis zeta": lambda view: view.with_axis("y", "zeta").moved(3100.0, 0.07),
@@ -47,8 +44,7 @@ OF_GEARS = {
     "harmonics": lambda view: view.with_stiffness("harmonics").with_value("c1", 0.2),
     "steps": lambda view: view.with_stiffness("steps"),
     "dimensionless units": lambda view: replace(view, physical=False, colour="v_rms", line="y"),
-    "initial": lambda view: view.with_value("x1", 0.4),
-}
+    "initial": lambda view: view.with_value("x1", 0.4)}
 VIEWS = {
     **{f"preset {key}": (PAPER, presets()[key].view.with_value("zeta", 1 / 30)) for key in presets()},
     "everything": (PAPER, replace(
@@ -60,14 +56,11 @@ VIEWS = {
        for name, first in (("design", GEARS), ("pair", PAIR)) for change in OF_GEARS},
     "design, grade": (GEARS, GEARS.with_value("grade", 9.0).moved(2500.0, 60.0)),
     "design, run": (GEARS, GEARS.with_run(start=512.3, duration=1 / 3, way="down", sound=True)),
-    "pair, each part": (PAIR, each_part(PAIR)),
-    "pair, over ω and ε₁": (PLAIN, each_part(PLAIN.moved(1.05, 0.21))),
-    "of the paper, with gears": (GEARS, PAPER),
-    "train": (TRAIN, TRAIN),
+    "pair, each part": (PAIR, each_part(PAIR)), "pair, over ω and ε₁": (PLAIN, each_part(PLAIN.moved(1.05, 0.21))),
+    "of the paper, with gears": (GEARS, PAPER), "train": (TRAIN, TRAIN),
     "train, load": (TRAIN, TRAIN.moved(4000.0, 12.0).with_axis("y", "idler_pump.backlash")),
     "train, part": (TRAIN, TRAIN.with_value("idler.inertia", 5e-4)),
-    "train, mesh": (TRAIN, replace(TRAIN, mesh="idler/pump", colour="dynamic_factor", line="y")),
-}
+    "train, mesh": (TRAIN, replace(TRAIN, mesh="idler/pump", colour="dynamic_factor", line="y"))}
 """Views by name, each with the first view of its server."""
 
 
@@ -117,8 +110,7 @@ def test_a_study_file_of_a_design_is_one_of_the_design_while_its_gears_are_those
 def test_other_kinds_of_a_pair_keep_it_and_what_no_pair_has_is_a_model(tmp_path):
     path = tmp_path / "pair.toml"
     for changed, kept in (
-        (PAIR.with_kind("torsional"), True), (PAIR.with_kind("single"), True), (PAIR.with_value("J1", 3.0), False),
-    ):
+        (PAIR.with_kind("torsional"), True), (PAIR.with_kind("single"), True), (PAIR.with_value("J1", 3.0), False)):
         path.write_text(as_toml(changed), encoding="utf-8")
         study = load_study(path)
         assert (study.pair is not None) == kept and study.model.kind == changed.model.kind
@@ -155,8 +147,7 @@ REFUSED = [
     (GEARS, "speed=3000&eps9=0.1", "eps9"), (GEARS, "speed=3000&q0=1000", "q0"),
     *((PAPER, f"{value}", "needs gears") for value in ("speed=3000", "torque=10", "backlash=100", "grade=5",
                                                         "x=speed=1000:2000")),
-    (PAIR, "grade=5", "grade must be a value of the gears loaded"),
-    (GEARS, "q0=0.1&run=500:6000,10,up", "needs gears"),
+    (PAIR, "grade=5", "grade must be a value of the gears loaded"), (GEARS, "q0=0.1&run=500:6000,10,up", "needs gears"),
     *((GEARS, f"run={text}&speed=3000", words) for text, words in (
         ("500:6000", "must read"), ("500,10,up", "must read"), ("500:6000,10,up,loud", "must read"),
         ("500:6000,10,left", "got 'left'"), ("6000:500,10,up", "to a higher speed"), ("0:500,10,up", "must lie in"),
@@ -165,9 +156,7 @@ REFUSED = [
         ("500:1e99,10,up", "must lie in"))),
     (TRAIN, "kind=full", "kind"), (TRAIN, "omega=1", "parameter"), (TRAIN, "mesh=third", "mesh"),
     (TRAIN, "speed=0", "speed"), (TRAIN, "motor.torque=30", "body pump: torque"),
-    (TRAIN, "idler.inertia=-1", "body idler: inertia"),
-    (TRAIN, "x=motor.torque=1:2&y=speed=1000:2000", "motor.torque"),
-]
+    (TRAIN, "idler.inertia=-1", "body idler: inertia"), (TRAIN, "x=motor.torque=1:2&y=speed=1000:2000", "motor.torque")]
 
 
 @pytest.mark.parametrize(("first", "query", "words"), REFUSED, ids=[query[:40] for _, query, _ in REFUSED])

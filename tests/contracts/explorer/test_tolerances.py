@@ -80,8 +80,7 @@ def test_inputs_are_assumed_that_the_gears_give_and_scatter_takes(gears, expecte
 @pytest.mark.parametrize(("change", "name"), [
     (lambda view: view.with_value("eps1", 0.2), "eps1"), (lambda view: view.with_value("chi1", 0.2), "chi1"),
     (lambda view: view.with_stiffness("harmonics"), "stiffness"),
-    (lambda view: view.with_stiffness("steps"), "stiffness"),
-])
+    (lambda view: view.with_stiffness("steps"), "stiffness")])
 def test_what_was_set_apart_from_the_gears_is_refused_in_words(change, name):
     with pytest.raises(InputError, match=f"^{name} must be that of the gears"):
         list(tolerances(change(VIEW)))

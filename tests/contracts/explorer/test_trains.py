@@ -32,8 +32,7 @@ SEPARATED = IDLER.moved(4756.0, 26.71)  # of whose meshes one loses contact more
     ("idler", {"speed": (1000.0, 9000.0), "torque": (5.0, 40.0)}, (100, 75)),
     ("two_stage", {"speed": (1200.0, 7500.0), "torque": (2.0, 50.0)}, (50, 37)),
     ("loose_gear", {"speed": (320.0, 2000.0), "loose.torque": (-0.125, -0.005)}, (50, 37)),
-    ("planetary", {"speed": (600.0, 3750.0), "torque": (20.0, 500.0)}, (25, 18)),
-])
+    ("planetary", {"speed": (600.0, 3750.0), "torque": (20.0, 500.0)}, (25, 18))])
 def test_a_train_opens_over_its_speed_and_a_torque(name, axes, cells):
     view = opened(name)
     assert {axis.name: (axis.start, axis.stop) for axis in (view.x, view.y)} == axes

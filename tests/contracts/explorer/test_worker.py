@@ -77,8 +77,7 @@ def test_sessions_take_turns():
 
 @pytest.mark.parametrize(("error", "message"), [
     (InputError("omega", "must be greater than 0", -1), "omega must be greater than 0"),
-    (RuntimeError("secret"), "went wrong"),
-])
+    (RuntimeError("secret"), "went wrong")])
 def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message, caplog):
     worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
     worker.submit("a", "map", bad.job())

@@ -55,8 +55,7 @@ DAMAGE = [
     ("basins", unnamed("attractor_label"), "attractor_label whose codes"),
     ("attractors", lambda ds: ds.drop_vars("attractor_section_z"), "attractor_section_z"),
     ("attractors", replaced("attractor_section_z", str), "attractor_section_z of type"),
-    ("attractors", unnamed("attractor_label"), "attractor_label whose codes"),
-]
+    ("attractors", unnamed("attractor_label"), "attractor_label whose codes")]
 
 
 @pytest.mark.parametrize(("study", "change", "message"), DAMAGE, ids=[f"{i}-{d[0]}" for i, d in enumerate(DAMAGE)])
@@ -94,8 +93,7 @@ def test_units_of_what_is_no_number_are_refused(kind):
     *(("zones", plot.level, "clip", v) for v in (-1, 101, np.nan, "1")),
     ("zones", plot.level, "cmap", "no such map"),
     *((None, plot.stiffness, "periods", v) for v in (0, 10**12)),
-    *((None, plot.backlash, "reach", v) for v in (1, -3, np.nan)),
-])
+    *((None, plot.backlash, "reach", v) for v in (1, -3, np.nan))])
 def test_sizes_that_cannot_be_drawn_are_refused(study, draw, name, value):
     with pytest.raises(InputError, match=f"^{name} must be"):
         draw(*([result(study)[0]] if study else []), **{name: value})

@@ -33,8 +33,7 @@ def made_map(rows, columns, seed=0):
         "label": label, "period": period, "contact": random.integers(0, 4, label.shape).astype(np.int8),
         "reason": np.where(label > 0, random.integers(1, 5, label.shape), -1).astype(np.int8),
         "v_rms": np.where((label > 0) & (label < 5), random.normal(size=label.shape), np.nan),
-        "periods_spent": np.where(label > 0, random.integers(0, 500, label.shape), -1).astype(np.int32),
-    }
+        "periods_spent": np.where(label > 0, random.integers(0, 500, label.shape), -1).astype(np.int32)}
     coords = {"eps1": np.linspace(0, 1, rows), "omega": np.linspace(1, 2, columns)}
     return xr.Dataset({n: variable(n, ("eps1", "omega"), v) for n, v in values.items()},
                       {n: variable(n, (n,), v) for n, v in coords.items()}, {"study": "zones"})

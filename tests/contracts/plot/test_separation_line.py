@@ -77,8 +77,7 @@ def test_over_a_map_it_keeps_limits_legend_and_labels(design, size):
     ({}, "speed"), ({"speed": "1:2:3"}, "torque"), ({"speed": "omega=1:2:3", "torque": "1:2:3"}, "speed"),
     ({"design": gc.MeshModel()}, "design"),
     ({"design": gc.GearDesign(**{**GEARS, "damping_ratio": None}), "speed": "1:2:3", "torque": "1:2:3"},
-     "damping_ratio"),
-])
+     "damping_ratio")])
 def test_what_cannot_be_drawn_is_refused(design, arguments, field):
     with pytest.raises(InputError) as error:
         plot.separation_line(**{"design": design, "ax": axes(), **arguments})

@@ -24,8 +24,7 @@ pytestmark = pytest.mark.slow
 ALL = {name: picture[:2] for name, picture in PICTURES.items()} | {
     "stiffness": ("simulate", lambda _, ax: plot.stiffness(None, ax)),
     "backlash": ("simulate", lambda _, ax: plot.backlash(ax)),
-    "schematic": ("simulate", lambda _, ax: plot.schematic(ax)),
-}
+    "schematic": ("simulate", lambda _, ax: plot.schematic(ax))}
 
 
 @pytest.fixture
@@ -95,8 +94,7 @@ def at_rest() -> xr.Dataset:
 @pytest.mark.parametrize("draw", [
     lambda ds, ax: plot.portrait(ds, "x1", ax=ax), lambda ds, ax: plot.portrait(ds, "z", ax=ax),
     lambda ds, ax: plot.phase(ds.isel(tau=slice(None, None, 16)), "z", ax=ax),
-    lambda ds, ax: plot.history(ds.isel(tau=slice(None, None, 16)), "z", ax),
-])
+    lambda ds, ax: plot.history(ds.isel(tau=slice(None, None, 16)), "z", ax)])
 def test_one_point_is_not_magnified_to_rounding(at_rest, units, draw):
     assert np.ptp(at_rest["section_z"].values) < 1e-10
     ax = draw(at_rest if units == "dimensionless" else gc.physical(at_rest, PAIR), axes())
@@ -174,8 +172,7 @@ def test_level_of_the_label_is_the_zones_map():
 TAKES = {
     "zones": {"zones"}, "level": {"zones"}, "bifurcation": {"bifurcation"}, "lyapunov": {"bifurcation"},
     "response": {"bifurcation"}, "basins": {"basins"}, "attractors": {"attractors"}, "history": {"simulate"},
-    "spectrum": {"simulate"}, "phase": {"simulate"}, "motion": {"simulate"}, "portrait": {"simulate", "section"},
-}
+    "spectrum": {"simulate"}, "phase": {"simulate"}, "motion": {"simulate"}, "portrait": {"simulate", "section"}}
 
 
 def drawn(name: str, ds) -> object:
@@ -198,8 +195,7 @@ def test_results_of_other_studies_and_what_is_no_result_are_refused_in_words(nam
     ("level", "zones", {"name": "v_rsm"}, "name"), ("bifurcation", "bifurcation", {"name": "x3"}, "name"),
     ("history", "simulate", {"name": "zdot"}, "name"), ("spectrum", "simulate", {"name": "tau"}, "name"),
     ("phase", "simulate", {"x": "w"}, "x"), ("phase", "simulate", {"x": "z", "y": "w"}, "y"),
-    ("portrait", "section", {"x": "x3"}, "x"), ("portrait", "simulate", {"x": "z", "y": "w"}, "y"),
-])
+    ("portrait", "section", {"x": "x3"}, "x"), ("portrait", "simulate", {"x": "z", "y": "w"}, "y")])
 def test_names_that_are_not_there_are_refused_with_those_that_are(name, study, arguments, field):
     with pytest.raises(InputError, match=f"^{field} must be one of .*z") as error:
         getattr(plot, name)(result(study)[0], ax=axes(), **arguments)

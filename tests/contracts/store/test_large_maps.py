@@ -56,8 +56,7 @@ def finished(tmp_path_factory):
     (GIGABYTE, lambda: gc.Zones(MODEL, *axes(2, 1_000_000), starts=5), "cells of a row times starts must be at most"),
     (GIGABYTE, lambda: gc.Bifurcation(MODEL, "omega=0.5:1.1:1000000", mode="up"), "columns times points must be"),
     (GIGABYTE, lambda: gc.Basins(SINGLE, "z=-1:1:2000", "z_dot=-1:1:2000"), "cells must be at most"),
-    (10**18, lambda: gc.Zones(MODEL, *axes(1_000_000, 1_000_000)).run(), "the study must end within 100 years"),
-])
+    (10**18, lambda: gc.Zones(MODEL, *axes(1_000_000, 1_000_000)).run(), "the study must end within 100 years")])
 def test_what_is_computed_in_memory_must_fit_into_it_and_end(monkeypatch, memory, make, rule):
     monkeypatch.setattr(machine, "memory", lambda: memory)
     with pytest.raises(InputError, match=rule):

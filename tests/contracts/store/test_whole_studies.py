@@ -20,8 +20,7 @@ MADE = {
     "manifolds": lambda: gc.Manifolds(MODEL, period=1, length=1.0, region={"z": (-3, 3)}),
     "edge_state": lambda: gc.EdgeTracking(MODEL, {"z": 0.0, "z_dot": 0.0}, {"z": 1.5, "z_dot": 0.0}),
     "skeleton": lambda: gc.Skeleton(
-        gc.MeshModel.of(q0=0.1), "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=[1, 1], starts=0),
-}
+        gc.MeshModel.of(q0=0.1), "omega=1.7:2.3:8", "eps1=0.03:0.09:4", period=1, lines=[1, 1], starts=0)}
 
 
 @pytest.mark.slow
