@@ -1,7 +1,5 @@
 """A chaotic set that several tests share."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import gearchaos as gc

@@ -1,7 +1,5 @@
 """Curves, skeletons, maps and manifolds that several tests share."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Gear pairs of published examples, as geometries."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -10,14 +8,12 @@ from gearchaos.gears.geometry.dimensions import Geometry
 
 ISO_TR_EXAMPLE_1 = Geometry(
     teeth=(17, 103), normal_module=8e-3, pressure_angle=math.radians(20), helix_angle=math.radians(15.8),
-    profile_shift=(0.145, 0.0), centre_distance=0.5, face_width=(0.1, 0.1), dedendum=1.4, root_radius=0.39,
-)
+    profile_shift=(0.145, 0.0), centre_distance=0.5, face_width=(0.1, 0.1), dedendum=1.4, root_radius=0.39)
 """ISO/TR 6336-30:2017, example 1, with tip diameters that are not rounded."""
 
 SPUR_62 = Geometry(
     teeth=(62, 62), normal_module=2e-3, pressure_angle=math.radians(20), helix_angle=0.0, profile_shift=(0.0, 0.0),
-    centre_distance=0.124, face_width=(0.02, 0.02),
-)
+    centre_distance=0.124, face_width=(0.02, 0.02))
 """Two equal spur gears with the standard basic rack."""
 
 

@@ -40,8 +40,7 @@ def environment(port: int) -> dict[str, str]:
     own = f"http://127.0.0.1:{port}"
     return {
         "AWS_ACCESS_KEY_ID": "user", "AWS_SECRET_ACCESS_KEY": "secret", "AWS_REGION": "us-east-1",
-        "AWS_ALLOW_HTTP": "true", "AWS_ENDPOINT_URL": own, "AWS_METADATA_ENDPOINT": "http://127.0.0.1:1",
-    }
+        "AWS_ALLOW_HTTP": "true", "AWS_ENDPOINT_URL": own, "AWS_METADATA_ENDPOINT": "http://127.0.0.1:1"}
 
 
 class _Serialised:

@@ -115,7 +115,6 @@ class Visit:
 
     @property
     def view(self):
-        """What the address bar says."""
         return from_query(self.page.evaluate("location.search"), self.first)
 
     def after(self, act):
@@ -146,11 +145,9 @@ class Visit:
         field.press("Enter")
 
     def choose(self, name, label):
-        """Choose an option by its words."""
         self.page.locator(f"select[name=select-{name}]").select_option(label=label)
 
     def export(self, words):
-        """Choose an entry of the menu."""
         self.page.click("#export summary")
         self.page.click(f"#export button:has-text('{words}')")
 
@@ -158,13 +155,11 @@ class Visit:
         return self.page.wait_for_selector(".error").inner_text()
 
     def copied(self, language):
-        """What an entry of the menu copies."""
         self.export(f"copy as {language}")
         self.page.wait_for_selector(f"#note:has-text('{language}')")
         return self.page.evaluate("navigator.clipboard.readText()")
 
     def saved(self, words, folder):
-        """Where the file is that an entry of the menu saves."""
         with self.page.expect_download() as waiting:
             self.export(words)
         waiting.value.save_as(path := folder / waiting.value.suggested_filename)

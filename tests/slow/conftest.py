@@ -69,7 +69,6 @@ def design_server(kernels):
 
 @pytest.fixture(scope="session")
 def chromium():
-    """A headless browser."""
     from tests.slow.browser import CHROMIUM
 
     sync_api = pytest.importorskip("playwright.sync_api")
@@ -77,6 +76,18 @@ def chromium():
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="module")
+def one(chromium, request):
+    """A page that the tests of a file share: of a server with a query, its ``PAGE``; those that need another motion or
+    map choose one."""
+    from tests.slow.browser import FIRST, START, visits
+
+    server, query = request.module.PAGE
+    first = FIRST if server == "design_server" else START
+    with visits(chromium, request.getfixturevalue(server), first=first) as begin:
+        yield begin(query)
 
 
 @pytest.fixture
@@ -90,7 +101,6 @@ def visit(chromium, server):
 
 @pytest.fixture
 def visit_design(chromium, design_server):
-    """The same with the gear design."""
     from tests.slow.browser import FIRST, visits
 
     with visits(chromium, design_server, first=FIRST) as begin:

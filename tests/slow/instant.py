@@ -29,14 +29,7 @@ from gearchaos.store import tiles
 from gearchaos.studies.zones import Zones
 from tests import ROOT
 
-STUDY = """
-[model]
-q0 = 0.1
-[study]
-kind = "zones"
-x = "omega=0.5:1.1:30"
-y = "eps1=0.05:0.3:20"
-"""
+STUDY = '[model]\nq0 = 0.1\n[study]\nkind = "zones"\nx = "omega=0.5:1.1:30"\ny = "eps1=0.05:0.3:20"\n'
 MAP = gc.Zones(gc.MeshModel.of(q0=0.1), "omega=0.5:1.1:30", "eps1=0.05:0.3:20")
 """The same study: 40 tiles in 10 blocks."""
 
@@ -77,7 +70,6 @@ class Command:
         return self.code is None
 
     def kill(self) -> None:
-        """Kill the process group."""
         assert self.alive(), self.output.read_text()
         os.killpg(self.pid, signal.SIGKILL)
         self.wait(-signal.SIGKILL)
@@ -131,7 +123,6 @@ class Nursery:
         return json.loads(self._process.stdout.readline())
 
     def start(self, folder: Path, *arguments: object, **environment: object) -> Command:
-        """Begin ``gearchaos ARGUMENTS`` in a folder."""
         output = Path(self._outputs.name, str(len(self._started)))
         output.touch()
         variables = {name: str(value) for name, value in environment.items()}

@@ -108,7 +108,6 @@ class Disk:
         _make_durable(self.root)
 
     def _folder(self, parts: list[str]) -> Folder:
-        """The folder of a path."""
         found = self.root
         for name in parts[:-1]:
             found = found.content[name]
@@ -166,12 +165,10 @@ def _make_durable(folder: Folder) -> None:
 
 
 def read_files(folder: Path) -> dict[str, bytes]:
-    """Content by path of the files below a folder."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def write_files(files: dict[str, bytes], folder: Path) -> None:
-    """Make a folder with these files."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)

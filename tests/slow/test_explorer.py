@@ -11,10 +11,11 @@ from gearchaos.explorer.view.bounds import value_range
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import COLOURS
 from tests.commands import ask
-from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START, visits
+from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
+PAGE = "server", f"?{CALM}&at=1.0,0.1"
 PLACE = "document.querySelector('main').offsetTop"
 DIAGRAM = """() => {
   const view = [...Bokeh.index.roots].find((root) => root.model.name === "line")
@@ -25,13 +26,6 @@ BELOW = """() => {
   return [controls.height, controls.top - map.bottom]
 }"""
 """The height of the parameters, and how far below the map they are, both at one instant."""
-
-
-@pytest.fixture(scope="module")
-def one(chromium, server):
-    """A page that the tests share; those that need another motion or map choose one."""
-    with visits(chromium, server) as begin:
-        yield begin(f"?{CALM}&at=1.0,0.1")
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -211,9 +205,7 @@ def test_an_absurd_address_is_a_message_on_a_page_that_works_and_disturbs_no_oth
     assert one.after(lambda: one.type("zeta", "0.07")).model.zeta == 0.07 and two.view.model.zeta == 0.09
 
 
-BAD_ARGUMENTS = (
-    ("--port", "99999"), ("--axis", "omega=1:2:3"), ("--set", "eps9=0.1"), ("--set", "omega=1000"),
-)
+BAD_ARGUMENTS = (("--port", "99999"), ("--axis", "omega=1:2:3"), ("--set", "eps9=0.1"), ("--set", "omega=1000"))
 
 
 @pytest.mark.parametrize("arguments", BAD_ARGUMENTS)

@@ -7,24 +7,16 @@ import numpy as np
 import pytest
 
 from gearchaos.plot.classes import CONTACT_CLASSES
-from tests.slow.browser import FIRST, NEEDED, visits
+from tests.slow.browser import NEEDED
 from tests.slow.test_explorer_curves import PLACE, near, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-QUERY = "?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100"
+PAGE = "design_server", "?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100"
 DARK, SEPARATION = "#111111", CONTACT_CLASSES[1].colour
 
 
-@pytest.fixture(scope="module")
-def one(chromium, design_server):
-    """A page that the tests share."""
-    with visits(chromium, design_server, first=FIRST) as begin:
-        yield begin(QUERY)
-
-
 def assess(one):
-    """Press the button, and wait for the answer."""
     one.page.click("[data-press=assess]")
     one.page.wait_for_selector("#assessment-text tr")
 

@@ -10,11 +10,11 @@ import gearchaos as gc
 from gearchaos.explorer.jobs.orbits import skeleton
 from gearchaos.explorer.panels.diagram import BRANCH_COLOUR as BRANCH
 from gearchaos.explorer.panels.map import CURVE_COLOURS as CURVES
-from tests.slow.browser import NEEDED, visits
+from tests.slow.browser import NEEDED
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-QUERY = "?q0=0.1&x=omega=2.0:2.4&y=eps1=0.0:0.1&at=2.2,0.02"
+PAGE = "server", "?q0=0.1&x=omega=2.0:2.4&y=eps1=0.0:0.1&at=2.2,0.02"
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin; soon computed."""
 
 PLACE = """([name, x, y]) => {
@@ -38,13 +38,6 @@ EVENT = """() => {
   const {x, y} = model.renderers.map((r) => r.data_source.data).find((data) => data.multipliers)
   return [x[0], y[0]]
 }"""
-
-
-@pytest.fixture(scope="module")
-def one(chromium, server):
-    """A page that the tests share."""
-    with visits(chromium, server) as begin:
-        yield begin(QUERY)
 
 
 def pixels(one):

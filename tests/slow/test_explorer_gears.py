@@ -6,7 +6,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.explorer.view.presets import presets
 from gearchaos.studyfile import load_design, load_study
-from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit, visits
+from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit
 from tests.slow.test_explorer_curves import BRANCH, PLACE, follow, near, pixels, show_curves
 from tests.slow.test_explorer_pixels import picture
 
@@ -52,12 +52,7 @@ GEARS = "?x=speed=2800.0:3200.0&y=torque=90.0:110.0&speed=3000&torque=100"
 CALM = "?x=speed=400.0:500.0&y=torque=200.0:250.0&speed=450&torque=220"
 """A plane of one periodic motion, whose map is soon complete."""
 
-
-@pytest.fixture(scope="module")
-def one(chromium, design_server):
-    """A page that the tests share; none of them depends on what the ones before have set."""
-    with visits(chromium, design_server, first=FIRST) as begin:
-        yield begin(CALM)
+PAGE = "design_server", CALM
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -141,7 +136,15 @@ def test_sliders_of_gears_change_the_map_and_the_verdict_and_a_link_gives_the_sa
     assert view.at == (480.0, 230.0) and view.gears.damping_ratio == 0.08 and view.gears.quality.grade == 12
     assert view.gears.backlash_line_of_action == pytest.approx(60e-6)
     assert view.point.error.amplitudes[0] > 10 * FIRST.point.error.amplitudes[0]
-    has_its_unit_and_the_colours_of_its_values(one)
+    one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
+    assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single, train: z') V_RMS [mm/s]")
+    pixels, frame, values = picture(one)
+    motion = gc.regime(view.model.with_values({"speed": 400.0, "torque": 200.0}))
+    scales = view.model.gears.at(torque=200.0).to_pair().scales
+    assert values[0, 0] == pytest.approx(motion.v_rms * scales.velocity * 1e3, rel=1e-2)
+    left, top, width, height = (round(v) for v in frame)
+    inside = pixels[top + 5:top + height - 5, left + 5:left + width - 5].reshape(-1, 3)
+    assert len(np.unique(inside, axis=0)) > 20  # a level, not one colour
     query, text = one.page.evaluate("location.search"), one.page.locator(".verdict").inner_text()
     assert text != before
     again = visit_design(query)
@@ -150,19 +153,6 @@ def test_sliders_of_gears_change_the_map_and_the_verdict_and_a_link_gives_the_sa
     assert again.page.locator(".field-grade input[type=text]").input_value() == "12"
     one.type("grade", "3.5")
     assert "must be a whole number" in one.message()
-
-
-def has_its_unit_and_the_colours_of_its_values(one):
-    """The map of a measure."""
-    one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
-    assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single, train: z') V_RMS [mm/s]")
-    pixels, frame, values = picture(one)
-    motion = gc.regime(one.view.model.with_values({"speed": 400.0, "torque": 200.0}))
-    scales = one.view.model.gears.at(torque=200.0).to_pair().scales
-    assert values[0, 0] == pytest.approx(motion.v_rms * scales.velocity * 1e3, rel=1e-2)
-    left, top, width, height = (round(v) for v in frame)
-    inside = pixels[top + 5:top + height - 5, left + 5:left + width - 5].reshape(-1, 3)
-    assert len(np.unique(inside, axis=0)) > 20  # a level, not one colour
 
 
 def test_a_branch_is_in_the_units_of_the_page_also_after_these_were_switched(visit_design):

@@ -11,12 +11,14 @@ import gearchaos as gc
 from gearchaos.explorer.jobs.map import COARSE
 from gearchaos.explorer.view.state import COLOURS
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
-from tests.slow.browser import NEEDED, visits
+from tests.slow.browser import NEEDED
 
 pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
 PLANE = "?x=omega=1.9:2.3&y=eps1=0.0:0.1&at=2.2,0.06"
 """Two kinds of motion, with and without loss of contact, and no chaos."""
+
+PAGE = "server", PLANE
 
 GREY = "#bfbfbf"
 CLASSES = {"motion": MOTION_CLASSES, "contact": CONTACT_CLASSES}
@@ -89,13 +91,6 @@ def looks_right(one, colour):
 def first_map(one, colour="motion"):
     coarse = "".join(f":not([data-stride='{stride}'])" for stride in COARSE[:-1])
     one.page.wait_for_selector(f"[data-colour={colour}]{coarse}", state="attached")
-
-
-@pytest.fixture(scope="module")
-def one(chromium, server):
-    """A page that the tests share."""
-    with visits(chromium, server) as begin:
-        yield begin(PLANE)
 
 
 @pytest.mark.parametrize("colour", ["v_rms", "attractors"])

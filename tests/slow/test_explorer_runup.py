@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.slow.browser import FIRST, NEEDED, visits
+from tests.slow.browser import NEEDED
 from tests.slow.test_explorer_curves import FRAME, count, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
-QUERY = "?x=speed=900.0:2100.0&y=torque=90.0:110.0&speed=1000&torque=100&run="
+PAGE = ("design_server",
+        "?x=speed=900.0:2100.0&y=torque=90.0:110.0&speed=1000&torque=100&run=1000.0:2000.0,4.0,up,sound")
 SOURCE = """([name, field]) => {
   const {model} = [...Bokeh.index.roots].find((root) => root.model.name === name)
   const sources = model.renderers.map((r) => r.data_source.data)
@@ -50,15 +51,7 @@ DECODED = """async () => {
 """The duration in s and the largest sample of the sound, as the browser decodes it."""
 
 
-@pytest.fixture(scope="module")
-def one(chromium, design_server):
-    """A page that the tests share."""
-    with visits(chromium, design_server + QUERY, first=FIRST) as begin:
-        yield begin("1000.0:2000.0,4.0,up,sound")
-
-
 def choose(one, **values):
-    """Set the run: fields by their names, the way, and whether it has a sound."""
     wanted = one.view.with_run(**values).run
     if wanted.sound != one.view.run.sound:
         one.page.click("[data-press=run-sound]")
@@ -72,13 +65,11 @@ def choose(one, **values):
 
 
 def begin(one):
-    """Press play, and wait until the run-up is played."""
     one.page.click("[data-press=run]")
     one.page.wait_for_function("document.getElementById('run-now').value !== ''")
 
 
 def wait_for(one, instant):
-    """Set the clock, and wait until the page shows that instant."""
     one.page.evaluate("instant => { window.instant = instant }", instant)
     one.page.wait_for_function("t => parseFloat(document.getElementById('run-now').value) === t", arg=instant)
 

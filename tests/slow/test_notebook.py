@@ -1,7 +1,5 @@
 """A notebook, executed in a real kernel: cards, progress bars and the explorer."""
 
-from __future__ import annotations
-
 import re
 
 import nbformat
@@ -30,7 +28,6 @@ CELLS = {
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory) -> dict[str, list]:
-    """The outputs of each cell."""
     from textwrap import dedent
 
     cells = [nbformat.v4.new_code_cell(dedent(source).strip()) for source in CELLS.values()]
@@ -42,7 +39,6 @@ def outputs(tmp_path_factory) -> dict[str, list]:
 
 
 def shown(outputs: list) -> str:
-    """The HTML of the outputs of a cell."""
     return "".join(str(o.data.get("text/html", "")) for o in outputs if "data" in o)
 
 

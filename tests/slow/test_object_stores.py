@@ -11,7 +11,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.store.objects import Objects
-from tests.commands import ask
+from tests.commands import ask, refused, run_json
 from tests.object_server import BUCKET, s3_server
 from tests.slow.instant import MAP, STUDY, TILE
 
@@ -31,7 +31,6 @@ def variables(tmp_path_factory):
 
 @pytest.fixture
 def url():
-    """The URL of a store that does not exist yet."""
     return f"s3://{BUCKET}/{uuid4().hex}/map.zarr"
 
 
@@ -39,12 +38,6 @@ def results(location):
     """The bytes of all objects by name, without the record of the run."""
     objects = Objects(location)
     return {name: objects.get(name) for name in objects.names() if not name.startswith("run/")}
-
-
-def command(*arguments, code=0):
-    """What a command prints on stdout and stderr, after it has ended with this exit code."""
-    done = ask(*arguments, code=code)
-    return done.stdout, done.stderr
 
 
 def test_a_run_killed_several_times_goes_on_to_the_same_bytes(nursery, whole, url, variables, tmp_path):
@@ -78,25 +71,22 @@ def test_every_command_takes_a_url(url, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "study.toml").write_text(STUDY)
     run = ["run", "study.toml", "--out", url, "--tile", TILE]
-    first = json.loads(command(*run, "--shard", "1/2", "--json", code=3)[0])
+    first = json.loads(ask(*run, "--shard", "1/2", "--json", code=3).stdout)
     assert (first["store"], first["finished"]) == (url, False)
-    assert json.loads(command("info", url, "--json")[0])["tiles_done"] == first["done"] < first["tiles"]
-    command(*run, "--shard", "2/2")
-    command("finish", url)
-    assert "all checksums are right" in command("check", url)[0]
-    command("export", url, "--out", "map.nc")
-    command("plot", url)
+    assert run_json("info", url)["tiles_done"] == first["done"] < first["tiles"]
+    for command in ([*run, "--shard", "2/2"], ["finish", url], ["export", url, "--out", "map.nc"], ["plot", url]):
+        ask(*command, code=0)
+    assert "all checksums are right" in ask("check", url, code=0).stdout
     assert (tmp_path / "map.png").stat().st_size > 1000
     xr.testing.assert_identical(gc.load("map.nc"), gc.run(MAP))
 
 
 @pytest.mark.parametrize("arguments", [
     ["zones", "--axis", "omega=0.5:1:2", "--axis", "eps1=0.1:0.2:2", "--out", "s3://bucket/map.nc"],
-    ["export", "none.zarr", "--out", "s3://bucket/map.nc"], ["plot", "none.zarr", "--out", "s3://bucket/map.png"],
-])
+    ["export", "none.zarr", "--out", "s3://bucket/map.nc"], ["plot", "none.zarr", "--out", "s3://bucket/map.png"]])
 def test_files_of_results_are_not_written_to_a_url(arguments, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "Only stores of gearchaos run can have a URL" in command(*arguments, code=2)[1]
+    assert "Only stores of gearchaos run can have a URL" in refused(*arguments)
     assert not list(tmp_path.iterdir())
 
 

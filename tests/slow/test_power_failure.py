@@ -46,7 +46,6 @@ def results(files):
 
 
 def blocks(files):
-    """The blocks that are said to be written."""
     return {int(name.rpartition("/")[2]) for name in files if name.startswith("map.zarr/run/blocks/")
             and name.rpartition("/")[2].isdecimal()}
 

@@ -2,10 +2,8 @@
 
 import gearchaos as gc
 from gearchaos.datasheet.report import Report, report_html
+from tests.branches import PAIR
 from tests.slow.browser import NEEDED, SIZES
-
-PAIR = gc.GearPair(n1=25, n2=40, R1="35.24 mm", R2="56.38 mm", I1="4.88e-4 kg*m^2", I2="3.2e-3 kg*m^2", c0="400 N/um",
-                   k="530 N*s/m", backlash="0.12 mm", M10="85 N*m", speed="14000 rpm", error_amplitudes=["6 um"])
 
 
 @NEEDED

@@ -44,19 +44,14 @@ def computed(log, grid):
 
 
 def workers_of(command):
-    """The processes that compute for a command."""
     below = psutil.Process(command.pid).children(recursive=True)
     return [p for p in below if not p.children() and not any("resource_tracker" in word for word in p.cmdline())]
 
 
 def begun(command, path, count=3):
-    """Wait until a command has computed some tiles."""
     before = len(tiles_done(path))
     command.until(lambda: len(tiles_done(path)) >= before + count)
     return command
-
-
-# The same data from all engines
 
 
 def test_threads_processes_and_dask_write_the_same_bytes_though_a_worker_dies(nursery, whole, instant, tmp_path):
@@ -93,9 +88,6 @@ def test_motions_are_the_same_in_threads_in_processes_and_in_memory(tmp_path):
         assert (outcome.done, outcome.failed, outcome.finished) == (outcome.count, {}, True)
         xr.testing.assert_identical(xr.open_zarr(tmp_path / engine).load(), study.run())
     assert files(tmp_path / "threads") == files(tmp_path / "processes")
-
-
-# Runs that are killed, stopped, or cannot go on
 
 
 def half_written(path, grid):
@@ -151,9 +143,6 @@ def test_workers_do_not_outlive_a_run_that_is_killed(nursery, tmp_path, engine):
     assert len(workers) == 2
 
 
-# Clusters
-
-
 SCHEDULER = """
 import sys, time, distributed
 from tests.slow.instant import install
@@ -193,8 +182,7 @@ def test_slurm_jobs_run_one_worker_each():
     (("--workers", "1", "--processes", "2"), "processes and workers must not be given together"),
     (("--jobs", "3"), "jobs must be left out without cluster"),
     (("--cluster", "pbs"), "cluster must be slurm; got 'pbs'"),
-    (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers"),
-])
+    (("--scheduler", "tcp://127.0.0.1:9"), "scheduler must be a Dask scheduler that answers")])
 def test_bad_options_are_refused_before_anything_is_made(tmp_path, monkeypatch, arguments, words):
     client = distributed.Client
     monkeypatch.setattr(distributed, "Client", lambda *a, **options: client(*a, **options | {"timeout": "1s"}))

@@ -52,8 +52,7 @@ def ask(words: list[str], monkeypatch) -> list[str]:
     ("curve --event f", "fold flip"), ("paper --quality d", "draft"), ("bifurcation --mode u", "up"),
     ("plot map.nc --colour dyn", "dynamic_factor"), ("script --for j", "julia"), ("plot map.nc --style s", "slides"),
     ("plot map.nc --style paper --width c", "column"),
-    ("attractors --sweep zet", "zeta= zeta_support= zeta_support1= zeta_support2="),
-])
+    ("attractors --sweep zet", "zeta= zeta_support= zeta_support1= zeta_support2=")])
 def test_bash_gets_what_follows_its_word_breaks(line, expected, monkeypatch):
     assert ask(line.split(), monkeypatch) == expected.split()
 
@@ -123,8 +122,7 @@ def test_zsh_and_fish_are_answered(environment):
 @pytest.mark.slow
 @pytest.mark.parametrize(("shell", "file"), [
     ("bash", ".bash_completions/gearchaos.sh"), ("zsh", ".zfunc/_gearchaos"),
-    ("fish", ".config/fish/completions/gearchaos.fish"),
-])
+    ("fish", ".config/fish/completions/gearchaos.fish")])
 def test_completion_is_installed(environment, tmp_path, shell, file):
     environment["_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"] = "1"
     subprocess.run(["gearchaos", "--install-completion", shell], env=environment, capture_output=True, check=True)

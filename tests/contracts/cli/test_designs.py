@@ -11,7 +11,6 @@ import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.design.drawing import _table_stiffness
 from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
 from gearchaos.gears.units import RPM
@@ -178,8 +177,7 @@ def test_the_command_map_writes_what_python_computes(found, tmp_path):
     (SPUR, ("--set", "design.module=3"), "module must lie between"),
     (SPUR, ("--set", "design.quality.grade=13"), "quality.grade must be"),
     (SPUR, ("--set", "gearpair.n1=3"), "gearpair.n1 needs a study file"),
-    (EXAMPLES / "fig06.toml", (), "needs a study file with a table [gearpair], [design] or [train]"),
-])
+    (EXAMPLES / "fig06.toml", (), "needs a study file with a table [gearpair], [design] or [train]")])
 def test_bad_input_of_a_map_is_refused(path, arguments, message, tmp_path):
     assert message in refused("map", path, "--speed", "500:600:2", "--torque", "1:2:2", *arguments, "--out",
                               tmp_path / "m.nc")
@@ -189,8 +187,7 @@ def test_bad_input_of_a_map_is_refused(path, arguments, message, tmp_path):
     ("gear", "colour = 1", "", "[design] must have no key but"),
     ("gear", "[model]\nomega = 1.0", "", "[model] must be left out beside [design]"),
     ("gear", "[gearpair]\nn1 = 3", "", "gearpair"), ("regime", "", "", "torque must be given"),
-    ("regime", "", '[operation]\nspeed = "3000 rpm"\n', "torque must be given"),
-])
+    ("regime", "", '[operation]\nspeed = "3000 rpm"\n', "torque must be given")])
 def test_a_design_that_is_wrong_is_refused(command, text, operation, message, tmp_path):
     assert message in refused(command, written(tmp_path, text, operation))
 
@@ -236,12 +233,15 @@ def test_the_datasheet_does_not_depend_on_which_wheel_drives():
     assert one["base_diameter"].value == other["base_diameter"].value[::-1]
 
 
-def test_a_value_set_on_the_model_stays_at_every_torque():
+def test_a_value_set_on_the_model_stays_at_every_torque_but_for_those_that_the_torque_sets():
     design = replace(load_design(SPUR), supports={"stiffness": "200 N/um", "damping_ratio": 0.02})
-    own, changed = operating_model(design), operating_model(design).with_values({"zeta": 0.2, "kappa1": 9.0})
+    own = operating_model(design)
+    changed = own.with_values({"zeta": 0.2, "kappa1": 9.0, "q1": 0.5})
     values = vary(own, {"torque": [20.0, 50.0, 300.0]}), vary(changed, {"torque": [20.0, 50.0, 300.0]})
     assert np.ptp(values[0]["kappa1"]) > 0.1 and values[1]["kappa1"] == 9.0 and values[1]["zeta"] == 0.2
-    assert np.array_equal(values[0]["kappa2"], values[1]["kappa2"])
+    for name in ("kappa2", "q1"):
+        assert np.array_equal(values[0][name], values[1][name])
+    assert values[0]["q1"].tolist() == [design.at(torque=torque).to_model().q1 for torque in (20.0, 50.0, 300.0)]
 
 
 def test_units_follow_the_torque_where_the_stiffness_does(tmp_path):
@@ -257,20 +257,32 @@ def test_units_follow_the_torque_where_the_stiffness_does(tmp_path):
         gc.physical(gc.zones(design, "omega=0.1:0.2:2", "torque=20:200:2"))
 
 
-def test_a_table_that_was_changed_is_refused(tmp_path):
-    file, rows = tmp_path / "k.csv", "fraction, level [N/um]\n0, 400\n0.7, 250\n"
-    file.write_text(rows)
-    design = replace(load_design(SPUR), stiffness={"table": str(file)})
-    assert design.to_pair().c0 == pytest.approx(355e6, rel=1e-12)
+TABLES = {
+    "stiffness.table": lambda peak: f"fraction, level [N/um]\n0, {peak}00\n0.7, 250\n",
+    "transmission_error.orders": lambda peak: f"order,peak [um],phase [deg]\n1,{peak},0\n",
+    "transmission_error.table": lambda peak: "roll angle [deg], error [um]\n" + "".join(
+        f"{0.18 * i:.2f}, {peak * math.sin(math.pi * i / 20):.6f}\n" for i in range(40))}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_file_that_was_changed_is_refused(name, tmp_path):
+    def read(design):
+        return design.mesh_stiffness.reference if field == "stiffness" else design.error_harmonics.amplitudes[0]
+
+    (field, key), rows = name.split("."), TABLES[name]
+    file = tmp_path / "k.csv"
+    file.write_text(rows(4))
+    design = replace(load_design(SPUR), **{field: {key: str(file)}})
     record = gears_json(design)
-    file.write_text(rows.replace("400", "800"))
+    file.write_text(rows(8))
     again = gears_from_json(record)
-    assert again == design and again != replace(load_design(SPUR), stiffness={"table": str(file)})
-    _table_stiffness.cache_clear()
+    assert again == design and again != replace(load_design(SPUR), **{field: {key: str(file)}})
     for change in (lambda: None, file.unlink):
         change()
-        with pytest.raises(InputError, match=r"^stiffness.table must be the file with which the design was made"):
-            _ = design.mesh_stiffness
+        with pytest.raises(InputError, match=f"^{name} must be the file with which the design was made"):
+            read(design)
+    file.write_text(rows(4))
+    assert read(again) == pytest.approx(355e6 if field == "stiffness" else 4e-6, rel=1e-6)
 
 
 def test_a_table_over_time_holds_at_its_own_speed(tmp_path):
@@ -293,15 +305,6 @@ def test_what_is_no_table_of_a_file_is_refused(field, value, message):
         replace(load_design(SPUR), **{field: value}).to_pair()
 
 
-def test_speed_and_torque_by_name_are_in_rpm_and_newton_metres(tmp_path):
-    path = written(tmp_path)
-    texts = (("speed=3000", "torque=100"), ("speed=3000 rpm", "torque=100 N*m"))
-    by_number, by_text = (sheet(path, "--set", a, "--set", b)["quantities"]["velocity"]["value"] for a, b in texts)
-    assert by_number == by_text == pytest.approx(0.15 * math.pi * 50, rel=1e-12)
-    by_number, by_text = (run_json("regime", path, "--set", a, "--set", b) for a, b in texts)
-    assert by_number == by_text
-
-
 def test_the_advice_on_an_axis_is_for_that_axis():
     with pytest.raises(InputError, match=r"^torque must be an Axis or a text; got 400\.") as refusal:
         gc.operating_map(load_design(SPUR), "speed=500:8000:12", 400)
@@ -320,10 +323,11 @@ def test_a_speed_without_a_unit_is_in_rpm_wherever_it_is_given(tmp_path):
         "replace": replace(load_design(SPUR), speed=1200, torque=50).to_pair(),
         "file": load_design(path).to_pair(), "set": load_design(SPUR, {"speed": 1200, "torque": "50 N*m"}).to_pair(),
         "table": load_design(SPUR, {"operation.speed": 1200, "torque": 50}).to_pair(),
+        "study": load_study(SPUR, {"speed": 1200, "torque": "50 N*m"}).pair,
+        "text of a study": load_study(SPUR, {"speed": "1200 rpm", "torque": 50}).pair,
         "pair": pair.at(speed=1200), "field": replace(pair, speed=1200), "text": replace(pair, speed="20 turn/s"),
         "parameter": gc.Regime(pair).model.with_values({"speed": 1200}).operating_gears.to_pair(),
-        "json": gears_from_json(gears_json(pair.at(speed=1200))),
-    }
+        "json": gears_from_json(gears_json(pair.at(speed=1200)))}
     for name, each in found.items():
         assert each.mesh_frequency == pytest.approx(2000 * math.pi, rel=1e-14), name
         assert each.speed == pytest.approx(1200, rel=1e-14) and each.M10 == 50, name

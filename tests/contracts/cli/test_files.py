@@ -20,8 +20,7 @@ SMALL = xr.Dataset({"z": ("tau", [1.0, 2.0])})
 COMMANDS = {
     "simulate": ("simulate", "--periods", 1, "--out"),
     "zones": ("zones", "--axis", "omega=0.9:1.1:2", "--axis", "eps1=0:0.1:2", "--out"),
-    "regime": ("regime", "--plot"), "plot": ("plot", "missing.nc", "--out"), "export": ("export", "missing", "--out"),
-}
+    "regime": ("regime", "--plot"), "plot": ("plot", "missing.nc", "--out"), "export": ("export", "missing", "--out")}
 
 
 @pytest.fixture(params=["pipe", "link to a pipe"])
@@ -39,16 +38,12 @@ def pipe(request, tmp_path):
 
 @pytest.fixture
 def no_work(monkeypatch):
-    """Nothing may be read or computed."""
     def work(*_, **__):
         raise AssertionError("work has begun")
 
     for name in ("gearchaos.studyfile.load_study", "gearchaos.studies.load", "gearchaos.store.store.open_store",
                  "gearchaos.datasets.netcdf_bytes"):
         monkeypatch.setattr(name, work)
-
-
-# --- writing -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -66,8 +61,7 @@ def test_a_name_that_is_too_long_is_refused_before_any_work(name, tmp_path, no_w
 @pytest.mark.parametrize(("name", "rule"), [
     ("folder", "a file; got .*folder"), ("pipe", "a file; got .*not a regular file"),
     ("n" * 253 + ".nc", "a path that can be written to; got .*too long"),
-    ("\0", "a path that can be written to; got .*null"),
-])
+    ("\0", "a path that can be written to; got .*null")])
 def test_data_are_not_saved_over_what_is_no_file_nor_by_a_name_that_no_file_can_have(name, rule, tmp_path, no_work):
     (tmp_path / "folder").mkdir()
     os.mkfifo(tmp_path / "pipe")
@@ -80,9 +74,6 @@ def test_the_longest_name_can_be_written(tmp_path):
     gc.save(SMALL, path)
     write_bytes(path, b"again")
     assert path.read_bytes() == b"again" and list(tmp_path.iterdir()) == [path]
-
-
-# --- reading -------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_no_file_is_not_read(pipe, no_waiting):

@@ -102,8 +102,7 @@ def window(start, stop, start_resolution, stop_resolution, **ends):
 @pytest.mark.parametrize(("found", "shown"), [
     (window(2322.5114037, 2555.3, 11.6, 12.8), ("2310", "2569")), (window(533.0, 533.0, 103.0, 103.0), ("430", "636")),
     (window(533.2, 540.1, 0.4, 2.0), ("532", "543")), (window(1014.2, 10120.0, 0.5, 0.5), ("1013", "10121")),
-    (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000")),
-])
+    (window(500.0, 8000.0, 0.0, 0.0, from_scan_start=True, to_scan_end=True), ("≤ 500", "≥ 8000"))])
 def test_edges_are_rounded_outwards_to_whole_speeds(found, shown):
     assert edges(found) == shown
 
@@ -301,8 +300,7 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
     (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
     (("--torque", ""), "torque must be a torque"),
     (("--torque", "60,x"), "torque must be a torque; got 'x'"), (("--torque", "x=3"), "torque must be a torque"),
-    ((*SCAN, "--torque", "60,180", "--plot", "x.png"), "--plot needs a single --torque"),
-])
+    ((*SCAN, "--torque", "60,180", "--plot", "x.png"), "--plot needs a single --torque")])
 def test_bad_input_is_refused(arguments, message):
     result = gear(SPUR, *arguments, code=2)
     assert result.stderr.startswith(f"error: {message}") and result.stdout == ""

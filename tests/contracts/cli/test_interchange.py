@@ -21,8 +21,7 @@ sympy = pytest.importorskip("sympy")
 MODEL = gc.MeshModel.of(kind="full", omega=1.05, kappa2=0.7, mu1=3.1, eps1=0.04, eps3=0.01, theta1=0.3, q1=0.11)
 MODELS = [
     MODEL, gc.MeshModel.of(kind="single", zeta=0.03, c2=0.1, alpha2=-0.4), gc.MeshModel.of(omega=1 / 3, chi1=0.2),
-    gc.MeshModel(stiffness=SteppedStiffness((1.25, 0.75), (0.1, 0.4)), initial={"x1": 0.1}),
-]
+    gc.MeshModel(stiffness=SteppedStiffness((1.25, 0.75), (0.1, 0.4)), initial={"x1": 0.1})]
 
 def constants(text: str) -> dict[str, object]:
     """The numbers, and lists of numbers, that a script in Julia assigns to names."""
@@ -95,8 +94,7 @@ def test_a_script_of_gears_says_what_its_units_are():
 @pytest.mark.parametrize(("call", "message"), [
     (lambda: gc.script(MODEL, "matlab"), "tool must be one of dynamicalsystems.jl, scipy; got 'matlab'"),
     (lambda: gc.script("x"), "model must be a "),
-    (lambda: gc.from_sympy({}), "symbolic must be a SymbolicModel; got 'a dict'"),
-])
+    (lambda: gc.from_sympy({}), "symbolic must be a SymbolicModel; got 'a dict'")])
 def test_what_is_no_tool_or_model_is_refused(call, message):
     with pytest.raises(gc.InputError, match=message):
         call()
@@ -113,8 +111,7 @@ def test_the_command_writes_the_script(tmp_path):
 
 @pytest.mark.parametrize(("options", "message"), [
     (["--for", "matlab"], "--for must be one of julia, scipy; got 'matlab'"),
-    (["--for", "julia", "--out", "gear.py"], "--out must end in .jl"),
-])
+    (["--for", "julia", "--out", "gear.py"], "--out must end in .jl")])
 def test_the_command_refuses(options, message):
     assert message in refused("script", *options)
 
@@ -173,8 +170,7 @@ def test_equations_that_do_not_determine_the_motion_are_refused():
 @pytest.mark.parametrize(("name", "value", "message"), [
     ("zeta", None, r"values must have a value for each symbol of the equations; got \['zeta'\]"),
     ("zeta", -1.0, "zeta must not be negative"), ("speed", 1.0, "parameter must be one of"),
-    ("eps10000000000", 0.1, "values must have numbers of at most 64 in their names; got 'eps1000"),
-])
+    ("eps10000000000", 0.1, "values must have numbers of at most 64 in their names; got 'eps1000")])
 def test_values_are_checked(name, value, message):
     values = {s: v for s, v in symbolic_of(MODEL).values.items() if s.name != name}
     if value is not None:
@@ -190,8 +186,7 @@ def test_values_are_checked(name, value, message):
     ({"values": {"omega": 1.0}}, "values must have symbols of SymPy as keys; got 'omega'"),
     ({"equations": None}, r"equations must be a sequence of sympy.Eq; got None"),
     ({"equations": ()}, r"equations must be a sequence of sympy.Eq; got \(\)"),
-    ({"equations": [symbol("omega")]}, r"equations must be a sequence of sympy.Eq; got \[omega\]"),
-])
+    ({"equations": [symbol("omega")]}, r"equations must be a sequence of sympy.Eq; got \[omega\]")])
 def test_parts_of_a_symbolic_model_are_checked(fields, message):
     with pytest.raises(gc.InputError, match=message):
         changed(**fields)

@@ -24,8 +24,7 @@ PAIR = gc.MeshModel.of(eps1=0.1)
 SMALL = gc.Axis("eps1", 0.0, 0.2, 3)
 GIGABYTE = 1 << 30
 
-REFUSED = [
-    # (call, field, rule, value, advice)
+@pytest.mark.parametrize(("call", "field", "rule", "value", "advice"), [
     (lambda: gc.MeshModel.of(omega=1e13), "omega", "at most 1e+12", 1e13, "units"),
     (lambda: gc.MeshModel.of(q0=-1e13), "q1", "at most 1e+12", -1e13, "units"),
     (lambda: gc.MeshModel.of(J=1e-31), "J1", "at least 1e-30", 1e-31, "units"),
@@ -57,11 +56,7 @@ REFUSED = [
      "1000000 x 2^4", "doublings"),
     (lambda: Classification(averaging_periods=10**20), "classification.averaging_periods", "at most 10,000,000",
      10**20, ""),
-    (lambda: Classification(longest_period=10**6), "classification.longest_period", "at most 100,000", 10**6, ""),
-]
-
-
-@pytest.mark.parametrize(("call", "field", "rule", "value", "advice"), REFUSED)
+    (lambda: Classification(longest_period=10**6), "classification.longest_period", "at most 100,000", 10**6, "")])
 def test_what_cannot_end_or_be_kept_is_refused_at_once(call, field, rule, value, advice, monkeypatch):
     monkeypatch.setattr(machine, "memory", lambda: GIGABYTE)
     begin = time.perf_counter()
@@ -145,8 +140,7 @@ def test_time_grows_with_work_and_falls_with_threads():
 
 @pytest.mark.parametrize(("seconds", "words"), [
     (ANNOUNCED_SECONDS - 0.01, None), (45, "45 seconds"), (300, "5 minutes"), (3 * 3600, "3 hours"),
-    (400 * 86400, "400 days"), (9e8, "29 years"),
-])
+    (400 * 86400, "400 days"), (9e8, "29 years")])
 def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
     monkeypatch.setattr(costs.Cost, "seconds", lambda *_: seconds)
     estimate(system(), 12345, 1000).announce()

@@ -51,8 +51,7 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     (("bifurcation", SPUR, "--set", "torque=100", "--axis", "speed=2000:3000:3"), "teeth, one motion each: ",
      "largest dynamic factor"),
     (("basins", "--set", "kind=single", "--set", "omega=0.8", "--set", "eps1=0.1", "--axis", "z=-3:3:6", "--axis",
-      "z_dot=-2:2:6"), "basins: 1T ", "basin entropy "),
-])
+      "z_dot=-2:2:6"), "basins: 1T ", "basin entropy ")])
 def test_lines_that_fit_a_terminal(tmp_path, arguments, first, second):
     """Two, and a third that says what a dynamic factor is read with."""
     lines = ask(*arguments, "--out", tmp_path / "x.nc").stdout.splitlines()

@@ -1,7 +1,6 @@
 """The operating point of a design without one, and what the commands that map over two parameters have in common."""
 
 import json
-import math
 from dataclasses import replace
 
 import pytest
@@ -10,8 +9,6 @@ import typer.main
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import operating_model
-from gearchaos.model import vary
 from gearchaos.studies.axis import at_axis_starts, parse_axis
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
@@ -61,31 +58,6 @@ def test_a_command_and_a_study_fill_in_the_same_operating_point(drawing, tmp_pat
     assert json.loads(gc.load(out).attrs["gears"]) == json.loads(study.provenance()["gears"])
 
 
-def test_a_torque_that_varies_replaces_one_that_was_set():
-    """A parameter set by name stays along a torque axis, except for those that the torque itself sets."""
-    model = operating_model(load_design(SPUR)).with_values({"q1": 0.5, "zeta": 0.2})
-    batch = vary(model, {"torque": [200.0, 300.0]})
-    own = [load_design(SPUR).at(torque=torque).to_model().q1 for torque in (200.0, 300.0)]
-    assert batch["q1"].tolist() == own and batch["zeta"] == 0.2
-
-
-@pytest.mark.parametrize("key", ["orders", "table"])
-def test_a_file_of_the_transmission_error_that_was_changed_is_refused(key, tmp_path):
-    def write(peak):
-        curve = "".join(f"{7.2 * i / 40:.4f}, {peak * math.sin(2 * math.pi * i / 40):.6f}\n" for i in range(40))
-        path.write_text({"orders": f"order,peak [um],phase [deg]\n1,{peak},0\n",
-                         "table": f"roll angle [deg], error [um]\n{curve}"}[key])
-
-    path = tmp_path / "te.csv"
-    write(2)
-    design = replace(load_design(SPUR), transmission_error={key: str(path)})
-    write(3)
-    with pytest.raises(InputError, match=rf"^transmission_error.{key} must be the file with which the design was made"):
-        _ = design.error_harmonics
-    write(2)
-    assert design.error_harmonics.amplitudes[0] == pytest.approx(2e-6, rel=1e-4)
-
-
 def test_the_options_of_zones_and_map_are_the_same():
     group = typer.main.get_command(app)
     first, second = ({p.name: (p.opts, p.help, p.metavar) for p in group.commands[command].params
@@ -119,8 +91,7 @@ def test_the_summaries_of_zones_and_map_are_the_same(drawing, tmp_path):
     ("map", ("--torque", "20:4e2:x"), "torque=20:400:150"), ("map", ("--speed", "500,5:600:3"), "decimal point"),
     ("map", ("--speed", "omega=1:2:3"), "--speed must be an axis of speed"),
     ("map", ("--speed", "600 m:9000 rpm:20"), "--speed must be an angular velocity; got '600 m'"),
-    ("map", ("--speed", "10 Hz:20 Hz:3"), "got '10 Hz'"),
-])
+    ("map", ("--speed", "10 Hz:20 Hz:3"), "got '10 Hz'")])
 def test_the_advice_on_an_axis_is_an_axis_of_that_name(command, options, message, tmp_path):
     if command == "map":
         options = ("--speed", "500:600:2", "--torque", "20:30:2", *options)

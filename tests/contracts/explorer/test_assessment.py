@@ -1,8 +1,6 @@
 """The assessment in the explorer, without a browser: its numbers, of which torque it is, where it is drawn, files."""
 
-import contextvars
 import json
-import threading
 from dataclasses import replace
 
 import pytest
@@ -15,21 +13,16 @@ from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import view_of
-from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import GEARS as FIRST
-from tests.contracts.explorer.test_computations import TRAIN, Put, session
-from tests.contracts.explorer.test_computations import VIEW as PAPER
+from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
 
 pytestmark = pytest.mark.slow
 
 SPUR = EXAMPLES / "spur_50_50.toml"
-VIEW = FIRST.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
+VIEW = GEARS.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
 LINE = SpeedLine(VIEW)
-PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +31,6 @@ def found():
     *shares, last = assessed(LINE)
     assert all(0 <= share <= 1 for share in shares)
     return last
-
-
-# --- what is assessed ----------------------------------------------------------------------------------------------
 
 
 def test_the_numbers_are_those_of_assess(found):
@@ -56,24 +46,10 @@ def test_a_view_along_a_parameter_of_another_stiffness_is_of_other_gears(stiffne
 
 
 def test_the_speeds_are_those_of_the_map_or_of_the_run_up():
-    assert LINE.speeds == (786.0, 822.0) and SpeedLine(FIRST).speeds == (300.0, 7500.0)
+    assert LINE.speeds == (786.0, 822.0) and SpeedLine(GEARS).speeds == (300.0, 7500.0)
     assert SpeedLine(VIEW.with_axis("x", "zeta").with_run(start=400.0)).speeds == (400.0, 7500.0)
     swapped = VIEW.with_axis("x", "torque")
     assert (swapped.y.name, SpeedLine(swapped).speeds) == ("speed", (786.0, 822.0))
-
-
-def test_an_assessment_can_be_stopped():
-    stop = threading.Event()
-
-    def stopped():
-        cancel_event.set(stop)
-        steps = assessed(SpeedLine(FIRST))
-        next(steps)
-        stop.set()
-        with pytest.raises(StoppedError):
-            list(steps)
-
-    contextvars.copy_context().run(stopped)
 
 
 def test_without_load_it_is_refused_in_words():
@@ -85,18 +61,15 @@ def test_without_load_it_is_refused_in_words():
 @pytest.mark.parametrize(("change", "through", "at"), [
     (lambda view: view.with_value("speed", 3000.0), True, 100.0),
     (lambda view: view.zoomed((400.0, 900.0), (20.0, 250.0)), True, 100.0),
-    (lambda view: view.with_other_units(), True, 100.0),
-    (lambda view: view.with_value("torque", 120.0), False, 100.0),
+    (lambda view: view.with_other_units(), True, 100.0), (lambda view: view.with_value("torque", 120.0), False, 100.0),
     (lambda view: view.moved(3000.0, 120.0).moved(900.0, 100.0), True, 100.0),
-    (lambda view: view.with_axis("x", "torque"), True, 100.0),
-    (lambda view: view.with_axis("x", "zeta"), True, None),
+    (lambda view: view.with_axis("x", "torque"), True, 100.0), (lambda view: view.with_axis("x", "zeta"), True, None),
     (lambda view: view.with_axis("y", "zeta"), True, 0.05),
     (lambda view: view.with_axis("y", "zeta").with_value("zeta", 0.08), False, 0.05),
     (lambda view: view.with_axis("y", "zeta").with_value("torque", 120.0), False, None),
     (lambda view: view.with_axis("x", "zeta").with_value("torque", 120.0), False, None),
     (lambda view: view.with_value("zeta", 0.08), False, None), (lambda view: view.with_value("grade", 7), False, None),
-    (lambda view: view.with_kind("single"), False, None), (lambda view: PAPER, False, None),
-])
+    (lambda view: view.with_kind("single"), False, None), (lambda view: PAPER, False, None)])
 def test_where_an_assessment_belongs(change, through, at):
     view = change(VIEW)
     place = LINE.across(view)
@@ -111,9 +84,6 @@ def test_pairs_and_trains_come_back_to_their_torque(view):
     assert not line.goes_through(away) and line.across(away) == (view.y, torque)
     back = line.moved(away, 1.1 * view.at[0])
     assert line.goes_through(back) and back.at[1] == torque and back.at[0] == pytest.approx(1.1 * view.at[0], rel=1e-3)
-
-
-# --- shown and saved -----------------------------------------------------------------------------------------------
 
 
 def test_words_and_rows_are_those_of_the_command(found):
@@ -162,7 +132,7 @@ def test_bars_over_the_map_are_at_the_ranges_and_their_torque(found):
 
 
 def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
-    opened, _ = session(VIEW.with_value("torque", 120.0), FIRST)
+    opened, _ = session(VIEW.with_value("torque", 120.0), GEARS)
     page, act = opened.page, opened.page.messages.act
     act("range", 0)
     assert page.view.at == (788.0, 120.0)  # nothing is listed

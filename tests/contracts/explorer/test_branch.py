@@ -12,20 +12,22 @@ import gearchaos as gc
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
+from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, branch, obstacle, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
 from gearchaos.explorer.panels.map import SkeletonCurves, skeleton_text
 from gearchaos.explorer.panels.motion import verdict_text
 from gearchaos.explorer.panels.style import Units, empty_figure
+from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import view_of
 from gearchaos.flow import StoppedError, cancel_event
-from gearchaos.studyfile import load_study
-from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Put
+from tests.contracts.explorer.test_computations import GEARS, Put
 
 VIEW = view_of(gc.MeshModel.of(omega=2.2, q0=0.1, eps1=0.05), gc.Axis("omega", 2.0, 2.4, 2), gc.Axis("eps1", 0, 0.1, 2))
 """A 1T orbit that loses stability in a flip at ω = 2.145, where motions of 2T begin."""
+
+DESIGN = replace(GEARS, x=replace(GEARS.x, start=2800.0, stop=3200.0))
 
 
 def first_motion(view):
@@ -40,13 +42,6 @@ def branch_of(view):
 @pytest.fixture(scope="module")
 def followed():
     return branch_of(VIEW)
-
-
-@pytest.fixture(scope="module")
-def design():
-    """Gears in physical units, over a range of speeds near their operating point."""
-    view = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
-    return replace(view, x=replace(view.x, start=2800.0, stop=3200.0))
 
 
 def test_a_branch_runs_over_the_whole_line_and_each_of_its_orbits_closes(followed):
@@ -105,20 +100,20 @@ def test_where_no_orbit_is_found_and_along_initial_values_there_is_a_message():
         list(skeleton(view, 1))
 
 
-def test_a_branch_of_gears_is_in_their_units_and_its_parameter_in_that_of_the_axis(design):
-    found = branch_of(design)
-    scale = design.gears.to_pair().scales.length * 1e6
+def test_a_branch_of_gears_is_in_their_units_and_its_parameter_in_that_of_the_axis():
+    found = branch_of(DESIGN)
+    scale = DESIGN.gears.to_pair().scales.length * 1e6
     value = float(found["speed"][0])
-    plain = branch_of(replace(design, physical=False))
+    plain = branch_of(replace(DESIGN, physical=False))
     assert found["section_z"].attrs["units"] == "µm"
     assert found["section_z"].values == pytest.approx(plain["section_z"].values * scale, rel=1e-12)
     assert value == 2800.0 and json.loads(found.attrs["range"]) == [2800.0, 3200.0]
-    units = Units(design.gears, marked=True)
-    assert "along n₁ from 2800 to 3200 rpm" in branch_text(found, units).sentences[0]
+    text = branch_text(found, Units(DESIGN.gears, marked=True))
+    assert "along n₁ from 2800 to 3200 rpm" in text.sentences[0]
 
 
-def test_along_the_frequency_of_gears_diagram_and_branch_stay_on_the_axis_of_the_page(design):
-    view = design.with_axis("x", "omega")
+def test_along_the_frequency_of_gears_diagram_and_branch_stay_on_the_axis_of_the_page():
+    view = DESIGN.with_axis("x", "omega")
     view = replace(view, x=replace(view.x, start=0.65, stop=0.75))
     found = branch_of(view)
     assert found["omega"].values.min() == 0.65 and json.loads(found.attrs["range"]) == [0.65, 0.75]
@@ -161,10 +156,9 @@ def curves_found():
 
 
 def test_a_flip_curve_separates_motions_of_one_and_two_periods(curves_found):
-    found = curves_found
-    assert found[0].curves == () and found[0].searched == 0
-    last = found[-1]
-    assert last.searched == last.lines and [s.searched for s in found] == sorted(s.searched for s in found)
+    first, *_, last = curves_found
+    assert first.curves == () and first.searched == 0 and last.searched == last.lines
+    assert [s.searched for s in curves_found] == sorted(s.searched for s in curves_found)
     curve = next(c for c in last.curves if c.kind == "flip" and c.x.max() > 2.1)
     i = int(np.argmin(abs(curve.y - 0.02)))
     labels = [gc.regime(VIEW.point.with_values({"omega": curve.x[i] + step, "eps1": curve.y[i]})).label
@@ -173,7 +167,7 @@ def test_a_flip_curve_separates_motions_of_one_and_two_periods(curves_found):
     text = skeleton_text(last)
     assert text.complete and text.curves == len(last.curves)
     assert ("#2a7fff", False, "flip") in text.legend
-    assert not skeleton_text(found[0]).complete and "line 1 of" in skeleton_text(found[0]).status
+    assert not skeleton_text(first).complete and "line 1 of" in skeleton_text(first).status
     assert not skeleton_text(None).complete
 
 
@@ -188,19 +182,18 @@ def test_curves_are_drawn_by_their_kind_and_grazes_dotted(curves_found):
     assert sent[drawn.solid.id]["data"]["xs"] == sent[drawn.dotted.id]["data"]["xs"] == []
 
 
-@pytest.mark.parametrize("work", [
-    lambda: branch(VIEW, periodic_motion(first_motion(VIEW))), lambda: skeleton(VIEW, 1),
-])
-def test_both_can_be_cancelled(work):
-    cancelled = threading.Event()
-    context = copy_context()
+@pytest.mark.parametrize(("work", "steps"), [
+    (lambda: branch(VIEW, periodic_motion(first_motion(VIEW))), 0), (lambda: skeleton(VIEW, 1), 1),
+    pytest.param(lambda: assessed(SpeedLine(GEARS)), 1, marks=pytest.mark.slow)])
+def test_each_can_be_cancelled(work, steps):
+    cancelled, context = threading.Event(), copy_context()
     context.run(cancel_event.set, cancelled)
     generator = work()
-    first = context.run(next, generator) if generator.__name__ == "skeleton" else None
+    for _ in range(steps):
+        context.run(next, generator)
     cancelled.set()
     with pytest.raises(StoppedError):
         context.run(list, generator)
-    assert first is None or first.searched == 0
     family = ParameterFamily(VIEW.point, ("omega",))
     with pytest.raises(StoppedError):
         context.run(family.flow(family.start[None]).advance, family.initial_states(family.start[None]))

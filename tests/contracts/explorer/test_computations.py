@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.map import Map
+from gearchaos.explorer.jobs.map import Map, MapGrid
 from gearchaos.explorer.jobs.point import PointMotion
 from gearchaos.explorer.jobs.runup import RunUpResult
 from gearchaos.explorer.jobs.tolerances import Cloud
@@ -21,10 +21,19 @@ from gearchaos.studies.assess import Assessment
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 
-VIEW = presets()["2"].view
+PAPER = presets()["2"].view
 GEARS = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
+PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
 NOTHING = np.zeros(0)
+
+
+def computed(study, count):
+    """A map of which some of the first cells are known."""
+    grid, cells = MapGrid(study.x.count, study.y.count), np.arange(count)
+    grid.put(study.compute(cells), cells)
+    grid.show(cells, 1)
+    return grid.map(study, 1)
 
 
 class Worker:
@@ -62,7 +71,7 @@ class Put(dict):
 class Page:
     """The computations of a page, between its workers and a display."""
 
-    def __init__(self, view=VIEW):
+    def __init__(self, view=PAPER):
         self.quick, self.slow, self.branches, self.curves = (Worker() for _ in range(4))
         self.display, workers = Display(), Workers(self.quick, self.slow, self.branches, self.curves)
         self.computations = Computations("page", view, workers, lambda call: call(), self.display)
@@ -89,7 +98,6 @@ class Page:
 
 
 def session(view, start):
-    """A page whose computations are kept, with its workers."""
     workers = Workers(*(Worker() for _ in range(4)))
     document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
     return Session(view, workers, document, start), workers
@@ -114,9 +122,9 @@ def test_after_a_coarse_map_come_a_coarse_diagram_and_other_motions_and_after_th
     page.map(8, 0.1)
     page.map(1, 0.9)
     assert page.slow.asked == ["map", "diagram", "other motions"]
-    assert page.slow.jobs["diagram"].function.args == (VIEW, 4)
+    assert page.slow.jobs["diagram"].function.args == (PAPER, 4)
     page.map(1, 1.0)
-    assert page.slow.asked.count("diagram") == 2 and page.slow.jobs["diagram"].function.args == (VIEW, 1)
+    assert page.slow.asked.count("diagram") == 2 and page.slow.jobs["diagram"].function.args == (PAPER, 1)
 
 
 def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page, monkeypatch):
@@ -124,7 +132,7 @@ def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page
     monkeypatch.setattr("gearchaos.explorer.jobs.computations.time", SimpleNamespace(monotonic=lambda: now))
     for pause, zeta in ((1.0, 0.03), (0.02, 0.04), (0.02, 0.05), (1.0, 0.06)):
         now += pause
-        page.move(VIEW.with_value("zeta", zeta))
+        page.move(PAPER.with_value("zeta", zeta))
         waited.append(page.slow.jobs["map"].delay > 0)
     assert waited == [False, True, True, False]
 
@@ -139,28 +147,28 @@ def test_basins_wait_for_a_first_map_and_for_the_point(page):
     page.computations.ask_basins()
     assert "basins" not in page.slow.jobs
     page.map(8, 0.1)
-    assert page.slow.jobs["basins"].function.args == (VIEW,)
-    before = page.move(VIEW.moved(1.0, 0.1))
+    assert page.slow.jobs["basins"].function.args == (PAPER,)
+    before = page.move(PAPER.moved(1.0, 0.1))
     page.computations.ask_basins()
-    assert page.slow.jobs["basins"].function.args == (VIEW,)  # those of the point before
+    assert page.slow.jobs["basins"].function.args == (PAPER,)  # those of the point before
     page.computations.update_rest(before)
     assert page.slow.jobs["basins"].function.args == (page.view,)
 
 
 def test_a_point_that_moves_along_the_line_leaves_map_and_diagram_which_another_model_does_not(open_page):
     asked = list(open_page.slow.asked)
-    before = open_page.move(VIEW.moved(1.0, VIEW.at[1]))
+    before = open_page.move(PAPER.moved(1.0, PAPER.at[1]))
     assert open_page.quick.asked == ["motion", "motion"] and open_page.slow.asked == asked
     open_page.computations.update_rest(before)
     assert open_page.slow.asked == [*asked, "other motions"]
     assert len(open_page.display.shown["clear_point_studies"]) == 2
-    open_page.move(VIEW.with_value("zeta", 0.05))
+    open_page.move(PAPER.with_value("zeta", 0.05))
     assert open_page.slow.asked == [*asked, "other motions", "map"] and open_page.computations.map is None
 
 
 def test_a_motion_of_a_point_that_was_left_is_not_shown(page):
-    page.move(VIEW.moved(1.0, 0.1))
-    page.view = VIEW
+    page.move(PAPER.moved(1.0, 0.1))
+    page.view = PAPER
     page.point_motion(final=True)
     assert "show_point_motion" not in page.display.shown
 
@@ -169,13 +177,13 @@ def test_a_preliminary_verdict_is_followed_until_the_point_moves(page):
     page.point_motion(final=False)
     assert "final verdict" not in page.quick.jobs  # its motion comes first
     page.point_motion(final=False, trajectory=xr.Dataset())
-    assert page.quick.jobs["final verdict"].function.args == (VIEW.point, "chaotic")
-    page.move(VIEW.moved(1.0, 0.1))
+    assert page.quick.jobs["final verdict"].function.args == (PAPER.point, "chaotic")
+    page.move(PAPER.moved(1.0, 0.1))
     assert "final verdict" not in page.quick.jobs
 
 
 def test_a_map_without_the_present_colouring_is_not_shown(page):
-    page.move(replace(VIEW, colour="v_rms"))
+    page.move(replace(PAPER, colour="v_rms"))
     page.map(8, 0.1)
     assert "show_map" not in page.display.shown and page.computations.map is not None
 
@@ -205,12 +213,8 @@ def test_a_page_that_closes_leaves_no_work(open_page):
     assert not any(w.jobs for w in (open_page.quick, open_page.slow, open_page.branches, open_page.curves))
 
 
-# --- branches and bifurcation curves -------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def periodic_page(open_page):
-    """An open page whose point has a motion of period 2."""
     open_page.point_motion(final=True, trajectory=xr.Dataset(), period=2)
     return open_page
 
@@ -219,7 +223,7 @@ def test_a_periodic_motion_is_followed_along_the_line_by_a_worker_of_its_own(per
     asked = list(periodic_page.slow.asked), list(periodic_page.quick.asked)
     periodic_page.computations.ask_branch()
     view, motion = periodic_page.branches.jobs["branch"].function.args
-    assert view == VIEW and motion.period == 2 and dict(motion.state)["x1"] == 0.5
+    assert view == PAPER and motion.period == 2 and dict(motion.state)["x1"] == 0.5
     assert (periodic_page.slow.asked, periodic_page.quick.asked) == asked
     periodic_page.branches.jobs["branch"].show("a branch")
     assert periodic_page.display.shown["show_branch"] == [("a branch",)]
@@ -237,18 +241,17 @@ def test_any_other_motion_is_not_followed_and_there_is_a_message(open_page):
 @pytest.mark.parametrize(("change", "goes"), [
     (lambda view: view.moved(1.0, view.at[1]), False), (lambda view: view.moved(view.at[0], 0.1), True),
     (lambda view: view.with_value("zeta", 0.05), True), (lambda view: replace(view, line="y"), True),
-    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
-])
+    (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True)])
 def test_a_branch_goes_with_its_line_and_its_computation_is_cancelled(periodic_page, change, goes):
     periodic_page.computations.ask_branch()
     cleared = len(periodic_page.display.shown["clear_branch"])
-    periodic_page.moved(change(VIEW))
+    periodic_page.moved(change(PAPER))
     assert ("branch" not in periodic_page.branches.jobs) == goes
     assert len(periodic_page.display.shown["clear_branch"]) == cleared + goes
 
 
 def test_a_branch_that_is_asked_for_while_the_point_moves_is_that_of_the_new_point(periodic_page):
-    before = periodic_page.move(VIEW.moved(1.0, 0.1))
+    before = periodic_page.move(PAPER.moved(1.0, 0.1))
     periodic_page.computations.ask_branch()
     assert not periodic_page.branches.asked
     periodic_page.point_motion(final=True, trajectory=xr.Dataset(), period=3)
@@ -264,32 +267,28 @@ def test_bifurcation_curves_begin_once_the_map_is_complete_or_failed(open_page):
     assert open_page.display.shown["show_skeleton"] == [(None,)]
     for _ in range(2):
         open_page.map(1, 1.0)
-        assert asked == ["bifurcation curves"] and jobs["bifurcation curves"].function.args == (VIEW, 2)
+        assert asked == ["bifurcation curves"] and jobs["bifurcation curves"].function.args == (PAPER, 2)
     jobs["bifurcation curves"].show("curves")
     open_page.map(1, 1.0)
     open_page.slow.jobs["map"].end("no memory")
     assert open_page.display.shown["show_skeleton"][-1] == ("curves",) and len(asked) == 1
     open_page.computations.ask_skeleton(4)
-    assert len(asked) == 2 and jobs["bifurcation curves"].function.args == (VIEW, 4)
+    assert len(asked) == 2 and jobs["bifurcation curves"].function.args == (PAPER, 4)
 
 
 @pytest.mark.parametrize(("change", "goes"), [
     (lambda view: view.with_value("zeta", 0.05), True),
     (lambda view: view.zoomed((1.0, 2.0), (view.y.start, view.y.stop)), True),
-    (lambda view: view.moved(1.0, 0.1), False), (lambda view: replace(view, colour="attractors"), False),
-])
+    (lambda view: view.moved(1.0, 0.1), False), (lambda view: replace(view, colour="attractors"), False)])
 def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, change, goes):
     open_page.map(1, 1.0)
     open_page.computations.ask_skeleton(2)
-    open_page.moved(change(VIEW))
+    open_page.moved(change(PAPER))
     assert ("bifurcation curves" not in open_page.curves.jobs) == goes
     assert ("clear_skeleton" in open_page.display.shown) == goes
     assert open_page.computations.skeleton_period == (0 if goes else 2)
     open_page.map(1, 1.0)
     assert open_page.curves.asked == ["bifurcation curves"]
-
-
-# --- what a press of a button computes for gears -------------------------------------------------------------------
 
 
 RUN = GEARS.with_run(start=1000.0, stop=2000.0, duration=0.8, way="down", sound=True)
@@ -332,8 +331,7 @@ def pressed(request):
 @pytest.mark.parametrize(("task", "asked", "shown", "share"), [
     ("run-up", (RUN.operating_point, RUN.run, ""), (), "run-up 42 %"),
     ("assessment", (SpeedLine(RUN),), (SpeedLine(RUN),), "assessment (motions from random states 42 %)"),
-    ("tolerances", (RUN,), (), "tolerances 42 %"),
-])
+    ("tolerances", (RUN,), (), "tolerances 42 %")])
 def test_a_page_says_how_far_its_task_is_and_shows_what_is_found(task, asked, shown, share):
     page = Pressed(task)
     assert page.job.function.args == asked and page.shows() == ([] if task == "run-up" else [(*shown, None)])
@@ -374,9 +372,8 @@ def test_a_refusal_is_a_message_and_ends_the_wait(pressed):
 
 
 @pytest.mark.parametrize(("task", "view", "words"), [
-    ("run-up", VIEW, "menu of presets"), ("assessment", VIEW, "menu of presets"),
-    ("tolerances", VIEW, "pair of gears"), ("tolerances", TRAIN, "pair of gears"),
-])
+    ("run-up", PAPER, "menu of presets"), ("assessment", PAPER, "menu of presets"),
+    ("tolerances", PAPER, "pair of gears"), ("tolerances", TRAIN, "pair of gears")])
 def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, words):
     page = Pressed(task, view)
     assert not page.branches.asked and words in page.display.shown["show_message"][-1][0] and page.clears() == 1
@@ -385,12 +382,11 @@ def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, wo
 @pytest.mark.parametrize("complete", [False, True])
 @pytest.mark.parametrize(("change", "going"), [
     (lambda view: view.with_value("torque", 120.0), {"run-up", "tolerances"}),
-    (lambda view: view.with_value("zeta", 0.08), {*FOUND}), (lambda view: VIEW, {*FOUND}),
+    (lambda view: view.with_value("zeta", 0.08), {*FOUND}), (lambda view: PAPER, {*FOUND}),
     (lambda view: view.with_value("speed", 2000.0), {"tolerances"}),
     (lambda view: view.with_axis("x", "zeta"), {"run-up"}), (lambda view: view.with_run(stop=2100.0), {"run-up"}),
     (lambda view: view.zoomed((900.0, 1500.0), (50.0, 150.0)), set()), (lambda view: view.with_other_units(), set()),
-    (lambda view: view.with_run(sound=False), set()),
-])
+    (lambda view: view.with_run(sound=False), set())])
 def test_each_goes_with_what_it_depends_on(pressed, complete, change, going):
     goes = pressed.task in going
     if complete:

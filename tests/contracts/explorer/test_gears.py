@@ -9,7 +9,7 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import point as point_studies
-from gearchaos.explorer.jobs.map import MapGrid, physical_measures
+from gearchaos.explorer.jobs.map import physical_measures
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text, wheels_of
@@ -24,17 +24,14 @@ from gearchaos.plot import CONTACT_CLASSES
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import GEARS as DESIGN
-from tests.contracts.explorer.test_computations import VIEW as FIRST
-from tests.contracts.explorer.test_computations import Put
+from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, Put, computed
 
 pytestmark = pytest.mark.slow
 
-PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 
 @pytest.fixture(params=["design", "pair"])
 def first(request):
-    return {"design": DESIGN, "pair": PAIR}[request.param]
+    return {"design": GEARS, "pair": PAIR}[request.param]
 
 
 def test_a_page_of_gears_begins_with_contact_over_speed_and_torque_around_the_operating_point(first):
@@ -43,7 +40,7 @@ def test_a_page_of_gears_begins_with_contact_over_speed_and_torque_around_the_op
     assert (first.x.start, first.x.stop) == pytest.approx((0.1 * speed, 2.5 * speed), rel=1e-3)
     assert (first.y.start, first.y.stop) == (0.1 * torque, 2.5 * torque) and first.at[1] == torque
     assert axis_names(first.model)[:2] == ["speed", "torque"] and {"omega", "q0"} < set(axis_names(first.model))
-    assert preset_of(first) == "" and first.colour == "contact" and FIRST.colour == "motion"
+    assert preset_of(first) == "" and first.colour == "contact" and PAPER.colour == "motion"
     assert from_query("speed=3000", first).colour == "contact" == from_query(to_query(first), first).colour
     assert from_query("speed=3000&colour=motion", first).colour == "motion"
 
@@ -59,53 +56,50 @@ def test_the_ranges_of_a_study_file_are_those_of_speed_and_torque():
 
 
 def test_the_error_follows_from_the_grade_and_the_scales_from_the_backlash():
-    coarse, wide = DESIGN.with_value("grade", 8.0), DESIGN.with_value("backlash", 240.0)
-    assert coarse.point.error.amplitudes[0] == pytest.approx(2 * DESIGN.point.error.amplitudes[0], rel=0.1)
-    assert wide.point.error.amplitudes[0] == pytest.approx(DESIGN.point.error.amplitudes[0] / 2)
-    assert wide.gears.to_pair().scales.length == pytest.approx(2 * DESIGN.gears.to_pair().scales.length)
+    coarse, wide = GEARS.with_value("grade", 8.0), GEARS.with_value("backlash", 240.0)
+    assert coarse.point.error.amplitudes[0] == pytest.approx(2 * GEARS.point.error.amplitudes[0], rel=0.1)
+    assert wide.point.error.amplitudes[0] == pytest.approx(GEARS.point.error.amplitudes[0] / 2)
+    assert wide.gears.to_pair().scales.length == pytest.approx(2 * GEARS.gears.to_pair().scales.length)
     for view in (coarse, wide):
-        assert view.map_key != DESIGN.map_key and view.line_key != DESIGN.line_key
+        assert view.map_key != GEARS.map_key and view.line_key != GEARS.line_key
         assert view.point == replace(operating_model(view.gears), initial={})
 
 
 def test_what_was_set_apart_from_the_gears_stays_unless_the_gears_determine_it_anew():
-    set_apart = DESIGN.with_value("chi1", 0.2).with_value("eps1", 0.5)
+    set_apart = GEARS.with_value("chi1", 0.2).with_value("eps1", 0.5)
     finer = set_apart.with_value("grade", 4.0)
     assert finer.point.stiffness.chi1 == 0.2
     assert finer.point.error == operating_model(finer.gears).error
-    assert DESIGN.with_value("zeta", 0.08).gears.damping_ratio == 0.08  # damping is a ratio
+    assert GEARS.with_value("zeta", 0.08).gears.damping_ratio == 0.08  # damping is a ratio
     assert PAIR.with_value("zeta", 0.08).point.zeta == pytest.approx(0.08, rel=1e-12)
 
 
 def test_the_form_has_speed_and_torque_in_place_of_omega_and_q0(first):
     form = parameter_form(first, (), first)
     shown = [field.name for group in form.groups for field in group.fields]
-    assert shown == ["speed", "torque", "backlash", *(["grade"] if first is DESIGN else []), "zeta"]
+    assert shown == ["speed", "torque", "backlash", *(["grade"] if first is GEARS else []), "zeta"]
     folded = [field.name for group in form.folded for field in group.fields]
     assert "eps1" in folded and not {"omega", "q0", "zeta"} & set(folded)
     units = {f.name: f.unit for g in (*form.groups, *form.folded) for f in g.fields}
     assert (units["speed"], units["torque"], units["backlash"]) == ("rpm", "N m", "µm")
     assert all(units.values()) and units["x1_dot"] == "Δω₀" and units["theta1"] == "rad" and units["eps1"] == "–"
     assert "omega" in field_values(first.with_axis("x", "omega"))
-    assert field_values(first).get("grade") == {DESIGN: 6.0, PAIR: None}[first]
+    assert field_values(first).get("grade") == {GEARS: 6.0, PAIR: None}[first]
     page = Page(first, first)
     page.show_view()
-    assert page.messages._values["alike"] == (first is DESIGN)  # the wheels of the pair are not
-    plain = parameter_form(FIRST, (), FIRST)
+    assert page.messages._values["alike"] == (first is GEARS)  # the wheels of the pair are not
+    plain = parameter_form(PAPER, (), PAPER)
     assert not plain.folded and not any(f.unit for g in plain.groups for f in g.fields)
 
 
 @pytest.mark.parametrize("across", ["speed", "omega"])
 def test_a_map_of_gears_has_the_scales_of_each_torque(across):
-    view = replace(DESIGN.with_axis("x", across), colour="v_rms")
+    view = replace(GEARS.with_axis("x", across), colour="v_rms")
     x, y = (gc.Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, 3), (view.y, 4)))
     study = Zones(view.model, x, y)
     dataset = study.run()
     wanted = gc.physical(dataset.drop_vars(across))["v_rms"]
-    grid = MapGrid(3, 4)
-    grid.put(study.compute(np.arange(12)), np.arange(12))
-    grid.show(np.arange(12), 1)
-    found = grid.map(study, 1)
+    found = computed(study, 12)
     assert found.measure("v_rms", physical=True).values == pytest.approx(wanted.values, rel=1e-6)
     assert found.measure("v_rms", physical=True).attrs["units"] == "mm/s"
     ratio = found.measure("v_rms", physical=True).values / found.measure("v_rms").values
@@ -130,7 +124,7 @@ def test_the_diagram_is_in_the_units_of_the_view():
 
 
 def test_every_number_of_the_verdict_has_its_unit():
-    view = DESIGN
+    view = GEARS
     motion = list(point_motion(view.point))[-1]
     for units in (Units(view.gears, True), Units(None, True)):
         text = verdict_text(motion, view, units)
@@ -151,9 +145,9 @@ def test_every_number_of_the_verdict_has_its_unit():
 
 def test_the_mesh_force_is_shown_over_time_and_roll_angle():
     figure = ForceFigure(put := Put())
-    trajectory = list(point_motion(DESIGN.point))[-1].trajectory
-    units = Units(DESIGN.gears, True)
-    figure.show(units.scaled(trajectory), *times(trajectory), units, wheels_of(DESIGN))
+    trajectory = list(point_motion(GEARS.point))[-1].trajectory
+    units = Units(GEARS.gears, True)
+    figure.show(units.scaled(trajectory), *times(trajectory), units, wheels_of(GEARS))
     data, end = put[figure.source.id]["data"], put[figure.figure.x_range.id]["end"]
     assert put[figure.figure.xaxis[-1].id]["axis_label"] == "time [ms]"
     assert put[figure.figure.yaxis[0].id]["axis_label"] == "mesh force S [N]"
@@ -167,9 +161,9 @@ def test_the_mesh_force_is_shown_over_time_and_roll_angle():
 
 
 def test_gears_of_a_model_are_those_of_the_point():
-    assert DESIGN.gears.torque == 100.0 and DESIGN.moved(3000.0, 60.0).gears.torque == 60.0
-    assert isinstance(DESIGN.point, OperatingModel) and FIRST.gears is None
-    assert gear_values(DESIGN.moved(2500.0, 60.0).point)["speed"] == 2500.0
+    assert GEARS.gears.torque == 100.0 and GEARS.moved(3000.0, 60.0).gears.torque == 60.0
+    assert isinstance(GEARS.point, OperatingModel) and PAPER.gears is None
+    assert gear_values(GEARS.moved(2500.0, 60.0).point)["speed"] == 2500.0
     assert operating_axes(replace(PAIR.gears, M10=0.0, M20=0.0))[1].start == 0.0
 
 
@@ -184,13 +178,10 @@ def test_an_axis_of_omega_moves_the_speed():
 
 def test_the_map_of_contact_has_the_classes_of_the_states():
     figure = MapFigure(put := Put())
-    study = Zones(DESIGN.model, replace(DESIGN.x, count=8), replace(DESIGN.y, count=6))
-    grid, cells = MapGrid(8, 6), np.arange(24)
-    grid.put(study.compute(cells), cells)
-    grid.show(cells, 1)
-    figure.show(grid.map(study, 1), "contact", Units(None, True))
-    image = put[figure.image.id]["data"]["image"][0]
-    known = grid.found["contact"][:24]
+    study = Zones(GEARS.model, replace(GEARS.x, count=8), replace(GEARS.y, count=6))
+    found = computed(study, 24)
+    figure.show(found, "contact", Units(None, True))
+    image, known = put[figure.image.id]["data"]["image"][0], found.dataset["contact"].values.ravel()[:24]
     np.testing.assert_array_equal(image.ravel()[:24], known)
     assert set(known) > {0} and (image.ravel()[24:] == 255).all()  # the rest is not computed
     assert put[figure.mapper.id]["palette"][:4] == [c.colour for c in CONTACT_CLASSES]
@@ -198,7 +189,7 @@ def test_the_map_of_contact_has_the_classes_of_the_states():
 
 
 def test_the_first_map_of_slow_and_of_fast_gears_is_one_that_the_page_accepts():
-    resonance = DESIGN.model.value("speed") / DESIGN.model.omega
+    resonance = GEARS.model.value("speed") / GEARS.model.omega
     for share in (0.055, 0.2, 3.0, 6.0):
-        view = view_of(operating_model(DESIGN.gears.at(speed=share * resonance)))
+        view = view_of(operating_model(GEARS.gears.at(speed=share * resonance)))
         assert view.x.start < share * resonance < view.x.stop

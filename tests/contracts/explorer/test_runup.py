@@ -23,36 +23,29 @@ from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.web.page import Page
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.sound import write_wav
-from tests.contracts.explorer.test_computations import GEARS as FIRST
-from tests.contracts.explorer.test_computations import RUN as VIEW
+from tests.contracts.explorer.test_computations import GEARS, RUN
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
 def found():
-    """The run-up of `VIEW`, which jumps both ways, and the shares that were reported before."""
-    *shares, last = run_up(VIEW.operating_point, VIEW.run, "")
+    """The run-up of `RUN`, which jumps both ways, and the shares that were reported before."""
+    *shares, last = run_up(RUN.operating_point, RUN.run, "")
     return shares, last
 
 
-# --- state ---------------------------------------------------------------------------------------------------------
-
-
 def test_the_first_run_is_over_the_axis_of_the_speed_or_over_its_slider():
-    assert FIRST.run == Run(FIRST.x.start, FIRST.x.stop) and not FIRST.run.sound
+    assert GEARS.run == Run(GEARS.x.start, GEARS.x.stop) and not GEARS.run.sound
     torque = gc.Axis("torque", 50.0, 90.0, 2)
-    own = view_of(FIRST.model, gc.Axis("speed", 900.0, 1700.0, 2), torque)
-    other = view_of(FIRST.model, gc.Axis("zeta", 0.01, 0.1, 2), torque)
-    assert own.run == Run(900.0, 1700.0) and other.run == FIRST.run
-
-
-# --- computed ------------------------------------------------------------------------------------------------------
+    own = view_of(GEARS.model, gc.Axis("speed", 900.0, 1700.0, 2), torque)
+    other = view_of(GEARS.model, gc.Axis("zeta", 0.01, 0.1, 2), torque)
+    assert own.run == Run(900.0, 1700.0) and other.run == GEARS.run
 
 
 def test_the_run_is_that_of_runup_and_sounds_like_it(found, tmp_path):
     shares, last = found
-    model = VIEW.operating_point.with_values({"speed": 1000.0})
+    model = RUN.operating_point.with_values({"speed": 1000.0})
     expected = gc.runup(model, "speed=1000:2000", 0.8, down=True, signal=True)
     assert last.dataset.equals(expected.drop_dims("instant"))
     write_wav(expected, tmp_path / "run.wav")
@@ -65,7 +58,7 @@ def test_progress_goes_up_over_both_ways_and_a_run_can_be_stopped():
 
     def stopped():
         cancel_event.set(stop)
-        steps = run_up(FIRST.operating_point, Run(3000.0, 6000.0, 15.0, "down"), "")
+        steps = run_up(GEARS.operating_point, Run(3000.0, 6000.0, 15.0, "down"), "")
         shares = [next(steps)]
         while len(shares) < 40 and shares[-1] < 0.01:
             shares.append(next(steps))
@@ -80,20 +73,20 @@ def test_progress_goes_up_over_both_ways_and_a_run_can_be_stopped():
 
     def run():
         on_progress.set(done.append)
-        gc.RunUp(FIRST.operating_point, "speed=1000:1100", 0.2, down=True).run(progress=True)
+        gc.RunUp(GEARS.operating_point, "speed=1000:1100", 0.2, down=True).run(progress=True)
 
     contextvars.copy_context().run(run)
     assert done == sorted(done) and done[-1] == 1 and len(done) >= 2
 
 
 def test_without_sound_there_is_none():
-    *_, last = run_up(FIRST.operating_point, Run(1000.0, 1100.0, 0.2), "")
+    *_, last = run_up(GEARS.operating_point, Run(1000.0, 1100.0, 0.2), "")
     assert last.sound == b"" and "signal_force" not in last.dataset and last.dataset.sizes["direction"] == 1
 
 
 def test_what_the_gears_do_not_allow_is_refused_in_words():
     with pytest.raises(InputError, match="at most 5 % within a period"):
-        next(run_up(FIRST.operating_point, Run(100.0, 7000.0, 1.0), ""))
+        next(run_up(GEARS.operating_point, Run(100.0, 7000.0, 1.0), ""))
 
 
 def test_a_force_that_does_not_vary_is_shown_without_sound():
@@ -102,12 +95,8 @@ def test_a_force_that_does_not_vary_is_shown_without_sound():
     assert _wav(constant) == b""
 
 
-# --- sent and saved ------------------------------------------------------------------------------------------------
-
-
 def sent(found, view):
-    """What the page sends to play a run-up."""
-    page, out = Page(FIRST, view), []
+    page, out = Page(GEARS, view), []
     page.messages.set_run_up = out.append
     page.show_run_up(found)
     return out[0]
@@ -115,8 +104,8 @@ def sent(found, view):
 
 def test_the_browser_gets_lines_in_the_order_of_time_images_and_sound(found):
     _, last = found
-    run, ds = sent(last, VIEW), last.dataset
-    assert sent(last, VIEW.with_axis("x", "zeta"))["axis"] == ""  # the speed is not on the map: nothing is marked there
+    run, ds = sent(last, RUN), last.dataset
+    assert sent(last, RUN.with_axis("x", "zeta"))["axis"] == ""  # the speed is not on the map: nothing is marked there
     (up, up_factor), (down, down_factor) = run["lines"]
     assert up == ds["speed"].values.tolist() and down == up[::-1]
     assert up_factor == ds["dynamic_factor"].sel(direction="up").values.tolist()
@@ -129,7 +118,7 @@ def test_the_browser_gets_lines_in_the_order_of_time_images_and_sound(found):
 
 
 def test_a_run_is_played_after_its_figures_are_set_up(found):
-    page, later, seen = Page(FIRST, VIEW), [], []
+    page, later, seen = Page(GEARS, RUN), [], []
     page.messages.attach(SimpleNamespace(js_on_event=lambda *_: None, add_next_tick_callback=later.append),
                          page.map.figure)
     _, updates, _, run_up_source, requests = page.map.figure.tags
@@ -149,7 +138,7 @@ def test_a_run_is_played_after_its_figures_are_set_up(found):
 def test_jumps_are_dots_in_the_order_of_time_and_in_words(found):
     _, last = found
     ds = last.dataset
-    run, text = sent(last, VIEW), run_up_text(last.dataset, "dynamic_factor")
+    run, text = sent(last, RUN), run_up_text(last.dataset, "dynamic_factor")
     for (speeds, factors), way in zip(run["jumps"], ("up", "down"), strict=True):
         own = ds.isel(jump=ds["direction_of_jump"].values == way)
         assert len(speeds) > 0 and speeds == sorted(own["speed_of_jump"].values, reverse=way == "down")
@@ -161,14 +150,14 @@ def test_jumps_are_dots_in_the_order_of_time_and_in_words(found):
 def test_the_longest_run_that_can_be_asked_for_is_a_few_megabytes(found):
     sizes = {"direction": 2, "speed": 400, "order": 5000}
     names = {"dynamic_factor": ("direction", "speed"), "order_force": ("direction", "speed", "order")}
-    ds, page = found[1].dataset, Page(FIRST, VIEW)
+    ds, page = found[1].dataset, Page(GEARS, RUN)
     axes = {n: (n, values, ds[n].attrs) for n, values in (
         ("speed", np.linspace(500.0, 6000.0, 400)), ("order", np.arange(5000.0)))}
     large = ds.drop_vars([n for n, v in ds.variables.items() if {"speed", "order"} & {*v.dims}]).assign_coords(axes)
     large = large.assign({n: (over, np.ones([sizes[d] for d in over], np.float32), ds[n].attrs)
                           for n, over in names.items()})
-    run = played(RunUpResult(large, bytes(44 + 2 * 44_100 * 30)), large, VIEW, "dynamic_factor",
-                 page.waterfall.show(large, page.units(VIEW)), {})
+    run = played(RunUpResult(large, bytes(44 + 2 * 44_100 * 30)), large, RUN, "dynamic_factor",
+                 page.waterfall.show(large, page.units(RUN)), {})
     total = len(run["sound"]) + sum(each["image"][0].nbytes for each in run["images"])
     assert 3.5e6 < total < 4.5e6
 
@@ -176,7 +165,7 @@ def test_the_longest_run_that_can_be_asked_for_is_a_few_megabytes(found):
 @pytest.mark.parametrize("suffix", ["png", "nc"])
 def test_a_run_is_saved_as_picture_and_data(found, suffix):
     _, last = found
-    (content, _, name), = exported("runup", suffix, last.dataset, "", "", FIRST.gears)
+    (content, _, name), = exported("runup", suffix, last.dataset, "", "", GEARS.gears)
     assert name == f"gearchaos-runup.{suffix}"
     if suffix == "png":
         assert content.startswith(b"\x89PNG")

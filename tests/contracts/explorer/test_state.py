@@ -36,11 +36,7 @@ from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures
 from gearchaos.plot import CONTACT_CLASSES, MOTION_CLASSES
-
-START = presets()["2"].view
-
-
-# --- state ---------------------------------------------------------------------------------------------------------
+from tests.contracts.explorer.test_computations import PAPER
 
 
 def test_every_figure_has_a_preset_with_its_own_model():
@@ -52,7 +48,7 @@ def test_every_figure_has_a_preset_with_its_own_model():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_parameter_on_offer_can_be_an_axis_and_absurd_numbers_are_refused_in_every_field(kind):
-    view = START.with_kind(kind)
+    view = PAPER.with_kind(kind)
     for name in {*axis_names(view.model)} - {"omega"}:
         low, high, _, _ = bounds.value_range(name)
         assert view.with_axes(view.x, gc.Axis(name, low, high, 300)).y.name == name
@@ -64,54 +60,49 @@ def test_every_parameter_on_offer_can_be_an_axis_and_absurd_numbers_are_refused_
 
 
 def test_a_value_of_an_axis_moves_the_point_and_others_change_the_model():
-    assert START.with_value("omega", 1.25).at == (1.25, START.at[1])
-    assert START.with_value("zeta", 0.05).model.zeta == 0.05
-    loaded = START.with_axes(START.x, gc.Axis("q0", 0.0, 0.3, 300))
+    assert PAPER.with_value("omega", 1.25).at == (1.25, PAPER.at[1])
+    assert PAPER.with_value("zeta", 0.05).model.zeta == 0.05
+    loaded = PAPER.with_axes(PAPER.x, gc.Axis("q0", 0.0, 0.3, 300))
     assert loaded.with_value("q0", 0.2).point.q2 == 0.2
     with pytest.raises(InputError, match="axis q0"):
         loaded.with_value("q1", 0.2)
 
 
 def test_kinds_and_stiffnesses_change_and_change_back():
-    assert START.with_kind("full").with_kind("torsional").point == START.point
-    assert START.with_kind("single").model.beta1 == 0.0
-    wavy = START.with_stiffness("harmonics")
-    assert wavy.model.stiffness.kind == "harmonics" and wavy.with_stiffness("two-level").point == START.point
-    over = START.with_axes(START.x, gc.Axis("chi1", 0.0, 0.5, 300)).with_stiffness("harmonics")
+    assert PAPER.with_kind("full").with_kind("torsional").point == PAPER.point
+    assert PAPER.with_kind("single").model.beta1 == 0.0
+    wavy = PAPER.with_stiffness("harmonics")
+    assert wavy.model.stiffness.kind == "harmonics" and wavy.with_stiffness("two-level").point == PAPER.point
+    over = PAPER.with_axes(PAPER.x, gc.Axis("chi1", 0.0, 0.5, 300)).with_stiffness("harmonics")
     assert over.y.name == "eps1"
     both = wavy.with_axis("y", "omega").with_axis("x", "c1").with_stiffness("two-level")  # ω cannot be both
     assert (both.x.name, both.y.name) == ("omega", "eps1")
 
 
 def test_keys_move_the_point_by_cells_and_stop_at_what_a_parameter_may_be():
-    moved = START.stepped(1, -1)
+    moved = PAPER.stepped(1, -1)
     assert moved.at == pytest.approx((1.6 + 2.8 / 399, 0.15 - 0.3 / 299), abs=1e-4)
-    assert START.stepped(-10**6, 0).at[0] == bounds.value_range("omega").least
+    assert PAPER.stepped(-10**6, 0).at[0] == bounds.value_range("omega").least
 
 
 def test_a_view_names_no_file_and_one_beyond_the_bounds_of_the_explorer_is_refused():
-    assert not {"path", "file", "study"} & set(START.__dataclass_fields__)
+    assert not {"path", "file", "study"} & set(PAPER.__dataclass_fields__)
     with pytest.raises(InputError, match="count"):
-        replace(START, x=gc.Axis("omega", 0.2, 3.0, 4000))
+        replace(PAPER, x=gc.Axis("omega", 0.2, 3.0, 4000))
     with pytest.raises(InputError, match="harmonic"):
         view_of(gc.MeshModel.of(eps12=0.1))
 
 
 @pytest.mark.parametrize(("text", "shown"), [
     (r"frequency $\omega$", "frequency ω"), (r"$\varepsilon_{1}$", "ε₁"), ("$q_0$", "q₀"), (r"$\dot{z}$", "z′"),
-    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ₁,₂"), ("z", "z"),
-])
+    (r"$\dot{x}_{1}$", "x₁′"), (r"$\zeta_{1,2}$", "ζ₁,₂"), ("z", "z")])
 def test_symbols_become_plain_text(text, shown):
     assert plain(text) == shown
 
 
-# --- the motion at a point, and maps -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("model", [
     gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.23),
-    gc.MeshModel.of(kind="full", omega=1.05, kappa=0.5, q0=0.1, eps1=0.04),
-])
+    gc.MeshModel.of(kind="full", omega=1.05, kappa=0.5, q0=0.1, eps1=0.04)])
 def test_the_last_verdict_at_a_point_is_that_of_regime(model):
     found = list(point_motion(model))
     assert found[1].trajectory is not None
@@ -167,7 +158,7 @@ def test_a_map_is_coarse_first_and_every_cell_is_in_the_end_that_of_zones(small)
 def test_chaos_shows_before_it_is_outlasted_and_every_cell_is_judged_in_the_end(monkeypatch):
     monkeypatch.setattr(models, "MAP_CELLS", (40, 30))
     monkeypatch.setattr(maps, "_FIRST_INTERVAL", 0.0)
-    view = replace(START, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
+    view = replace(PAPER, x=gc.Axis("omega", 1.2, 1.5, 40), y=gc.Axis("eps1", 0.18, 0.24, 30), at=(1.3, 0.2))
     found = list(maps.successive_maps(view))
     waiting = max(found, key=lambda m: m.chaotic_so_far.sum())
     chaotic = waiting.chaotic_so_far
@@ -200,7 +191,7 @@ def test_the_map_of_attractors_counts_them():
 
 
 def test_a_diagram_is_coarse_first_and_lies_along_the_line():
-    view = replace(START, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
+    view = replace(PAPER, line="y", x=gc.Axis("omega", 0.5, 1.5, 400), at=(1.0, 0.1))
     found = [d for d in point_studies.bifurcation(view, 4, 1) if d]
     assert [d.sizes["eps1"] for d in found] == [bounds.DIAGRAM_COLUMNS // 4, bounds.DIAGRAM_COLUMNS]
 
@@ -209,8 +200,7 @@ def test_a_diagram_is_coarse_first_and_lies_along_the_line():
 @pytest.mark.parametrize(("kind", "given", "kept"), [
     ("full", {"x1": 0.5, "y1": 0.3, "y2_dot": -0.2}, {"y1": 0.3, "y2_dot": -0.2}),
     ("full", {"y1": 0.3, "y2": -0.4}, {"y1": 0.3, "y2": -0.4}),
-    ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {}),
-])
+    ("torsional", {"x2": 0.7, "x1_dot": 0.1}, {"x2": 0.7}), ("single", {"x1": 0.5}, {}), ("single", {"z": 0.5}, {})])
 def test_basins_start_from_the_point_s_other_initial_values(monkeypatch, kind, given, kept, chosen):
     """Whether they are the model's own, or those of a motion chosen at the point."""
     asked = []
@@ -240,9 +230,6 @@ def test_the_motions_of_a_point_come_with_a_start_that_leads_to_each():
     for choice in choices(found):
         view = replace(presets()["4"].view, initial=choice.initial)
         assert choice.name.startswith(gc.regime(view.point).label)
-
-
-# --- safety --------------------------------------------------------------------------------------------------------
 
 
 def test_only_names_of_the_server_itself_are_answered():
@@ -316,7 +303,7 @@ def test_everything_on_the_page_is_explained_in_words():
 
 
 def test_ends_of_axes_that_the_browser_finds_are_not_sent_to_the_server():
-    figures = Page(START, START).roots()
+    figures = Page(PAPER, PAPER).roots()
     found = [ends for figure in figures.values() for ends in (figure.x_range, figure.y_range)]
     assert {isinstance(ends, DataRange1d) for ends in found if not ends.syncable} == {True}
     assert {isinstance(ends, DataRange1d) for ends in found if ends.syncable} == {False}

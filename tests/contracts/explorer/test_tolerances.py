@@ -14,25 +14,20 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import tolerances as jobs
 from gearchaos.explorer.jobs.tolerances import assumed, tolerances
 from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text, most_followed
-from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.explorer.web.page import Page
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import GEARS as FIRST
-from tests.contracts.explorer.test_computations import TRAIN, Put, session
-from tests.contracts.explorer.test_computations import VIEW as PAPER
+from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
 
 SPUR = EXAMPLES / "spur_50_50.toml"
 DESIGN = load_design(SPUR)
-VIEW = FIRST.moved(3000.0, 100.0)
-PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
+VIEW = GEARS.moved(3000.0, 100.0)
 ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "backlash=0.084:0.156 mm")
 
 
 def computed(view, designs=512):
-    """What tolerances do at the point of a view."""
     with patch.object(jobs, "_DESIGNS", designs):
         *shares, last = tolerances(view)
     assert all(0 <= share <= 1 for share in shares)
@@ -49,9 +44,6 @@ def with_lists():
     """That of a pair whose study file has inputs of its own, of which the grade decides."""
     return computed(replace(VIEW, vary=("stiffness=ISO 6336-1,potential energy", "quality.grade=3,9",
                                         "damping_ratio=0.04:0.07")), 64)
-
-
-# --- numbers and inputs --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -88,8 +80,7 @@ def test_inputs_are_assumed_that_the_gears_give_and_scatter_takes(gears, expecte
 @pytest.mark.parametrize(("change", "name"), [
     (lambda view: view.with_value("eps1", 0.2), "eps1"), (lambda view: view.with_value("chi1", 0.2), "chi1"),
     (lambda view: view.with_stiffness("harmonics"), "stiffness"),
-    (lambda view: view.with_stiffness("steps"), "stiffness"),
-])
+    (lambda view: view.with_stiffness("steps"), "stiffness")])
 def test_what_was_set_apart_from_the_gears_is_refused_in_words(change, name):
     with pytest.raises(InputError, match=f"^{name} must be that of the gears"):
         list(tolerances(change(VIEW)))
@@ -104,7 +95,7 @@ vary = ["quality.grade=5:8", { name = "damping_ratio", low = 0.04, high = 0.06 }
 speed = "speed=1500:5500:3"
 """)
     view = _view(load_study(path), [], False)
-    assert view.vary == ("quality.grade=5:8", "damping_ratio=0.04:0.06") and FIRST.vary == ()
+    assert view.vary == ("quality.grade=5:8", "damping_ratio=0.04:0.06") and GEARS.vary == ()
     assert from_query(to_query(view, view), view).vary == view.vary
     assert view.moved(3000.0, 90.0).zoomed((2000.0, 4000.0), (50.0, 150.0)).vary == view.vary
     assert from_query("?kind=single", view).vary == ()
@@ -113,12 +104,9 @@ speed = "speed=1500:5500:3"
 def test_pairs_have_the_figure_and_a_button_that_asks():
     for view, has in ((VIEW, True), (PAIR, True), (PAPER, False), (TRAIN, False)):
         assert ("cloud" in Page(view, view).roots()) == has
-    opened, workers = session(VIEW, FIRST)
+    opened, workers = session(VIEW, GEARS)
     opened.page.messages.act("press", "tolerances")
     assert workers.branches.asked == ["tolerances"]
-
-
-# --- shown ---------------------------------------------------------------------------------------------------------
 
 
 def test_words_are_those_of_the_command(found):

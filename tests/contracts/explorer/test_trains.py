@@ -2,14 +2,12 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.map import MapGrid
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import verdict_text, wheels_of
@@ -19,7 +17,7 @@ from gearchaos.explorer.web.page import Page, field_values, parameter_form, plan
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import Put
+from tests.contracts.explorer.test_computations import Put, computed
 
 
 def opened(name):
@@ -34,8 +32,7 @@ SEPARATED = IDLER.moved(4756.0, 26.71)  # of whose meshes one loses contact more
     ("idler", {"speed": (1000.0, 9000.0), "torque": (5.0, 40.0)}, (100, 75)),
     ("two_stage", {"speed": (1200.0, 7500.0), "torque": (2.0, 50.0)}, (50, 37)),
     ("loose_gear", {"speed": (320.0, 2000.0), "loose.torque": (-0.125, -0.005)}, (50, 37)),
-    ("planetary", {"speed": (600.0, 3750.0), "torque": (20.0, 500.0)}, (25, 18)),
-])
+    ("planetary", {"speed": (600.0, 3750.0), "torque": (20.0, 500.0)}, (25, 18))])
 def test_a_train_opens_over_its_speed_and_a_torque(name, axes, cells):
     view = opened(name)
     assert {axis.name: (axis.start, axis.stop) for axis in (view.x, view.y)} == axes
@@ -57,10 +54,7 @@ def test_what_only_a_pair_has_is_refused_in_words(change):
 
 def test_the_menu_of_meshes_changes_the_colours_of_the_map_to_those_of_a_mesh():
     x, y = gc.Axis("speed", 4000.0, 6000.0, 4), gc.Axis("torque", 10.0, 30.0, 3)
-    study, grid, cells = Zones(IDLER.model, x, y), MapGrid(4, 3), np.arange(12)
-    grid.put(study.compute(cells), cells)
-    grid.show(cells, 1)
-    found, colours = grid.map(study, 1), {}
+    found, colours = computed(Zones(IDLER.model, x, y), 12), {}
     figure = MapFigure(put := Put())
     for mesh in ("", *IDLER.model.mesh_names):
         expected = of_mesh(found.dataset, mesh) if mesh else found.dataset

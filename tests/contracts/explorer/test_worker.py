@@ -15,11 +15,10 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import map as maps
 from gearchaos.explorer.jobs.point import point_motion
 from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess
-from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
+from tests.contracts.explorer.test_computations import PAPER
 
-START = presets()["2"].view
 MODEL = gc.MeshModel.of(omega=1.0, eps1=0.05)
 
 
@@ -78,8 +77,7 @@ def test_sessions_take_turns():
 
 @pytest.mark.parametrize(("error", "message"), [
     (InputError("omega", "must be greater than 0", -1), "omega must be greater than 0"),
-    (RuntimeError("secret"), "went wrong"),
-])
+    (RuntimeError("secret"), "went wrong")])
 def test_what_goes_wrong_becomes_a_message_and_the_worker_goes_on(error, message, caplog):
     worker, bad, good = Worker("test"), Recorder(fails=error), Recorder(1)
     worker.submit("a", "map", bad.job())
@@ -107,9 +105,6 @@ def test_what_is_left_is_closed_by_the_thread_that_ran_it_and_errors_there_do_no
     assert last.over.wait(10) and closed == ["test"]
 
 
-# --- a process of its own ------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def place():
     place = WorkerProcess(low_priority=True)
@@ -132,7 +127,7 @@ def test_works_there_take_turns_and_the_one_closed_is_forgotten(place):
 
 
 def test_a_step_under_way_there_is_left_at_once(place):
-    work = place.run(partial(maps.successive_maps, START))
+    work = place.run(partial(maps.successive_maps, PAPER))
     next(work)
     threading.Timer(0.1, work.cancel).start()
     began = time.monotonic()
@@ -141,7 +136,7 @@ def test_a_step_under_way_there_is_left_at_once(place):
             pass
     assert time.monotonic() - began < 5  # all of it takes twenty seconds or more
     work.close()
-    unborn = place.run(partial(maps.successive_maps, START))
+    unborn = place.run(partial(maps.successive_maps, PAPER))
     unborn.cancel()
     with pytest.raises(StoppedError):  # left before it begins, it does nothing
         next(unborn)
@@ -161,18 +156,16 @@ def test_compiling_there_is_told_before_the_answer(place):
 
 
 def test_the_page_says_that_kernels_are_compiled_first():
-    def busy(tasks, compiling):
-        return render("busy.html.j2", tasks=tasks, compiling=compiling)
-
-    assert "once after an install" in busy(["motion"], True)
-    assert "once" not in busy(["motion"], False) and "ready" in busy([], True)
+    busy = partial(render, "busy.html.j2")
+    assert "once after an install" in busy(tasks=["motion"], compiling=True)
+    assert "once" not in busy(tasks=["motion"], compiling=False) and "ready" in busy(tasks=[], compiling=True)
 
 
 @pytest.mark.slow
 def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
     place = WorkerProcess()
     worker, hurt, well = Worker("test", place), Recorder(), Recorder()
-    worker.submit("a", "map", Job(partial(maps.successive_maps, START), lambda _: place._process.kill(), hurt.end))
+    worker.submit("a", "map", Job(partial(maps.successive_maps, PAPER), lambda _: place._process.kill(), hurt.end))
     assert hurt.over.wait(60) and "went wrong" in hurt.message
     worker.submit("a", "motion", Job(partial(point_motion, MODEL), well.shown.append, well.end))
     assert well.over.wait(60) and well.message is None and well.shown[-1].verdict.label == "1T"

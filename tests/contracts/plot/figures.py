@@ -1,7 +1,5 @@
 """A result of each study in both kinds of units, the pictures of each, and whether a figure cuts what it draws."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import xarray as xr
@@ -22,9 +20,7 @@ STUDIES = {
     "torques": lambda model: gc.zones(model, "omega=0.3:1.5:4", "q0=0.02:0.2:3", starts=2),
     "bifurcation": lambda model: gc.bifurcation(model, "eps1=0:0.3:12", points=16),
     "basins": lambda _: gc.basins(SINGLE, "z=-3:3:8", "z_dot=-2:2:8"),
-    "attractors": lambda _: gc.attractors(SINGLE, 16),
-    "branch": lambda model: gc.branch(model, "eps1=0.09:0.3"),
-}
+    "attractors": lambda _: gc.attractors(SINGLE, 16), "branch": lambda model: gc.branch(model, "eps1=0.09:0.3")}
 
 
 @cache

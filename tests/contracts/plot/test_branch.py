@@ -1,7 +1,5 @@
 """Pictures of branches: parts by stability, events, jumps, gaps, units."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,15 +7,12 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 from tests.branches import CHANGES, PAIR, SINGLE, axes, cascade, over_speed, resonance
+from tests.pictures import legend_words
 
 
 def lines(ax, dashed: bool) -> list:
     return [line for line in ax.lines if line.get_linestyle() == ("--" if dashed else "-") and len(line.get_xdata()) > 1
             and line.get_marker() == "None"]
-
-
-def legend(ax) -> list[str]:
-    return [t.get_text() for t in ax.get_legend().get_texts()]
 
 
 def arrows_of(ax) -> list:
@@ -31,7 +26,7 @@ def events(ds, *kinds) -> np.ndarray:
 def test_the_response_curve_shows_stability_events_and_jumps():
     ds = resonance()
     ax, other = plot.response_curve(ds, ax=axes()), plot.branch(ds, ax=axes())
-    assert legend(ax) == ["stable", "unstable", "fold", "flip", "graze", "jump"]
+    assert legend_words(ax) == ["stable", "unstable", "fold", "flip", "graze", "jump"]
     ends = np.append(events(ds, *CHANGES), (0.3, 2.5))
     for line in lines(ax, dashed=False):
         assert all(np.abs(ends - x).min() < 1e-12 for x in line.get_xdata()[[0, -1]])
@@ -117,7 +112,7 @@ def test_the_section_lies_over_a_diagram():
 
 def test_a_branch_without_events_has_a_picture():
     ds = gc.branch(SINGLE, "omega=0.99:1.01")
-    assert legend(plot.response_curve(ds, "v_rms", axes())) == ["stable"]
+    assert legend_words(plot.response_curve(ds, "v_rms", axes())) == ["stable"]
 
 
 def test_what_is_no_branch_is_refused():

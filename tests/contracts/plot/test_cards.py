@@ -1,7 +1,5 @@
 """Cards of notebooks: what is on them, and that they load nothing and escape every text."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re
@@ -43,8 +41,7 @@ MAKE = {
     "basins": lambda: gc.basins(SINGLE, "z=-1:1:4", "z_dot=-1:1:3"),
     "attractors": lambda: gc.attractors(SINGLE, starts=8), "simulate": lambda: gc.simulate(SINGLE, 4, samples=16),
     "section": lambda: gc.simulate(SINGLE, 4), "branch": lambda: gc.branch(SINGLE, "omega=0.78:0.82"),
-    "verdict data": lambda: made("verdict").to_dataset(),
-}
+    "verdict data": lambda: made("verdict").to_dataset()}
 
 
 @cache

@@ -1,7 +1,5 @@
 """Results that somebody changed or cut down: pictures and units refuse them by name, and nothing else happens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,7 +12,6 @@ from tests.contracts.plot.figures import result
 
 
 def replaced(name: str, dtype: object, value: object = None):
-    """A change that gives a variable another type, and a value."""
     def change(ds: xr.Dataset) -> xr.Dataset:
         array = ds[name].astype(dtype)
         if value is not None:
@@ -24,7 +21,6 @@ def replaced(name: str, dtype: object, value: object = None):
 
 
 def unnamed(name: str):
-    """A change that takes the names of its codes from a variable."""
     def change(ds: xr.Dataset) -> xr.Dataset:
         out = ds.copy()
         out[name].attrs = {}
@@ -41,10 +37,8 @@ DAMAGE = [
     ("simulate", lambda ds: ds.isel(period=slice(0, 0)), "section_|must be greater|at least"),
     ("simulate", lambda ds: ds.drop_vars("section_z"), "section|x must be one of"),
     ("simulate", lambda ds: ds.drop_vars(["section_z", "z"]), "must be one of"),
-    ("simulate", replaced("section_z", str), "must be one of"),
-    ("simulate", replaced("z", complex), "must be one of"),
-    ("simulate", replaced("tau", float, np.nan), "tau"),
-    ("simulate", replaced("tau", str), "tau"),
+    ("simulate", replaced("section_z", str), "must be one of"), ("simulate", replaced("z", complex), "must be one of"),
+    ("simulate", replaced("tau", float, np.nan), "tau"), ("simulate", replaced("tau", str), "tau"),
     *((study, change, words) for study in ("zones", "bifurcation") for change, words in [
         *((replaced("label", kind), "label of type") for kind in (str, float, complex, object)),
         *((replaced("period", kind), "period of type") for kind in (str, float)),
@@ -61,8 +55,7 @@ DAMAGE = [
     ("basins", unnamed("attractor_label"), "attractor_label whose codes"),
     ("attractors", lambda ds: ds.drop_vars("attractor_section_z"), "attractor_section_z"),
     ("attractors", replaced("attractor_section_z", str), "attractor_section_z of type"),
-    ("attractors", unnamed("attractor_label"), "attractor_label whose codes"),
-]
+    ("attractors", unnamed("attractor_label"), "attractor_label whose codes")]
 
 
 @pytest.mark.parametrize(("study", "change", "message"), DAMAGE, ids=[f"{i}-{d[0]}" for i, d in enumerate(DAMAGE)])
@@ -100,8 +93,7 @@ def test_units_of_what_is_no_number_are_refused(kind):
     *(("zones", plot.level, "clip", v) for v in (-1, 101, np.nan, "1")),
     ("zones", plot.level, "cmap", "no such map"),
     *((None, plot.stiffness, "periods", v) for v in (0, 10**12)),
-    *((None, plot.backlash, "reach", v) for v in (1, -3, np.nan)),
-])
+    *((None, plot.backlash, "reach", v) for v in (1, -3, np.nan))])
 def test_sizes_that_cannot_be_drawn_are_refused(study, draw, name, value):
     with pytest.raises(InputError, match=f"^{name} must be"):
         draw(*([result(study)[0]] if study else []), **{name: value})

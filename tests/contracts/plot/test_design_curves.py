@@ -1,7 +1,5 @@
 """Curves of a gear design: mesh stiffness and transmission error, against closed forms and the arrays behind them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.patches import StepPatch

@@ -1,7 +1,5 @@
 """The drawing of a gear pair: flanks that touch and do not overlap, circles and the path of contact to scale."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 
@@ -38,8 +36,7 @@ DESIGNS = {
         "rack": {"addendum": 1.1, "dedendum": 1.35, "root_radius": 0.2}, "tip_alteration": "keep clearance",
         "backlash": {"value": "0.37 mm", "of": "line of action, total"}},
     "9/9": {"teeth": (9, 9), "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.5, 0.5),
-            "tip_alteration": "keep clearance"},
-}
+            "tip_alteration": "keep clearance"}}
 TOLERANCE = 1e-9
 """Length in m by which flanks may miss each other or overlap."""
 
@@ -196,8 +193,7 @@ def test_circles_are_drawn_in_one_order_and_reference_circles_only_where_they_di
 
 @pytest.mark.parametrize(("arguments", "field"), [
     ({"design": gc.MeshModel()}, "design"), ({"teeth": 0}, "teeth"), ({"teeth": 0.1}, "teeth"),
-    ({"teeth": "many"}, "teeth"), ({"phase": math.nan}, "phase"),
-])
+    ({"teeth": "many"}, "teeth"), ({"phase": math.nan}, "phase")])
 def test_what_cannot_be_drawn_is_refused(arguments, field):
     with pytest.raises(InputError) as error:
         plot.gear_pair(**{"design": gc.GearDesign(**DESIGNS["62/62"]), "ax": axes(), **arguments})

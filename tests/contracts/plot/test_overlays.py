@@ -47,8 +47,7 @@ def test_a_sweep_over_another(results):
 
 @pytest.mark.parametrize(("below", "over", "words"), [
     ("map", "up", "must be a skeleton or curve over a map"), ("curve", "map", "must be a skeleton or curve over a map"),
-    ("up", "map", "must have the study of the result below"),
-])
+    ("up", "map", "must have the study of the result below")])
 def test_results_that_do_not_belong_together(results, below, over, words):
     with pytest.raises(InputError, match=words):
         plot.result(results[below], over=results[over])

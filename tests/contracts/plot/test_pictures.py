@@ -1,7 +1,5 @@
 """Pictures: what they show of small synthetic Datasets, drawn without pyplot state."""
 
-from __future__ import annotations
-
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
@@ -21,9 +19,7 @@ from tests.pictures import legend_words
 
 FLAGS = {
     "flag_values": np.arange(1, 6, dtype=np.int8),
-    "flag_meanings": "periodic quasi-periodic chaotic undecided diverged",
-}
-NAMES = [c.name for c in plot.MOTION_CLASSES]
+    "flag_meanings": "periodic quasi-periodic chaotic undecided diverged"}
 OMEGA = 2.0
 
 
@@ -42,8 +38,7 @@ def zones_map() -> xr.Dataset:
     return xr.Dataset(
         {"label": (("eps1", "omega"), label, FLAGS), "period": (("eps1", "omega"), period),
          "v_rms": (("eps1", "omega"), np.arange(6.0).reshape(2, 3), {"long_name": "rms velocity", "units": "1"})},
-        {"omega": ("omega", [1.0, 2.0, 3.0], {"units": "omega0"}), "eps1": ("eps1", [0.1, 0.2])},
-    )
+        {"omega": ("omega", [1.0, 2.0, 3.0], {"units": "omega0"}), "eps1": ("eps1", [0.1, 0.2])})
 
 
 def diagram(columns: int = 60, points: int = 40) -> xr.Dataset:
@@ -54,8 +49,7 @@ def diagram(columns: int = 60, points: int = 40) -> xr.Dataset:
         {"section_x1": (("q0", "point"), section), "label": ("q0", np.where(x < 0.5, 1, 3).astype(np.int8), FLAGS),
          "period": ("q0", np.where(x < 0.5, 1, 0)), "lyapunov": ("q0", exponent),
          "lyapunov_lo": ("q0", exponent - 0.05), "lyapunov_hi": ("q0", exponent + 0.05)},
-        {"q0": x},
-    )
+        {"q0": x})
 
 
 def motion(periods: int = 8, samples: int = 32) -> xr.Dataset:
@@ -67,8 +61,7 @@ def motion(periods: int = 8, samples: int = 32) -> xr.Dataset:
     return xr.Dataset(
         {"z": ("tau", z), "z_dot": ("tau", z_dot), "section_z": ("period", z[::samples]),
          "section_z_dot": ("period", z_dot[::samples])},
-        {"tau": tau, "period": np.arange(1, periods + 1)}, {"model": model_json(MeshModel(omega=OMEGA))},
-    )
+        {"tau": tau, "period": np.arange(1, periods + 1)}, {"model": model_json(MeshModel(omega=OMEGA))})
 
 
 def starts() -> xr.Dataset:
@@ -79,25 +72,18 @@ def starts() -> xr.Dataset:
          "attractor_period": ("number", [1, 4, 4]), "attractor_fraction": ("number", [1 / 6, 2 / 6, 2 / 6]),
          "attractor_section_z": (("number", "point"), points),
          "attractor_section_z_dot": (("number", "point"), points / 2)},
-        {"z": [-1.0, 0.0, 1.0], "z_dot": [-0.5, 0.5]},
-    )
+        {"z": [-1.0, 0.0, 1.0], "z_dot": [-0.5, 0.5]})
 
 
 PICTURES = {
-    "zones": lambda ax: plot.zones(zones_map(), ax),
-    "level": lambda ax: plot.level(zones_map(), "v_rms", ax),
+    "zones": lambda ax: plot.zones(zones_map(), ax), "level": lambda ax: plot.level(zones_map(), "v_rms", ax),
     "bifurcation": lambda ax: plot.bifurcation(diagram(), "x1", ax),
     "lyapunov": lambda ax: plot.lyapunov(diagram(), ax),
-    "response": lambda ax: plot.response(diagram(), "lyapunov", ax),
-    "basins": lambda ax: plot.basins(starts(), ax),
-    "phase": lambda ax: plot.phase(motion(), "z", ax=ax),
-    "history": lambda ax: plot.history(motion(), "z_dot", ax),
-    "portrait": lambda ax: plot.portrait(motion(), "z", ax=ax),
-    "spectrum": lambda ax: plot.spectrum(motion(), "z", ax),
-    "stiffness": lambda ax: plot.stiffness(ax=ax),
-    "backlash": lambda ax: plot.backlash(ax),
-    "schematic": lambda ax: plot.schematic(ax),
-}
+    "response": lambda ax: plot.response(diagram(), "lyapunov", ax), "basins": lambda ax: plot.basins(starts(), ax),
+    "phase": lambda ax: plot.phase(motion(), "z", ax=ax), "history": lambda ax: plot.history(motion(), "z_dot", ax),
+    "portrait": lambda ax: plot.portrait(motion(), "z", ax=ax), "spectrum": lambda ax: plot.spectrum(motion(), "z", ax),
+    "stiffness": lambda ax: plot.stiffness(ax=ax), "backlash": lambda ax: plot.backlash(ax),
+    "schematic": lambda ax: plot.schematic(ax)}
 
 
 @pytest.mark.parametrize("name", PICTURES)
@@ -106,19 +92,6 @@ def test_draws_on_the_given_axes_and_returns_it_without_pyplot(name):
     assert PICTURES[name](ax) is ax
     assert is_drawn(ax)
     assert plt.get_fignums() == []
-
-
-def test_makes_its_own_axes_when_none_is_given():
-    plt.switch_backend("agg")
-    assert plt.fignum_exists(plot.zones(zones_map()).figure.number)
-
-
-def test_classes_follow_label_and_period():
-    ds = zones_map()
-    classes = plot.motion_class(ds["label"], ds["period"])
-    assert [[NAMES[i] for i in row] for row in classes] == [
-        ["1T", "2T", "other sub-harmonic"], ["quasi-periodic", "chaotic", "4T"],
-    ]
 
 
 def test_zones_span_the_ranges_of_the_study_and_the_legend_names_only_the_classes_present():

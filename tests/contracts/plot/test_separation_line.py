@@ -1,7 +1,5 @@
 """The overlay of the line where permanent contact ends: against its closed form, and as part of a map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,7 +7,6 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from gearchaos.gears.separation import separation_margin
 from gearchaos.gears.units import RPM
 from tests.branches import axes
 from tests.contracts.plot.figures import cut
@@ -19,7 +16,6 @@ GEARS = {"teeth": (50, 50), "module": "3 mm", "face_width": "20 mm", "bore": "30
 
 
 def made(folder, micrometres=3.0, **options) -> gc.GearDesign:
-    """A design whose error has one harmonic."""
     (orders := folder / "te.csv").write_text(f"order,peak [um],phase [deg]\n1,{micrometres},40\n")
     return gc.GearDesign(**GEARS, transmission_error={"orders": str(orders)}, **options)
 
@@ -58,15 +54,7 @@ def test_at_low_loads_the_stiffness_by_iso_is_that_of_each_torque(tmp_path):
     assert high > 1.3 * low
 
 
-def test_the_margin_is_over_torque_and_speed(design):
-    speeds, torques = np.array([500.0, 1000.0, 2000.0]), np.array([10.0, 20.0])
-    margin = separation_margin(design, speeds, torques)
-    assert margin.shape == (2, 3)
-    assert margin == pytest.approx(torques[:, None] - closed_form(design, speeds), rel=1e-9)
-
-
 def a_map() -> xr.Dataset:
-    """A map of 1T motions over speed and torque."""
     ds = zones_map().rename(omega="speed", eps1="torque").assign_coords(
         speed=("speed", [500.0, 2150.0, 3800.0], {"units": "rpm"}), torque=("torque", [50.0, 1950.0], {"units": "N*m"}))
     ds["label"][:], ds["period"][:] = 1, 1
@@ -89,8 +77,7 @@ def test_over_a_map_it_keeps_limits_legend_and_labels(design, size):
     ({}, "speed"), ({"speed": "1:2:3"}, "torque"), ({"speed": "omega=1:2:3", "torque": "1:2:3"}, "speed"),
     ({"design": gc.MeshModel()}, "design"),
     ({"design": gc.GearDesign(**{**GEARS, "damping_ratio": None}), "speed": "1:2:3", "torque": "1:2:3"},
-     "damping_ratio"),
-])
+     "damping_ratio")])
 def test_what_cannot_be_drawn_is_refused(design, arguments, field):
     with pytest.raises(InputError) as error:
         plot.separation_line(**{"design": design, "ax": axes(), **arguments})

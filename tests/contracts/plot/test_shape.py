@@ -1,7 +1,5 @@
 """Pictures at every size and of every result: nothing is cut or magnified, and what does not fit is refused."""
 
-from __future__ import annotations
-
 import re
 from contextlib import nullcontext
 from itertools import combinations
@@ -26,8 +24,7 @@ pytestmark = pytest.mark.slow
 ALL = {name: picture[:2] for name, picture in PICTURES.items()} | {
     "stiffness": ("simulate", lambda _, ax: plot.stiffness(None, ax)),
     "backlash": ("simulate", lambda _, ax: plot.backlash(ax)),
-    "schematic": ("simulate", lambda _, ax: plot.schematic(ax)),
-}
+    "schematic": ("simulate", lambda _, ax: plot.schematic(ax))}
 
 
 @pytest.fixture
@@ -77,9 +74,6 @@ def test_a_wide_figure_has_its_classes_side_by_side():
     assert len({round(t.get_window_extent().y0) for t in ax.get_legend().get_texts()}) == 1
 
 
-# --- what does not differ ------------------------------------------------------------------------------------------
-
-
 def offsets(ax) -> list[str]:
     ax.figure.draw_without_rendering()
     return [axis.get_offset_text().get_text() for axis in (ax.xaxis, ax.yaxis) if axis.get_offset_text().get_text()]
@@ -100,8 +94,7 @@ def at_rest() -> xr.Dataset:
 @pytest.mark.parametrize("draw", [
     lambda ds, ax: plot.portrait(ds, "x1", ax=ax), lambda ds, ax: plot.portrait(ds, "z", ax=ax),
     lambda ds, ax: plot.phase(ds.isel(tau=slice(None, None, 16)), "z", ax=ax),
-    lambda ds, ax: plot.history(ds.isel(tau=slice(None, None, 16)), "z", ax),
-])
+    lambda ds, ax: plot.history(ds.isel(tau=slice(None, None, 16)), "z", ax)])
 def test_one_point_is_not_magnified_to_rounding(at_rest, units, draw):
     assert np.ptp(at_rest["section_z"].values) < 1e-10
     ax = draw(at_rest if units == "dimensionless" else gc.physical(at_rest, PAIR), axes())
@@ -132,9 +125,6 @@ def test_motion_that_diverged_is_drawn_as_far_as_it_goes():
     ds = gc.simulate(gc.MeshModel.of(kind="single", zeta=0.0, q0=1e7, chi0=0.5), 12, samples=16)
     assert ds.attrs["status"] == "diverged" and np.isfinite(ds["z"][20]) and np.isnan(ds["z"][-1])
     plot.motion(ds, figure=Figure()).draw_without_rendering()
-
-
-# --- classes by name -----------------------------------------------------------------------------------------------
 
 
 def test_contact_is_drawn_as_named_classes():
@@ -179,13 +169,10 @@ def test_level_of_the_label_is_the_zones_map():
     assert np.array_equal(one.images[0].get_array(), other.images[0].get_array())
 
 
-# --- a result of another study -------------------------------------------------------------------------------------
-
 TAKES = {
     "zones": {"zones"}, "level": {"zones"}, "bifurcation": {"bifurcation"}, "lyapunov": {"bifurcation"},
     "response": {"bifurcation"}, "basins": {"basins"}, "attractors": {"attractors"}, "history": {"simulate"},
-    "spectrum": {"simulate"}, "phase": {"simulate"}, "motion": {"simulate"}, "portrait": {"simulate", "section"},
-}
+    "spectrum": {"simulate"}, "phase": {"simulate"}, "motion": {"simulate"}, "portrait": {"simulate", "section"}}
 
 
 def drawn(name: str, ds) -> object:
@@ -208,8 +195,7 @@ def test_results_of_other_studies_and_what_is_no_result_are_refused_in_words(nam
     ("level", "zones", {"name": "v_rsm"}, "name"), ("bifurcation", "bifurcation", {"name": "x3"}, "name"),
     ("history", "simulate", {"name": "zdot"}, "name"), ("spectrum", "simulate", {"name": "tau"}, "name"),
     ("phase", "simulate", {"x": "w"}, "x"), ("phase", "simulate", {"x": "z", "y": "w"}, "y"),
-    ("portrait", "section", {"x": "x3"}, "x"), ("portrait", "simulate", {"x": "z", "y": "w"}, "y"),
-])
+    ("portrait", "section", {"x": "x3"}, "x"), ("portrait", "simulate", {"x": "z", "y": "w"}, "y")])
 def test_names_that_are_not_there_are_refused_with_those_that_are(name, study, arguments, field):
     with pytest.raises(InputError, match=f"^{field} must be one of .*z") as error:
         getattr(plot, name)(result(study)[0], ax=axes(), **arguments)
@@ -240,9 +226,6 @@ def test_characteristics_take_a_pair_and_refuse_the_rest():
             plot.stiffness(bad, axes())
 
 
-# --- any result ----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_result_has_a_picture(narrow, study):
     figure = plot.result(result(study)[0])
@@ -263,5 +246,7 @@ def test_maps_are_coloured_by_what_is_asked(narrow):
         assert plot.result(ds, colour).axes[0].images
     with pytest.raises(InputError, match=r"colour must be one of .*contact.*Did you mean 'v_rms'"):
         plot.result(ds, "v_rsm")
-    with pytest.raises(InputError, match="colour must be left out"):
+    with pytest.raises(InputError, match="colour must be one of contact, contact_fraction, dynamic_factor"):
+        plot.result(result("bifurcation")[0], "hysteresis")
+    with pytest.raises(InputError, match=r"colour must be left out.* It is of basins"):
         plot.result(result("basins")[0], "contact")

@@ -1,7 +1,5 @@
 """Styles of pictures: sizes, fonts and backgrounds, hatching, and data beside a picture."""
 
-from __future__ import annotations
-
 import itertools
 import re
 
@@ -22,9 +20,6 @@ from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
 from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask
 from tests.contracts.plot.test_pictures import PICTURES, diagram, motion, starts, zones_map
-
-OF_LINES = ("phase", "history", "portrait", "spectrum", "stiffness", "backlash", "schematic", "lyapunov", "response")
-"""Pictures that are no maps: their lines and texts lie on the background."""
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +43,7 @@ def contrast(colour: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-@pytest.mark.parametrize("name", OF_LINES)
+@pytest.mark.parametrize("name", sorted(PICTURES.keys() - {"zones", "level", "bifurcation", "basins"}))  # no maps
 def test_lines_and_texts_are_visible_on_a_dark_background(name):
     with plot.style("dark"):
         figure = drawn(name)
@@ -210,7 +205,6 @@ def test_what_cannot_be_saved_with_data_is_refused_and_leaves_no_file(tmp_path, 
 
 
 def command(folder, *options):
-    """What ``gearchaos plot`` says and writes of a saved map."""
     gc.save(zones_map().assign_attrs(study="zones"), folder / "zones.nc")
     return ask("plot", folder / "zones.nc", *options, "--out", folder / "out.pdf")
 

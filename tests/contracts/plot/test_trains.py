@@ -1,7 +1,5 @@
 """Pictures of trains: their scheme, natural modes, Campbell diagram and flanks in contact."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pictures of results in physical units: the same as of dimensionless ones, but for the scales of their axes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -91,16 +89,6 @@ def test_labels_of_physical_axes_say_what_is_measured():
     ax = plot.zones(result("torques")[1], axes())
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("mesh frequency $f_z$ [Hz]", "driving torque $M_{1}$ [N m]")
     assert plot.zones(result("zones")[1], axes()).get_ylabel() == "error amplitude $e_{1}$ [µm]"
-
-
-@pytest.mark.parametrize(("kind", "study", "colour"), [
-    ("motion", "simulate", "motion"), ("map", "zones", "motion"), ("map", "zones", "v_rms")])
-def test_the_explorers_pictures_are_made_of_physical_results(kind, study, colour):
-    pytest.importorskip("tomlkit")
-    from gearchaos.explorer.jobs.export import picture
-
-    content, media = picture(kind, "png", result(study)[1], colour, "title")
-    assert media == "image/png" and len(content) > 10_000
 
 
 def test_rounding_errors_of_an_orbit_make_no_points_of_their_own_in_any_units():

@@ -69,9 +69,6 @@ def read(path, whole, plainly=False):
 
 
 DAMAGES = ["deleted", "changed", "cut short"]
-EACH = [pytest.param(study, how, each, id=f"{study.kind} {how}{each * ' all'}",
-                     marks=[pytest.mark.exhaustive] if each or (study is BASINS and how != "changed") else [])
-        for study in (MAP, BASINS) for how in DAMAGES for each in (False, True)]
 
 
 def one_of_each_kind(names, number):
@@ -83,7 +80,10 @@ def one_of_each_kind(names, number):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("study", "how", "each"), EACH)
+@pytest.mark.parametrize(("study", "how", "each"), [
+    pytest.param(study, how, each, id=f"{study.kind} {how}{each * ' all'}",
+                 marks=[pytest.mark.exhaustive] if each or (study is BASINS and how != "changed") else [])
+    for study in (MAP, BASINS) for how in DAMAGES for each in (False, True)])
 def test_damage_of_any_object_is_named_never_a_result_and_mended(study, how, each, tmp_path):
     run(study, path := tmp_path / "s.zarr", tile=8)
     before, whole, store = files(path), gc.load(path).load(), open_store(path)

@@ -79,8 +79,7 @@ def test_tiles_and_blocks_cover_the_grid_once_and_lie_in_each_other(grid):
 
 @pytest.mark.parametrize(("shape", "block", "size", "tile"), [
     ((100, 100), (1, 1), 64, (8, 8)), ((100, 100), (1, 1), 100, (8, 8)), ((100, 100), (1, 1), 128, (16, 8)),
-    ((4, 1000), (1, 1), 256, (4, 64)), ((10, 50), (1, 50), 20, (1, 50)), ((10, 50), (1, 50), 200, (4, 50)),
-])
+    ((4, 1000), (1, 1), 256, (4, 64)), ((10, 50), (1, 50), 20, (1, 50)), ((10, 50), (1, 50), 200, (4, 50))])
 def test_tiles_are_as_square_as_may_be(shape, block, size, tile, monkeypatch):
     monkeypatch.setattr(gc.Zones, "grid", dict(zip("yx", shape, strict=True)))
     monkeypatch.setattr(gc.Zones, "block", dict(zip("yx", block, strict=True)))
@@ -91,8 +90,7 @@ def test_tiles_are_as_square_as_may_be(shape, block, size, tile, monkeypatch):
     ((31623, 31623), (128, 128), 100, (512, 256), (1024, 1024)),
     ((1000, 1000), (128, 128), 100, (256, 256), (256, 256)), ((12, 16), (8, 4), 100, (12, 16), (12, 16)),
     ((100_000,), (64,), 1024, (65536,), (65536,)), ((10, 50_000), (4, 50_000), 100, (4, 50_000), (4, 50_000)),
-    ((7, 7), (7, 7), 0, (7, 7), (7, 7)), ((10**6, 10**6), (128, 128), 100, (512, 256), (1024, 1024)),
-])
+    ((7, 7), (7, 7), 0, (7, 7), (7, 7)), ((10**6, 10**6), (128, 128), 100, (512, 256), (1024, 1024))])
 def test_chunks_have_a_mebibyte_and_blocks_a_hundred_unless_there_are_too_many(shape, tile, item_bytes, chunk, block):
     grid = with_blocks(Grid(shape, tile), 8, item_bytes)
     assert (grid.tile, grid.chunk, grid.block) == (tile, chunk, block)

@@ -1,8 +1,10 @@
 """Work is divided among the threads and cores of this machine, and its progress shown."""
 
 from contextvars import copy_context
+from itertools import pairwise
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
@@ -11,15 +13,19 @@ from gearchaos.execute.progress import NotebookBar, bar, on_progress
 
 
 @pytest.mark.parametrize(("count", "options", "sizes"), [
-    (1000, {}, [500, 500]), (32, {}, [16, 16]), (31, {}, [31]), (10_240, {}, [5120, 5120]),
-    (1000, {"largest": 100}, [100] * 10)])
+    (1000, {}, [500, 500]), (32, {}, [16, 16]), (31, {}, [31]), (10_240, {}, [5120, 5120]), (0, {}, []),
+    (1000, {"largest": 100}, [100] * 10), (20_000, {"threads": 1}, [8192, 8192, 3616])])
 def test_few_pieces_are_divided_evenly_among_threads(count, options, sizes):
-    assert [t.stop - t.start for t in tiles.split(count, threads=2, **options)] == sizes
+    ends = np.cumsum([0, *sizes]).tolist()
+    assert tiles.split(count, **{"threads": 2, **options}) == [slice(*part) for part in pairwise(ends)]
 
 
-@pytest.mark.parametrize(("count", "threads"), [(10_241, 2), (60_000, 2), (60_000, 5), (100_000, 5)])
-def test_tiles_shrink_to_a_sixteenth_of_a_threads_share(count, threads):
-    sizes = [t.stop - t.start for t in tiles.split(count, threads=threads)]
+@pytest.mark.parametrize(("count", "threads"), [(10_241, 2), (60_000, 2), (60_000, 5), (100_000, 5), (123_457, 7)])
+def test_tiles_cover_all_work_once_and_shrink_to_a_sixteenth_of_a_threads_share(count, threads):
+    order, parts = tiles.interleaved(count, threads), tiles.split(count, threads=threads)
+    assert sorted(order) == list(range(count)) and np.all(np.diff(order[: count // threads]) == threads)
+    assert [part.stop for part in parts] == [*(part.start for part in parts[1:]), count] and parts[0].start == 0
+    sizes = [t.stop - t.start for t in parts]
     least = count // (16 * threads)
     assert sizes[0] == min(tiles.TILE, count // (2 * threads))
     assert min(sizes[:-1]) == least and sizes[-1] <= least

@@ -164,20 +164,6 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
         xr.testing.assert_equal(data[name], plain[name])
 
 
-@pytest.mark.parametrize("count", [0, 1, 511, 5000, 123_457])
-@pytest.mark.parametrize("threads", [1, 2, 7])
-def test_tiles_cover_all_work_once_and_the_last_ones_are_small(count, threads):
-    order = tiles.interleaved(count, threads)
-    np.testing.assert_array_equal(np.sort(order), np.arange(count))
-    assert np.all(np.diff(order[: count // threads]) == threads)
-    parts = tiles.split(count, threads=threads)
-    assert [part.stop for part in parts] == [*(part.start for part in parts[1:]), count][: len(parts)]
-    sizes = [part.stop - part.start for part in parts]
-    assert all(0 < size <= tiles.TILE for size in sizes) and sum(sizes) == count
-    if threads > 1 and count > 100_000:
-        assert sizes[-1] < count / threads / 8
-
-
 def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
     """Also one that comes early, while tiles are still being handed out: slowly, as where a compiler holds the GIL."""
     begun, submit = [], ThreadPoolExecutor.submit

@@ -161,7 +161,6 @@ def command_line(rng: random.Random, folder: Path) -> list[str]:
 
 
 def _odd(rng: random.Random) -> str:
-    """A finite number of any size."""
     return f"{rng.choice((1, 1, 1, -1)) * 10 ** rng.uniform(*rng.choice(((-2, 2), (-7, 7), (-30, 12)))):.3g}"
 
 
@@ -178,7 +177,6 @@ _STUDIES = (
 
 
 def operating_point(rng: random.Random, folder: Path) -> list[str]:
-    """A valid command at a random operating point."""
     kind = rng.choice(tuple(_OWN))
     command = [*shlex.split(rng.choice(_STUDIES)), "--set", f"kind={kind}"]
     for name in rng.sample(_SHARED + _OWN[kind], rng.choice((1, 2, 3, 5))):
