@@ -11,11 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 import gearchaos as gc
-from gearchaos.flow import ExactFlow
-from gearchaos.model import vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import switched_system
 from tests.branches import DOUBLED, SINGLE, flip_determinant, resonance
+from tests.flows import flow_of
 
 ISOLAS = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
 SYMMETRIC = gc.MeshModel.of(kind="single", zeta=0.03, q0=0.0, eps1=4.0, omega=0.6, c1=0.0)
@@ -163,10 +160,8 @@ def test_a_torus_is_born_where_a_pair_of_multipliers_leaves_the_unit_circle():
     value = float(event["event_value"])
     assert value == pytest.approx(0.0336555, abs=5e-8)
     state = {str(n)[14:]: float(event[n]) for n in ds.data_vars if str(n).startswith("event_section_")}
-    batch = vary(model.with_values({"eps1": value, **state}), {})
-    system = switched_system(batch)
-    w = initial_state(batch, system).T.copy()
-    out = ExactFlow(system).advance(w, int(event["event_period"]), tangent=np.eye(system.dimension)[:, :, None])
+    flow, w = flow_of(model.with_values({"eps1": value, **state}))
+    out = flow.advance(w, int(event["event_period"]), tangent=np.eye(flow.dimension)[:, :, None])
     assert np.abs(out.w - w).max() < 1e-10
     multipliers = np.linalg.eigvals(out.tangent[:, :, 0].T)
     critical = np.sort(np.abs(multipliers[np.abs(multipliers.imag) > 0.1]))

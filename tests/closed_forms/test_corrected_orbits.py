@@ -26,8 +26,7 @@ MODELS = {
 }
 NAMES = pytest.mark.parametrize("name", [
     "d2", "contact", "d4", pytest.param("d7", marks=pytest.mark.exhaustive)])  # a kernel that no other test needs
-AXIS = (0.7, 2.3)
-SPANS = (2.3, 0.25)
+AXIS, SPANS = (0.7, 2.3), (2.3, 0.25)
 KINDS = {"d2": {"flip", "graze"}, "contact": {"flip", "graze"}, "d4": {"fold"}, "d7": {"fold"}}
 
 
@@ -99,8 +98,7 @@ def test_events_along_two_parameters_are_those_of_python(name):
             product = np.sum(quick.data.covector * slow.data.covector)
             assert abs(product) == pytest.approx(1.0, abs=1e-7)
             if event.kind == "fold":
-                assert quick.data.curvature == pytest.approx(
-                    np.sign(product) * slow.data.curvature, rel=1e-4, abs=1e-5)
+                assert quick.data.curvature == pytest.approx(np.sign(product) * slow.data.curvature, rel=1e-4, abs=1e-5)
     assert kinds == KINDS[name]
 
 

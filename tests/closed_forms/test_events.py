@@ -32,7 +32,6 @@ BORN = [
 ]
 """Models in which two extrema of z are born near a boundary of contact, with an axis and its range."""
 
-
 TWICE = [
     ("theta1", (0.0, 6.0), {"zeta": 0.047, "q0": 0.084, "eps1": 0.093, "omega": 0.483, "eps2": 0.034, "theta2": 4.502,
                             "eps3": 0.035, "theta1": 3.0}),
@@ -232,7 +231,6 @@ def test_events_are_located_by_changes_of_sign_however_small():
     equations, (first, last) = CycleEquations(branch.family, 1, 0.4), branch.points[:2]
     root = 0.7 * first.u[-1] + 0.3 * last.u[-1]
     found = locate(equations, first, last, lambda point: 1e-20 * (point.u[-1] ** 3 - root**3))
-    assert found is not None
     assert found.u[-1] == pytest.approx(root, rel=1e-13)
     at_ends = {id(first): -1.0, id(last): 1.0}  # and no value between
     for function in (lambda point: 1.0, lambda point: at_ends.get(id(point), math.nan)):

@@ -12,28 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from gearchaos.flow import (
-    DIVERGED,
-    OK,
-    ExactFlow,
-    Measure,
-    combine_measures,
-    near_returns,
-    newton_iteration,
-    start_newton_search,
-)
+from gearchaos.flow import OK, ExactFlow, Measure, combine_measures, near_returns, newton_iteration, start_newton_search
 from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import coordinates, switched_system
+from gearchaos.model.switched import coordinates
 from tests import ROOT
+from tests.flows import flow_of
 
 KINDS = ("single", "torsional", "full")
-
-
-def flow_of(model, values=None):
-    batch = vary(model, values or {})
-    system = switched_system(batch)
-    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def random_model(draw):
@@ -148,11 +133,6 @@ def test_at_rest_on_the_boundary_without_load_stays():
     assert np.all(out.status == OK)
 
 
-def test_runaway_is_a_status():
-    flow, w = flow_of(MeshModel.of(kind="single", omega=2.0, z=30.0))
-    assert flow.advance(w, 600).status[0] == DIVERGED
-
-
 def test_measuring_and_sampling_do_not_change_the_motion():
     flow, w = flow_of(MeshModel.of(eps1=0.1, omega=0.95))
     plain, measured = flow.advance(w, 5), flow.advance(w, 5, measured=True)
@@ -211,15 +191,17 @@ def test_the_dimension_follows_from_the_symmetry(dimension, values):
 
 
 def results():
-    """What each kernel gives, with two levels of stiffness and with harmonics."""
-    model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)
-    return [results_of(each) for each in (model, replace(model, stiffness=HarmonicStiffness((0.3,), ())))]
+    """What each kernel gives, with two levels of stiffness and with harmonics, and with each law of damping."""
+    model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2, x1=1.2, x1_dot=0.1)
+    laws = [MeshModel.of(kind="single", omega=2.0, zeta=0.3, eps1=0.2, q0=0.05, z=1.4, z_dot=-0.8, damping_law=law)
+            for law in ("contact", "unilateral")]
+    return [results_of(each) for each in (model, replace(model, stiffness=HarmonicStiffness((0.3,), ())), *laws)]
 
 
 def results_of(model):
-    flow, w = ExactFlow(switched_system(vary(model, {}))), np.array([[1.0], [0.1]])
+    flow, w = flow_of(model)
     unit = np.eye(2)[:, :, None]
-    out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
+    out, grown = flow.advance(w, 2, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
     search, busy = start_newton_search(w), np.arange(1)
     newton_iteration(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
     returns = near_returns(flow.advance(w, 5, sections=5).sections, 2, 1e9, 1e9, 2)
@@ -236,4 +218,4 @@ def test_every_kernel_does_the_same_with_the_compiler_off():
     for ours, theirs in zip(json.loads(plain.stdout), compiled, strict=True):
         for mine, other in zip(ours, theirs, strict=True):
             np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
-    assert compiled[0][0][Measure.SWITCHES] > 0  # else neither is resolved
+    assert all(each[0][Measure.SWITCHES] > 0 for each in compiled)  # else they are not resolved

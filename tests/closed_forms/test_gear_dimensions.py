@@ -99,9 +99,6 @@ def test_shifts_left_out_beside_the_reference_centre_distance_are_zero():
     assert rounded.geometry.profile_shift == (0.0, 0.0) and rounded.geometry.centre_distance == 0.49885
 
 
-# backlash
-
-
 HELICAL = GearDesign(teeth=(23, 51), module="4 mm", helix_angle="20 deg", face_width="40 mm", centre_distance="160 mm",
                      profile_shift=(0.3, 0.28))
 
@@ -163,8 +160,7 @@ def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refus
 def test_allowances_of_the_tooth_thickness_are_shifts_of_the_rack(plane, at, thickness, distance):
     """A tooth whose rack is shifted by Δx is thicker by 2 Δx m_n tan α_n in the normal section, ISO 21771:2007."""
     teeth, centre, geometry = ((-60e-6, -110e-6), (-90e-6, -150e-6)), (30e-6, -20e-6), HELICAL.geometry
-    given = ThicknessAllowances(
-        tooth_thickness_allowances=teeth, centre_distance_allowance=centre, plane=plane, at=at)
+    given = ThicknessAllowances(tooth_thickness_allowances=teeth, centre_distance_allowance=centre, plane=plane, at=at)
     to_normal = 1 if plane == "normal" else math.cos(geometry.helix_angle)
     per_module = 2 * geometry.normal_module * math.tan(geometry.pressure_angle) / to_normal
     shifts = tuple(x + t[thickness] / per_module for x, t in zip(geometry.profile_shift, teeth, strict=True))
@@ -187,9 +183,6 @@ def test_a_backlash_below_the_theoretical_one_by_no_more_than_rounded_shifts_is_
     assert theoretical > 0
     small = Backlash(value=theoretical - 0.009 * 4e-3, of="line of action, total")
     assert replace(loose, backlash=small).backlash_line_of_action == small.value
-
-
-# masses
 
 
 def test_the_disc_of_a_wheel_by_hand():

@@ -117,7 +117,6 @@ def test_reference_and_extremes_are_those_of_the_values(stiffness):
 @pytest.fixture
 def table(tmp_path):
     """A function that writes a table and reads it as mesh stiffness, of a wheel with 20 teeth."""
-
     def table(text, **options):
         (tmp_path / "tvms.csv").write_text(text)
         return from_table(tmp_path / "tvms.csv", **{"teeth": 20, **options})
@@ -131,7 +130,6 @@ def wave(x):
 
 
 def rows(x, values):
-    """Rows of a table."""
     return "".join(f"{float(a)!r},{float(b)!r}\n" for a, b in zip(x, values, strict=True))
 
 
@@ -182,8 +180,6 @@ def test_the_curve_by_energy_written_to_a_table_comes_back(table):
 
 
 ANGLE, TURN = "roll angle [deg],stiffness [N/um]\n", np.arange(401)
-
-
 BAD_TABLES = {
     "not closed": ("fraction,N/um\n0,400\n1,390\n", 3, "stiffness of line 2, 400 N/um"),
     "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1; got"),
@@ -208,9 +204,8 @@ BAD_TABLES = {
 }
 
 
-@pytest.mark.parametrize("case", BAD_TABLES)
-def test_tables_that_are_no_period_of_a_stiffness_are_refused(table, case):
-    text, line, words = BAD_TABLES[case]
+@pytest.mark.parametrize(("text", "line", "words"), BAD_TABLES.values(), ids=BAD_TABLES)
+def test_tables_that_are_no_period_of_a_stiffness_are_refused(table, text, line, words):
     with pytest.raises(InputError) as raised:
         table(text)
     assert raised.value.field.endswith(f"tvms.csv, line {line},") and words in str(raised.value)

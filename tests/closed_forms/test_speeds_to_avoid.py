@@ -23,12 +23,8 @@ DESIGN = gc.GearDesign(
     quality={"standard": "ISO 1328-1:1995", "grade": 7},
     backlash={"value": "0.15 mm", "of": "line of action, total"})
 
-
 NARROW = replace(DESIGN, profile_shift=(0.35, 0.2751), bore="20 mm", torque=60.0)
 """The same pair with a narrow range to avoid near 2500 rpm."""
-
-
-"""The same pair with damping across the gap, which leads to long transients."""
 
 EXACT = replace(SPUR, transmission_error="none", torque=400.0)
 BRAKED = replace(DESIGN, damping_law="always")

@@ -96,10 +96,8 @@ def test_a_crack_takes_stiffness_away_and_nothing_where_there_is_none():
         return fault.stiffness_loss
 
     losses = [loss(depth) for depth in (1e-9, 0.5e-3, 1e-3, 2e-3)]
-    assert losses[0] == pytest.approx(0, abs=1e-6)
-    assert np.all(np.diff(losses) > 0)
-    assert 0.02 < losses[2] < 0.2
-    assert 2 * losses[1] < losses[2]  # the deeper, the more a step takes
+    assert losses[0] == pytest.approx(0, abs=1e-6) and np.all(np.diff(losses) > 0)
+    assert 0.02 < losses[2] < 0.2 and 2 * losses[1] < losses[2]  # the deeper, the more a step takes
 
 
 def test_drawn_pitch_errors_keep_within_the_grade_and_have_its_spread():

@@ -45,8 +45,7 @@ def tacho(every=400, **fields):
 
 
 def spectrum(speed, orders, data, id1="bench", **fields):
-    z = {"z_axis_value": speed, "z_axis_spec_data_type": 19, "z_axis_axis_lab": "Tacho",
-         "z_axis_axis_units_lab": "rpm"}
+    z = {"z_axis_value": speed, "z_axis_spec_data_type": 19, "z_axis_axis_lab": "Tacho", "z_axis_axis_units_lab": "rpm"}
     return function(orders, data, "Force", "N", 9, of="order", func_type=0, id1=id1, **{**z, **fields})
 
 
@@ -208,8 +207,7 @@ def test_a_direction_that_never_came_has_no_signal(tmp_path, found):
 def test_no_file_is_written_over_another(tmp_path, monkeypatch, options):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "b.uff").write_text("measured")
-    assert "--uff must be a file of its own" in ask(
-        "runup", PAIR_FILE, "--speed", "500:700", *options, code=2).stderr
+    assert "--uff must be a file of its own" in ask("runup", PAIR_FILE, "--speed", "500:700", *options, code=2).stderr
     assert (tmp_path / "b.uff").read_text() == "measured" and not (tmp_path / "x.uff").exists()
 
 

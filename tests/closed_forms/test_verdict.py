@@ -9,23 +9,19 @@ import pytest
 from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, orbits, time_series
 from gearchaos.dynamics.orbits import candidates
 from gearchaos.dynamics.settings import SINGLE_MOTION
-from gearchaos.flow import ExactFlow
-from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import switched_system
+from gearchaos.model import MeshModel
 from gearchaos.studies.attractors import Attractors
 from gearchaos.studies.basins import Basins
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.zones import Zones
+from tests import flows
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,
                        averaging_periods=8)
 
 
-def flow_of(values=None, **model):
-    batch = vary(MeshModel.of(**model), values or {})
-    system = switched_system(batch)
-    return ExactFlow(system), initial_state(batch, system).T.copy()
+def flow_of(**model):
+    return flows.flow_of(MeshModel.of(**model))
 
 
 def state_at(flow, w, periods=9):
@@ -111,8 +107,7 @@ def test_a_motion_is_at_its_orbit_only_within_a_twentieth(away):
 
 @pytest.mark.parametrize(("value", "low", "label"), [
     (0.1, 0.05, Label.CHAOTIC), (0.1, -0.001, Label.UNDECIDED), (0.9e-3, 0.8e-3, Label.UNDECIDED),
-    (1.1e-3, 0.8e-3, Label.CHAOTIC),
-])
+    (1.1e-3, 0.8e-3, Label.CHAOTIC)])
 def test_chaos_needs_an_exponent_of_a_thousandth_and_its_whole_interval(monkeypatch, value, low, label):
     """The exponent is made up, on a motion that does not return."""
     flow, w = flow_of(omega=1.0, q0=0.1, eps1=0.26)
@@ -176,9 +171,7 @@ def test_the_minimal_period_is_the_first_return():
     (0.9e-3, 0.0, 0.5, True), (1.1e-3, 0.0, 0.5, False), (0.9e-2, 0.0, 10.0, True), (1.1e-2, 0.0, 10.0, False),
     (0.0, 0.9e-2, 0.5, True), (0.0, 1.1e-2, 0.5, False), (0.0, 0.9e-1, 10.0, True), (0.0, 1.1e-1, 10.0, False),
 ])
-def test_a_near_return_is_within_a_thousandth_of_the_size_and_the_one_before_within_a_hundredth(
-    last, before, size, returns
-):
+def test_a_near_return_is_within_a_thousandth_of_the_size_and_the_one_before_a_hundredth(last, before, size, returns):
     """Of three rounds of period 2 the newest state is off by ``last`` from the one a round before, that by ``before``
     from the first; sizes below 1 count as 1."""
     record = np.tile(np.array([[[0.0], [0.0]], [[size], [size]]]), (4, 1, 1))[:7]

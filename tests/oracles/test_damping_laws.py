@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
@@ -25,17 +21,11 @@ from gearchaos.model import (
     TwoLevelStiffness,
     vary,
 )
-from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import reversed_in_time, switched_system, velocity_signs
+from tests.flows import flow_of
 from tests.oracles import scipy_oracle
 
 LAWS = ("contact", "unilateral")
-
-
-def flow_of(model: MeshModel) -> tuple[ExactFlow, np.ndarray]:
-    batch = vary(model, {})
-    system = switched_system(batch)
-    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def unit(w: np.ndarray) -> np.ndarray:
@@ -111,20 +101,6 @@ def test_one_period_from_the_boundary(law, z, speed):
         end, (flow, w) = scipy_oracle.section(model, 1), flow_of(model)
         expected = [end["z"][0], end["z_dot"][0]]
         np.testing.assert_allclose(flow.advance(w, 1).w[:, 0], expected, rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize(("law", "state", "determinant"), [
-    ("always", (0.86319781, 0.08016883), 0.497514),
-    ("contact", (0.84308597, 0.05407245), 0.684399),
-    ("unilateral", (0.84252577, 0.05291993), 0.691430),
-])
-def test_a_motion_of_one_period(law, state, determinant):
-    model = MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.1, eps1=0.05, chi1=0.0, chi2=0.0, damping_law=law)
-    flow, w = flow_of(model)
-    w = flow.advance(w, 1000).w
-    np.testing.assert_allclose(w[:, 0], state, rtol=0, atol=1e-8)
-    tangent = flow.advance(w, 1, tangent=unit(w)).tangent
-    assert np.linalg.det(tangent[:, :, 0]) == pytest.approx(determinant, abs=6e-7)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -257,11 +233,8 @@ def test_derivatives_by_parameters(case, side):
     family = ParameterFamily(model, axes)
     values = family.start[None]
     out = family.flow(values).advance(family.initial_states(values))
-    for q, name in enumerate(axes):
-        np.testing.assert_allclose(
-            out.sensitivity[0, :, q], stencil(model, name, oracle), rtol=1e-7, atol=1e-8, err_msg=name)
-    for i, name in enumerate(("z", "z_dot")):
-        np.testing.assert_allclose(out.monodromy[0, :, i], stencil(model, name, oracle), rtol=1e-7, atol=1e-8)
+    for name, found in zip((*axes, "z", "z_dot"), [*out.sensitivity[0].T, *out.monodromy[0].T], strict=True):
+        np.testing.assert_allclose(found, stencil(model, name, oracle), rtol=1e-7, atol=1e-8, err_msg=name)
     flow, w = flow_of(model)
     np.testing.assert_allclose(flow.advance(w, 1, tangent=unit(w)).tangent[:, :, 0].T, out.monodromy[0], atol=1e-12)
 
@@ -343,28 +316,3 @@ def test_reversed_time_leads_back(law):
     assert np.median(typical) < 1e-10
 
 
-PLAIN = """
-import json, sys
-import numpy as np
-from tests.oracles.test_damping_laws import flow_of, unit, MeshModel
-out = []
-for law in ("contact", "unilateral"):
-    model = MeshModel.of(kind="single", omega=2.0, zeta=0.3, eps1=0.2, q0=0.05, z=1.4, z_dot=-0.8, damping_law=law)
-    flow, w = flow_of(model)
-    end = flow.advance(w, 2, tangent=unit(w), measured=True)
-    out.append([a.ravel().tolist() for a in (end.w, end.tangent, end.measures)])
-print(json.dumps(out))
-"""
-
-
-@pytest.mark.slow
-def test_the_compiler_changes_nothing():
-    plain, compiled = (
-        json.loads(subprocess.run([sys.executable, "-c", PLAIN], env={**os.environ, "NUMBA_DISABLE_JIT": off},
-                                  capture_output=True, text=True, check=True).stdout)
-        for off in "10"
-    )
-    for ours, theirs in zip(plain, compiled, strict=True):
-        for mine, other in zip(ours, theirs, strict=True):
-            np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
-        assert theirs[2][Measure.SWITCHES] > 1

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.flow import OK, ExactFlow
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError, TwoLevelStiffness, vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import switched_system
+from gearchaos.flow import OK
+from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError, TwoLevelStiffness
+from tests.flows import flow_of
 
 heyoka_oracle = pytest.importorskip(
     "tests.oracles.heyoka_oracle", reason="heyoka is not installed", exc_type=ImportError
@@ -66,14 +65,6 @@ def _start_names(kind: str) -> tuple[str, ...]:
     return ("z", "z_dot") if kind == "single" else gc.model.COORDINATES[kind]
 
 
-def _one_period(model: MeshModel, values: dict[str, np.ndarray]) -> tuple[tuple[str, ...], np.ndarray]:
-    batch = vary(model, values)
-    system = switched_system(batch)
-    out = ExactFlow(system).advance(initial_state(batch, system).T.copy(), 1)
-    assert np.all(out.status == OK)
-    return system.names, out.w
-
-
 def _reduced(section: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
     """The oracle's last section in the reduced coordinates, (d,)."""
     full = dict(section)
@@ -84,12 +75,13 @@ def _reduced(section: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarr
 
 def _worst(model: MeshModel, values: dict[str, np.ndarray]) -> float:
     """Largest one-period error of any coordinate at any point."""
-    names, w = _one_period(model, values)
-    worst = 0.0
+    flow, w = flow_of(model, values)
+    out, worst = flow.advance(w, 1), 0.0
+    assert np.all(out.status == OK)
     for i in range(w.shape[1]):
         point = model.with_values({k: float(v[i]) for k, v in values.items()})
-        expected = _reduced(heyoka_oracle.section(point, 1), names)
-        worst = max(worst, float(np.abs(w[:, i] - expected).max()))
+        expected = _reduced(heyoka_oracle.section(point, 1), flow.system.names)
+        worst = max(worst, float(np.abs(out.w[:, i] - expected).max()))
     return worst
 
 
@@ -97,7 +89,7 @@ def _worst(model: MeshModel, values: dict[str, np.ndarray]) -> float:
 @pytest.mark.parametrize("case", DIMENSIONS)
 def test_one_period_from_random_states(case, stiffness):
     model, values = _random(case, stiffness)
-    assert len(switched_system(vary(model, values)).names) == int(case[0])
+    assert len(flow_of(model, values)[1]) == int(case[0])
     assert _worst(model, values) <= 1e-11
 
 
@@ -122,16 +114,14 @@ def test_one_period_from_a_flat_start(stiffness):
     _move_to(model, values, np.resize([1.0, -1.0], count))
     values["z_dot"] = speed
     error2 = -(values["omega"] ** 2) * (
-        values["eps1"] * np.cos(values["theta1"]) + 4 * values["eps2"] * np.cos(values["theta2"])
-    )
+        values["eps1"] * np.cos(values["theta1"]) + 4 * values["eps2"] * np.cos(values["theta2"]))
     values["q2"], values["q1"] = np.zeros(count), 2 * (pull + error2 + 2 * values["zeta"] * speed)
     assert _worst(model, values) <= 1e-11
 
 
 def _relative(model: MeshModel, values: dict[str, np.ndarray]) -> np.ndarray:
     """z and z' at the start, (2, points)."""
-    batch = vary(model, values)
-    return initial_state(batch, switched_system(batch))[:, :2].T
+    return flow_of(model, values)[1][:2]
 
 
 def _move_to(model: MeshModel, values: dict[str, np.ndarray], z: np.ndarray) -> None:
