@@ -222,12 +222,10 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
-    ({"torque": "150,60"}, "torque must rise"), ({"torque": 0}, "torque must be finite and not 0"),
-    ({"torque": [100, float("nan")]}, "torque"), ({"speed": "900"}, "speed must read"),
+    ({"torque": []}, "torque must be 1 to"), ({"torque": "150,60"}, "torque must rise"),
+    ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": [100, float("nan")]}, "torque"),
     ({"speed": "900:800"}, "speed must run"), ({"speed": "1:30000:2"}, "speed must take at most 4000 speeds"),
-    ({"spacing": 0.0009}, "spacing must lie in"), ({"starts": -1}, "starts must be"),
-    ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be")])
+    ({"spacing": 0.0009}, "spacing must lie in"), ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be")])
 def test_bad_input_is_refused(options, message):
     with pytest.raises(InputError) as error:
         gc.assess(**{"gears": SPUR, "speed": "1000:1100", "torque": 100, **options})

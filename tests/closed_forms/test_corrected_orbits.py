@@ -22,8 +22,7 @@ MODELS = {
     "d2": gc.MeshModel.of(kind="torsional", omega=0.95, q0=0.1, eps1=0.14),
     "contact": gc.MeshModel.of(kind="torsional", omega=0.95, q0=0.1, eps1=0.14, damping_law="contact"),
     "d4": gc.MeshModel.of(kind="full", kappa=0.5, omega=1.2, q0=0.1, eps1=0.05),
-    "d7": gc.MeshModel.of(kind="full", beta1=0.02, kappa1=0.4, omega=1.2, q0=0.1, eps1=0.05),
-}
+    "d7": gc.MeshModel.of(kind="full", beta1=0.02, kappa1=0.4, omega=1.2, q0=0.1, eps1=0.05)}
 NAMES = pytest.mark.parametrize("name", [
     "d2", "contact", "d4", pytest.param("d7", marks=pytest.mark.exhaustive)])  # a kernel that no other test needs
 AXIS, SPANS = (0.7, 2.3), (2.3, 0.25)

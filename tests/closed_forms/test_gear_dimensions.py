@@ -20,29 +20,17 @@ EXAMPLE_1 = GearDesign(
     speed="360 rpm", torque="9000 N*m", bore="0 mm")
 """ISO/TR 6336-30:2017, example 1, with the tip diameters of its drawing, which are rounded to 0.01 mm."""
 
-ROSS = GearDesign(teeth=(62, 62), module="2 mm", face_width="20 mm", bore="35 mm",
-                  material={"E": "206 GPa", "poisson": 0.3, "density": 7830})
-"""The pair 62/62 of the tests of ROSS."""
-
 
 def test_example_1_of_iso_tr_6336_30_to_the_digits_printed():
     geometry = EXAMPLE_1.geometry
     assert round(math.degrees(geometry.working_pressure_angle), 4) == 21.0661
     assert geometry.tip_diameter == pytest.approx((0.15966, 0.87235), rel=1e-15)
-    assert round(geometry.contact_ratio, 4) == 1.5491
-    assert round(geometry.overlap_ratio, 5) == 1.08337
+    assert round(geometry.contact_ratio, 4) == 1.5491 and round(geometry.overlap_ratio, 5) == 1.08337
     assert [round(z, 3) for z in geometry.virtual_teeth] == [18.905, 114.543]
-    assert round(EXAMPLE_1.load.tangential_force) == 127352
-    assert round(EXAMPLE_1.load.velocity, 3) == 2.664
+    assert round(EXAMPLE_1.load.tangential_force) == 127352 and round(EXAMPLE_1.load.velocity, 3) == 2.664
     nominal = replace(EXAMPLE_1, tip_diameter=None).geometry  # with tip diameters that are not rounded
     assert nominal.tip_diameter == pytest.approx((0.15966011, 0.8723548), abs=1e-8)
     assert round(nominal.contact_ratio, 4) == 1.5493
-
-
-def test_the_contact_ratio_of_ross_to_the_digits_printed():
-    assert round(ROSS.geometry.contact_ratio, 10) == 1.7897798668
-    assert ROSS.geometry.centre_distance == 0.124
-    assert ROSS.geometry.theoretical_backlash == pytest.approx(0, abs=1e-16)
 
 
 def test_a_spur_gear_pair_by_hand():
@@ -51,14 +39,9 @@ def test_a_spur_gear_pair_by_hand():
         teeth=(20, 40), normal_module=3e-3, pressure_angle=math.radians(20), helix_angle=0.0, profile_shift=(0.0, 0.0),
         centre_distance=geometry.centre_distance, face_width=(0.03, 0.025))
     assert geometry.centre_distance == pytest.approx(0.09, rel=1e-15)
-    assert geometry.reference_diameter == pytest.approx((0.06, 0.12))
-    assert geometry.tip_diameter == pytest.approx((0.066, 0.126))
     assert geometry.root_diameter == pytest.approx((0.0525, 0.1125))
-    assert geometry.base_diameter == pytest.approx((0.06 * math.cos(math.pi / 9), 0.12 * math.cos(math.pi / 9)))
-    assert geometry.working_diameter == pytest.approx((0.06, 0.12))
     assert geometry.tip_clearance == pytest.approx((0.75e-3, 0.75e-3))
     assert geometry.virtual_teeth == pytest.approx((20, 40)) and geometry.gear_ratio == 2
-    assert geometry.base_pitch == pytest.approx(math.pi * 3e-3 * math.cos(math.pi / 9))
     assert geometry.common_face_width == 0.025 and geometry.overlap_ratio == 0.0
     assert geometry.total_contact_ratio == geometry.contact_ratio
     assert geometry.undercut_shift[0] == pytest.approx(1.25 - 0.38 * (1 - math.sin(math.pi / 9)) - 10 * math.sin(
@@ -69,8 +52,7 @@ def test_the_inverse_of_the_involute_to_rounding():
     for angle in np.concatenate([np.geomspace(1e-3, 0.1, 40), np.linspace(0.1, 1.5, 200)]):
         # tan α is rounded to some 1e-16 of itself, and the derivative of the involute is tan² α
         assert abs(inverse_involute(involute(angle)) - angle) <= 3e-16 * (angle + 2 / math.tan(angle))
-    assert inverse_involute(0.0) == 0.0
-    assert involute(inverse_involute(1e6)) == pytest.approx(1e6, rel=1e-9)
+    assert inverse_involute(0.0) == 0.0 and involute(inverse_involute(1e6)) == pytest.approx(1e6, rel=1e-9)
 
 
 def test_keeping_the_clearance_shortens_the_teeth_until_it_is_that_of_the_rack():

@@ -59,8 +59,7 @@ def test_helical_gears_have_the_series_of_their_contact_lines():
     assert stiffness.waveform.phases == pytest.approx(phases, abs=1e-15)
     difference = stiffness(GRID) / stiffness.reference - 1 - share * (relative_length(*ratios)(GRID) - 1)
     assert stiffness.truncation == pytest.approx(np.sqrt(np.mean(difference**2)), rel=1e-4)
-    assert stiffness.truncation <= 1e-3
-    assert np.abs(difference).max() < 5e-3
+    assert stiffness.truncation <= 1e-3 and np.abs(difference).max() < 5e-3
 
 
 @pytest.mark.parametrize("pair", [SPUR_62, HIGH_CONTACT], ids=["two levels", "steps"])
@@ -93,8 +92,7 @@ def test_of_different_face_widths_the_smaller_one_counts():
 
 @pytest.mark.parametrize(("arguments", "field"), [
     ((spur(centre_distance=0.1262), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
-    ((SPUR_62, np.nan), "mesh_stiffness"),
-])
+    ((SPUR_62, np.nan), "mesh_stiffness")])
 def test_bad_values_for_iso_are_refused(arguments, field):
     with pytest.raises(InputError) as raised:
         from_iso(*arguments)
@@ -109,8 +107,7 @@ def test_bad_values_for_iso_are_refused(arguments, field):
 def test_reference_and_extremes_are_those_of_the_values(stiffness):
     values = stiffness(GRID)
     assert values.mean() == pytest.approx(stiffness.reference, rel=2e-5)
-    assert stiffness.extremes == pytest.approx((values.min(), values.max()), rel=1e-4)
-    assert np.all(values > 0)
+    assert stiffness.extremes == pytest.approx((values.min(), values.max()), rel=1e-4) and np.all(values > 0)
     assert stiffness(GRID[:9] + 3) == pytest.approx(values[:9], rel=1e-12)
 
 
@@ -140,8 +137,7 @@ STEPS = {
     "points": "fraction,stiffness [N/um]\n0,400\n0.5,400\n0.5,250\n1,250\n1,400\n",
     "jump at the beginning": "fraction,stiffness [N/um]\n0,250\n0,400\n0.5,400\n0.5,250\n1,250\n",
     "points over angle": "deg,N/m\n0,4e8\n9,4e8\n9,2.5e8\n18,2.5e8\n18,4e8\n",
-    "points over time, rounded": "time (s);kN/mm\n0;400\n0,007854;400\n0,007854;250\n0,01571;250\n0,01571;400\n",
-}
+    "points over time, rounded": "time (s);kN/mm\n0;400\n0,007854;400\n0,007854;250\n0,01571;250\n0,01571;400\n"}
 
 
 @pytest.mark.parametrize("form", STEPS)
@@ -200,8 +196,7 @@ BAD_TABLES = {
     "other jumps": (ANGLE + "0,400\n9,400\n9,300\n18,300\n18,400\n28,400\n28,300\n36,300\n36,400\n", 10,
                     "the same jumps in each of its 2"),
     "two thirds": (ANGLE + "0,400\n6,300\n12,350\n", 4, "the end of the mesh period, 18 deg; got '12 deg'"),
-    "a degree short": (ANGLE + "0,400\n9,400\n9,300\n17,350\n", 5, "the mesh period, 18 deg; got '17 deg'"),
-}
+    "a degree short": (ANGLE + "0,400\n9,400\n9,300\n17,350\n", 5, "the mesh period, 18 deg; got '17 deg'")}
 
 
 @pytest.mark.parametrize(("text", "line", "words"), BAD_TABLES.values(), ids=BAD_TABLES)

@@ -14,8 +14,7 @@ PLANES = {
     "layers": np.select([ROW < 70, ROW < 150], [1, 2], default=3),
     "slope": np.where(ROW + COLUMN / 3 < 130, 1, 3),
     "tongue": np.where(np.abs(ROW - 16 - COLUMN / 2) < 1 + COLUMN / 100, 1, 3),
-    "noise": np.random.default_rng(0).integers(1, 4, ROW.shape),
-}
+    "noise": np.random.default_rng(0).integers(1, 4, ROW.shape)}
 
 
 def refine(label, coarse=16, period=None):
@@ -26,8 +25,7 @@ def refine(label, coarse=16, period=None):
         np.add.at(counts, cells, 1)
         return {
             "label": label.ravel()[cells].astype(np.int8), "period": period.ravel()[cells].astype(np.int32),
-            "reason": np.full(len(cells), Reason.ORBIT, np.int8), "v_rms": 0.5 + cells,
-        }
+            "reason": np.full(len(cells), Reason.ORBIT, np.int8), "v_rms": 0.5 + cells}
 
     found = refined(compute, np.arange(label.size), label.shape[1], coarse)
     return {n: v.reshape(label.shape) for n, v in found.items()}, counts.reshape(label.shape)

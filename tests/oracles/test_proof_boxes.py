@@ -37,8 +37,7 @@ CASES = {
     "single, stepped": (MeshModel.of(kind="single", q0=0.1, eps1=0.05, omega=0.95, zeta=0.05, stiffness=STEPS),
                         {"eps1": 1e-4, "zeta": 1e-4, "omega": 1e-4}),
     "full": (MeshModel.of(kind="full", q0=0.1, eps1=0.03, omega=1.5, beta1=0.02, kappa1=0.4),
-             {"kappa1": 2e-5, "eps1": 2e-5, "omega": 2e-5, "mu": 2e-5, "zeta_support": 2e-5, "beta2": 2e-5}),
-}
+             {"kappa1": 2e-5, "eps1": 2e-5, "omega": 2e-5, "mu": 2e-5, "zeta_support": 2e-5, "beta2": 2e-5})}
 
 
 def random_members(model, widths, count):

@@ -45,8 +45,7 @@ ORBITS = {
     "full, unlike, 1T": (FULL | {"beta1": 0.02, "eps2": 0.02, "theta2": 1.0}, None, 7, 2),
     "stepped 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "stiffness": STEPS}, None, 2, 2),
     "fourier 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "c1": 0.2, "c2": 0.05, "alpha2": 1.0}, None, 2, 2),
-    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2),
-}
+    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2)}
 
 
 @cache
@@ -181,8 +180,7 @@ def test_forged_switches_are_refused():
         lambda w: w[0]["time"].__setitem__(1, "0.3"),
         lambda w: w.insert(1, copy.deepcopy(w[0])),
         lambda w: w.insert(0, {"time": ["1e-3", "1e-9"], "flank": w[0]["flank"], "into": w[0]["into"]}),
-        lambda w: w.reverse(),
-    ):
+        lambda w: w.reverse()):
         c = proved("torsional 8T")
         change(next(windows for windows in c["switches"] if len(windows) >= 2))
         refused(c, "switches|contact")
@@ -224,8 +222,7 @@ def test_files_that_are_no_certificates_are_refused(tmp_path):
     text = json.dumps(proved("torsional 1T saddle"))
     for number, content in enumerate((
         "", text[:-1], text[: len(text) // 2], "[" * 100_000, "null", "[]", "7", '"text"', text.replace("lie", "liè"),
-        text[:-1] + ', "bits": 128}', '{"format": NaN}', "1" * 5000,
-    )):
+        text[:-1] + ', "bits": 128}', '{"format": NaN}', "1" * 5000)):
         (path := tmp_path / f"{number}.json").write_text(content)
         assert verifier.verify_file(path).lines[0].startswith("refused")
     assert not verifier.verify_file(tmp_path).proved
@@ -489,8 +486,7 @@ def test_an_interval_that_is_not_a_number_passes_no_test():
 SHAPES = (
     {"kind": "single", "beta": 0.0}, {"kind": "torsional"}, {"kind": "torsional", "beta1": 0.02, "J1": 1.5},
     {"kind": "full"}, {"kind": "full", "beta1": 0.03}, {"kind": "full", "kappa1": 0.8},
-    {"kind": "full", "mu2": 6.0, "beta2": 0.0},
-)
+    {"kind": "full", "mu2": 6.0, "beta2": 0.0})
 
 
 def random_model(rng: np.random.Generator, number: int) -> MeshModel:
@@ -553,6 +549,5 @@ def test_the_tube_contains_heyokas_motions(count):
                 assert all(arb(truth[i], 2e-12).overlaps(inside[i, 0]) for i in range(d)), (model, trial)
                 assert all((tube.G * tube.E)[i, 0].overlaps(arb(truth[i], 2e-12)) for i in range(d))
             widths.append(max(float(tube.G[i, d].rad()) for i in range(d)))
-    assert skipped < 0.3 * count
-    assert switches > count
+    assert skipped < 0.3 * count and switches > count
     assert np.median(widths[::2]) < 1e-13
