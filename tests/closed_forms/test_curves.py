@@ -50,14 +50,6 @@ def test_table_of_a_series_gives_the_series_back():
     assert phases[[0, 1, 3]] == pytest.approx([0.4, -1.0, 2.0], abs=1e-12)
 
 
-def test_series_of_a_table_gives_the_table_back():
-    curve = wave()
-    stiffness = from_curve(curve.scaled(4e8), "test", tolerance=1e-4)
-    assert isinstance(stiffness.waveform, HarmonicStiffness) and len(stiffness.waveform.amplitudes) == 4
-    t = np.linspace(0, 1, 401)
-    assert stiffness(t) == pytest.approx(4e8 * curve(t), rel=2e-4)
-
-
 def test_equal_steps_are_one_step_also_across_the_end_of_the_period():
     levels = np.array([3.0, 1.0, 1.0, 3.0])
     waveform, error = approximate(PeriodicCurve(np.array([0, 0.2, 0.4, 0.6, 1]), levels, levels), 1e-3)

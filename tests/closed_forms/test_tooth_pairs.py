@@ -171,10 +171,6 @@ def test_the_peak_at_a_jump_is_the_force_of_all_pairs_that_touch_there():
     assert quasi_static_ratio(model) >= pushing / force - 1e-6
 
 
-def test_a_relief_of_one_wheel_may_be_as_long_as_the_path():
-    assert gc.ToothPairStiffness(relief1=0.3, relief_length1=1.0).relief_length1 == 1.0
-
-
 @pytest.mark.parametrize(("values", "field"), [
     ({"relief1": -0.1}, "relief1"), ({"relief1": 0.3, "relief_length1": 1.0, "relief2": 0.1}, "relief_length"),
     ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 2.5}, "contact_ratio"),

@@ -117,12 +117,6 @@ def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
     assert np.ptp(energy) < 1e-13 and np.any(potential > 0)
 
 
-def test_the_static_state_holds_without_excitation():
-    train = gc.Train(speed=1000.0, meshes=[mesh("a", "b", 20, 40, error_amplitudes=[], stiffness=2e8)], bodies=[
-        gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="b", inertia=2e-3, torque=-40.0)])
-    assert deflections(train)[:, 0] == pytest.approx(20.0 / 0.02 / 2e8, rel=1e-12)
-
-
 def test_a_common_period_is_that_of_all_orders():
     meshes = [mesh("motor", "wheel", 20, 41), mesh("wheel", "load", 19, 50)]
     train = gc.Train(speed=3000.0, meshes=meshes, bodies=[
