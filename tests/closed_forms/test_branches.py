@@ -1,7 +1,5 @@
 """Branches of periodic orbits: closed forms, laws of bifurcations, symmetries, and other ways to the same orbits."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache
@@ -83,15 +81,6 @@ def test_a_mirrored_mesh_has_the_mirrored_branch():
     np.testing.assert_allclose(mirrored["event_value"].values, ds["event_value"].values, atol=1e-9)
     np.testing.assert_array_equal(mirrored["event_boundary"].values, -ds["event_boundary"].values)
     np.testing.assert_allclose(mirrored["event_section_z"].values, -ds["event_section_z"].values, atol=1e-6)
-
-
-def test_without_a_varying_stiffness_the_phase_of_the_error_has_no_effect():
-    values = [gc.branch(gc.MeshModel.of(omega=0.9, eps1=0.05, theta1=theta, **LINEAR), "omega=0.4:1.5")
-              for theta in (0.0, 1.3)]
-    assert len(values[0]["event_value"]) > 2
-    np.testing.assert_array_equal(*(ds["event_kind"].values for ds in values))
-    np.testing.assert_allclose(*(ds["event_value"].values for ds in values), atol=1e-9)
-    assert abs(values[0]["section_z"].values[0] - values[1]["section_z"].values[0]) > 1e-3
 
 
 def test_the_branch_is_the_same_from_either_end():

@@ -1,7 +1,5 @@
 """Equations interpolated along parameters: those of the models, and none where they are not smooth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

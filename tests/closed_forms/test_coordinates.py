@@ -1,7 +1,5 @@
 """x and y from the dynamic state and back: the rotation of the wheels at any bearing friction, and in long sweeps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

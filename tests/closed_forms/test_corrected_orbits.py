@@ -1,7 +1,5 @@
 """Orbits corrected in one call of a kernel: those that Newton's method in Python finds, and what is left to it."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Dynamic factors by ISO 6336-1, methods B and C, and AGMA: published values, limits, jumps and refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The saddle between the basins of two attractors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Curves of events, skeletons and manifolds: closed forms, invariants, and other ways to the same curves and maps."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache

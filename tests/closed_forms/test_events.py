@@ -1,7 +1,5 @@
 """Events between two points of a branch: those found over long distances are those found over short ones."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache

@@ -1,7 +1,5 @@
 """The loaded transmission error against closed forms: of one spring, and of two tooth pairs with their gaps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

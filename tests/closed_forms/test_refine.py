@@ -31,11 +31,6 @@ def refine(label, coarse=16, period=None):
     return {n: v.reshape(label.shape) for n, v in found.items()}, counts.reshape(label.shape)
 
 
-def nearest_other(label):
-    """The distance of every cell from the nearest of another label."""
-    return np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)
-
-
 @pytest.mark.parametrize("name", PLANES)
 def test_no_cell_is_inferred_beside_a_computed_one_of_another_kind(name):
     """Beside: four cells away along a row or a column, and within that circle across."""
@@ -76,7 +71,7 @@ def test_cells_off_the_lattice_are_computed_only_where_a_boundary_is_near(name):
     """A cell of the lattice of step s/2 alone is asked for if its block of side s is mixed, or is doubted."""
     label = PLANES[name]
     _, counts = refine(label)
-    near = nearest_other(label)
+    near = np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)  # another label
     for step in (2, 4, 8):
         finer = (ROW % step > 0) | (COLUMN % step > 0)
         asked = (counts == 1) & finer & (label.shape[0] - 1 > ROW) & (label.shape[1] - 1 > COLUMN)

@@ -1,5 +1,4 @@
-"""Which speeds to avoid: edges in closed form and by fine scans, motions that one scan misses, ranges counted by hand.
-"""
+"""Which speeds to avoid: edges in closed form and by fine scans, motions that one scan misses, ranges by hand."""
 
 import json
 from dataclasses import replace

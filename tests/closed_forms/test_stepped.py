@@ -104,27 +104,6 @@ def test_dividing_a_level_leaves_the_motion_as_it_is(dimension):
     np.testing.assert_allclose(one.measures, other.measures, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize(("dimension", "shift"), [(2, 0.13), (4, 0.5), (7, 0.8)])
-def test_shifting_the_starts_shifts_the_motion(dimension, shift):
-    """χ(τ − sT) with ε(τ − sT) is the same motion later: the flow over the first sT of a period comes first."""
-    rng = np.random.default_rng(dimension)
-    stiffness = random_steps(rng, 6)
-    pairs = zip(stiffness.starts, stiffness.levels, strict=True)
-    starts, levels = zip(*sorted(((start + shift) % 1, level) for start, level in pairs), strict=True)
-    values = {"omega": 0.9, "q0": 0.1, "eps1": 0.15, "eps2": 0.05, "theta1": 0.4, "theta2": 1.0, **KINDS[dimension]}
-    here = MeshModel.of(stiffness=stiffness, **values)
-    there = here.with_values({
-        "stiffness": SteppedStiffness(levels, starts),
-        "theta1": here.error.phases[0] + 2 * np.pi * shift, "theta2": here.error.phases[1] + 4 * np.pi * shift})
-    w = rng.uniform(-1.2, 1.2, (dimension, 5))
-    early, late = (ExactFlow(switched_system(vary(model, {"q0": np.full(5, 0.1)})), samples=100) for model in (
-        here, there))
-    found = late.advance(w, 2, sample=True).samples
-    start = found[0, round(100 * shift), :dimension]  # τ = sT there is τ = 0 here
-    following = found.reshape(200, dimension + 1, 5)[round(100 * shift) :][:100]
-    np.testing.assert_allclose(early.advance(start, 1, sample=True).samples[0], following, rtol=0, atol=1e-12)
-
-
 def test_a_sample_beside_a_jump_is_taken_at_its_own_instant():
     """A jump 1e-10 of a period before a sample is not mistaken for it."""
     late, early = (MeshModel.of(

@@ -4,8 +4,6 @@ The points of an orbit in floats are refined by Newton's method with the verifie
 this module writes need not be right: whatever it writes, the verifier has to prove.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from contextlib import suppress

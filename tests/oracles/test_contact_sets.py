@@ -1,7 +1,5 @@
 """Several one-sided contacts in the flow: against an integration that shares no code, and in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The damping laws of the mesh in the flow: against an independent integration, in closed form, and by definition."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -201,15 +199,15 @@ JUMPS = {
 """What a jump of the stiffness meets: law, levels and initial state."""
 
 
-def stencil(model: MeshModel, name: str, advance) -> np.ndarray:
-    """The derivative of z and z' after a mesh period by a parameter or an initial value, by ``advance(model)``."""
+def derivative(model: MeshModel, name: str) -> np.ndarray:
+    """Of z and z' after a mesh period by a parameter or an initial value, by the oracle."""
     value = model.initial[name] if name in model.initial else model.value(name)
-    return central_difference(lambda h: advance(model.with_values({name: value + h})), STEP)
 
+    def advance(h: float) -> np.ndarray:
+        end = scipy_oracle.section(model.with_values({name: value + h}), 1)
+        return np.array([end["z"][0], end["z_dot"][0]])
 
-def oracle(model: MeshModel) -> np.ndarray:
-    end = scipy_oracle.section(model, 1)
-    return np.array([end["z"][0], end["z_dot"][0]])
+    return central_difference(advance, STEP)
 
 
 @pytest.mark.slow
@@ -224,7 +222,7 @@ def test_derivatives_by_parameters(case, side):
     values = family.start[None]
     out = family.flow(values).advance(family.initial_states(values))
     for name, found in zip((*axes, "z", "z_dot"), [*out.sensitivity[0].T, *out.monodromy[0].T], strict=True):
-        np.testing.assert_allclose(found, stencil(model, name, oracle), rtol=1e-7, atol=1e-8, err_msg=name)
+        np.testing.assert_allclose(found, derivative(model, name), rtol=1e-7, atol=1e-8, err_msg=name)
     flow, w = flow_of(model)
     np.testing.assert_allclose(flow.advance(w, 1, tangent=unit(w)).tangent[:, :, 0].T, out.monodromy[0], atol=1e-12)
 

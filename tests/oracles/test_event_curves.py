@@ -1,7 +1,5 @@
 """Orbits on curves of events by heyoka, which shares no code with the flow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Random trains in the flow, against an integration of all physical coordinates that shares no code."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

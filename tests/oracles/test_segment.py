@@ -1,7 +1,5 @@
 """Images of segments of states in balls against the exact flow in floating point, and the sets of a chaotic set."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Monodromy matrices and parameter derivatives of a mesh period against differences of an independent integration."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The exact flow with a stepped stiffness against independent integrations that stop at every jump."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Tips that enter the mate's fillet, compared with the outlines of the teeth in many positions of the wheels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

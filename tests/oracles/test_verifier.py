@@ -1,7 +1,5 @@
 """The verifier of certificates: true ones are proved, forged and damaged ones refused, its flow contains heyoka's."""
 
-from __future__ import annotations
-
 import ast
 import copy
 import json
