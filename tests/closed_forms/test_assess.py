@@ -19,11 +19,8 @@ from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.proportions import proportion
 from gearchaos.studies.speed_windows import RandomStates, UsableRange
 from gearchaos.studies.window_edges import Edge, Sought, Way, _Orbits, continue_orbits, ends_of_orbits
+from tests.closed_forms.linear_gears import SPUR
 
-SPUR = gc.GearDesign(
-    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
-    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
-    backlash={"value": "0.12 mm", "of": "line of action, total"})
 EDGE = 1e-8  # relative: what an edge is to agree with the event of a branch
 
 

@@ -15,6 +15,7 @@ from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters
 from gearchaos.proof.tube import StartTube
 from tests.flows import flow_of
+from tests.oracles.test_oracles import DIMENSIONS
 
 heyoka_oracle = pytest.importorskip("tests.oracles.heyoka_oracle", exc_type=ImportError)
 
@@ -23,11 +24,6 @@ ROUNDING = 2e-11
 """Largest error of the floats compared with; balls are widened by it."""
 PERIODS = 72
 """Random mesh periods of each of the seven kinds of models below: 504 in all."""
-DIMENSIONS = {
-    "2 single": ("single", ()), "2 torsional": ("torsional", ()), "3": ("torsional", ("J", "beta")),
-    "4": ("full", ()), "5": ("full", ("J", "beta")), "6": ("full", ("mu", "kappa", "zeta_support")),
-    "7": ("full", ("J", "beta", "mu", "kappa", "zeta_support"))}
-"""By dimension: the kind, and the pairs that differ between the wheels."""
 PAIRS = {"J": (1.5, 3), "beta": (0, 0.05), "mu": (2, 6), "kappa": (0.3, 3), "zeta_support": (0, 0.05)}
 
 
