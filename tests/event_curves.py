@@ -21,6 +21,15 @@ def folds() -> xr.Dataset:
     return gc.curve(SINGLE, "fold", "omega=0.5:1.2", "eps1=0.02:0.08", period=1)
 
 
+def state_at(ds: xr.Dataset, i: int) -> dict[str, float]:
+    """The first stroboscopic point of an orbit of a curve by names of initial values."""
+    return {str(n)[8:]: float(ds[n][i, 0]) for n in ds.data_vars if str(n).startswith("section_")}
+
+
+def model_at(model: gc.MeshModel, ds: xr.Dataset, i: int) -> gc.MeshModel:
+    return model.with_values({str(n): float(ds[n][i]) for n in ds.coords})
+
+
 @cache
 def small() -> xr.Dataset:
     return gc.skeleton(SMALL, **WINDOW, **SEARCH)

@@ -19,11 +19,8 @@ from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.proportions import proportion
 from gearchaos.studies.speed_windows import RandomStates, UsableRange
 from gearchaos.studies.window_edges import Edge, Sought, Way, _Orbits, continue_orbits, ends_of_orbits
+from tests.closed_forms.linear_gears import SPUR
 
-SPUR = gc.GearDesign(
-    teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm", damping_ratio=0.05,
-    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
-    backlash={"value": "0.12 mm", "of": "line of action, total"})
 EDGE = 1e-8  # relative: what an edge is to agree with the event of a branch
 
 
@@ -49,13 +46,6 @@ def to_avoid_in_the_middle(found):
     return window
 
 
-def other_motion(design, speed, period):
-    """The state of a motion of a period with separating teeth that random initial states reach."""
-    there = gc.attractors(design.at(speed=speed), 64)
-    i = np.flatnonzero((there.attractor_contact.values > 0) & (there.attractor_period.values == period))[0]
-    return np.array([there[f"attractor_section_{name}"].values[i, 0] for name in ("z", "z_dot")])
-
-
 @pytest.fixture(scope="module")
 def found():
     return gc.assess(SPUR, "750:1330:20", [100.0, 300.0], starts=16, spacing=0.02)
@@ -66,7 +56,10 @@ def test_a_range_of_a_motion_that_no_sweep_reaches_begins_at_the_fold_of_its_bra
     window = to_avoid_in_the_middle(found)
     assert (window.begins_with, window.start_resolution, window.depends_on_history) == ("fold", 0.0, True)
     design = replace(SPUR, torque=100.0)
-    far, kind = nearest(events(design, 800.0, other_motion(design, 800.0, 2), 2, "speed=780:830"), window.start)
+    there = gc.attractors(design.at(speed=800.0), 64)  # a motion with separating teeth that random states reach
+    i = np.flatnonzero((there.attractor_contact.values > 0) & (there.attractor_period.values == 2))[0]
+    state = np.array([there[f"attractor_section_{name}"].values[i, 0] for name in ("z", "z_dot")])
+    far, kind = nearest(events(design, 800.0, state, 2, "speed=780:830"), window.start)
     assert far < EDGE and kind == "fold"
     assert window.ends_with == "" and 0 < window.stop_resolution < 5e-4 * window.stop  # chaos ends
 
@@ -226,14 +219,12 @@ def test_a_motion_that_is_known_at_one_speed_is_added_where_its_orbit_goes_on():
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": []}, "torque must be 1 to"),
-    ({"torque": "150,60"}, "torque must rise"),
-    ({"torque": 0}, "torque must be finite and not 0"), ({"speed": "900"}, "speed must read"),
-    ({"speed": "900:800"}, "speed must run"), ({"spacing": 0.0009}, "spacing must lie in"),
-    ({"starts": -1}, "starts must be"),
-    ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be"), ({"torque": [100, float("nan")]}, "torque"),
-    ({"speed": "1:30000:2"}, "speed must take at most 4000 speeds"),
-])
+    ({"torque": []}, "torque must be 1 to"), ({"torque": "150,60"}, "torque must rise"),
+    ({"torque": 0}, "torque must be finite and not 0"), ({"starts": -1}, "starts must be"),
+    ({"speed": "900"}, "speed must read"),
+    ({"torque": [100, "100 N*m"]}, "torque must be given once"), ({"torque": [100, float("nan")]}, "torque"),
+    ({"speed": "900:800"}, "speed must run"), ({"speed": "1:30000:2"}, "speed must take at most 4000 speeds"),
+    ({"spacing": 0.0009}, "spacing must lie in"), ({"gears": gc.MeshModel.of(q0=0.1)}, "gears must be")])
 def test_bad_input_is_refused(options, message):
     with pytest.raises(InputError) as error:
         gc.assess(**{"gears": SPUR, "speed": "1000:1100", "torque": 100, **options})

@@ -8,16 +8,14 @@ from scipy.stats import sem
 import gearchaos as gc
 from gearchaos.dynamics import Label, Reason
 from gearchaos.dynamics.initial_conditions import default_box, spread
-from gearchaos.flow import ExactFlow
-from gearchaos.model import vary
-from gearchaos.model.switched import switched_system
 from gearchaos.studies.attractor_set import Attractor, AttractorSet, _statistics
+from tests.flows import flow_of
 
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)
 
 
-def flow_of(model):
-    return ExactFlow(switched_system(vary(model, {})))
+def no_attractors():
+    return AttractorSet(flow_of(SINGLE)[0])
 
 
 def attractor(section, period=0, neutral=False):
@@ -28,10 +26,8 @@ def attractor(section, period=0, neutral=False):
 def found(label, period, w, neutral=False):
     """What `final_states` finds of motions at w (L, d), as far as they are told apart by it."""
     count = len(w)
-    facts = dict.fromkeys((
-        "reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier", "rotation",
-        "periods_spent",
-    ), np.zeros(count))
+    facts = dict.fromkeys(("reason", "lyapunov", "lyapunov_lo", "lyapunov_hi", "trace_error", "residual", "multiplier",
+                           "rotation", "periods_spent"), np.zeros(count))
     return {"label": np.full(count, label), "period": np.full(count, period), "neutral": np.full(count, neutral),
             "w": np.asarray(w, float), **facts}
 
@@ -44,7 +40,7 @@ def test_orbits_are_one_if_they_share_a_point_to_a_millionth():
 
 def test_orbits_a_thousandth_apart_are_two_attractors():
     w = np.array([[0.5, 0.0], [0.501, 0.0], [0.5, 1e-9], [0.501, 1e-9], [0.5, 0.05]])
-    attractor_set = AttractorSet(flow_of(SINGLE))
+    attractor_set = no_attractors()
     for label, period, points, numbers in (
             (Label.PERIODIC, 1, w, [0, 1, 0, 1, 2]), (Label.PERIODIC, 2, w[:1], [3]),
             (Label.PERIODIC, 1, w[::-1], [2, 1, 0, 1, 0]), (Label.DIVERGED, 0, w[:2], [-1, -1]),
@@ -53,7 +49,7 @@ def test_orbits_a_thousandth_apart_are_two_attractors():
 
 
 def test_neutral_motions_of_a_period_are_one_and_no_other():
-    attractor_set = AttractorSet(flow_of(SINGLE))
+    attractor_set = no_attractors()
     w = np.array([[0.1, 0.0], [0.7, 0.0]])
     assert attractor_set.match(found(Label.PERIODIC, 1, w, neutral=True)).tolist() == [0, 0]
     assert attractor_set.match(found(Label.PERIODIC, 1, w[:1])).tolist() == [1]
@@ -81,12 +77,11 @@ def test_standard_errors_are_those_of_eight_blocks():
 
 
 def test_attractors_are_listed_by_kind_period_and_share():
-    attractor_set = AttractorSet(flow_of(SINGLE))
+    attractor_set = no_attractors()
     orbits = ((3, 0.1, 1), (1, 0.2, 1), (1, 0.3, 4), (2, 0.4, 2))  # period, z, how many starts lead there
     index = np.concatenate([attractor_set.match(found(Label.PERIODIC, p, [[z, 0.0]] * n)) for p, z, n in orbits])
     attractor_set.count_starts(index)
-    assert [a.count for a in attractor_set.members] == [1, 1, 4, 2]
-    assert attractor_set.order() == [2, 1, 3, 0]
+    assert [a.count for a in attractor_set.members] == [1, 1, 4, 2] and attractor_set.order() == [2, 1, 3, 0]
     assert attractor_set.ranks().tolist() == [3, 1, 0, 2, -1]
 
 
@@ -116,8 +111,7 @@ def test_each_start_leads_to_the_attractor_it_names():
     ({"kind": "single"}, {"z": 3, "z_dot": 2}), ({"kind": "torsional"}, {"x1": 3, "x1_dot": 2}),
     ({"kind": "torsional", "beta1": 0.02}, {"x1": 3, "x1_dot": 2, "x2_dot": 2}),
     ({"kind": "full"}, {"x1": 3, "x1_dot": 2, "y1": 3, "y1_dot": 2}),
-    ({"kind": "full", "kappa1": 0.6}, {"x1": 3, "x1_dot": 2, "y1": 3, "y1_dot": 2, "y2": 3, "y2_dot": 2}),
-])
+    ({"kind": "full", "kappa1": 0.6}, {"x1": 3, "x1_dot": 2, "y1": 3, "y1_dot": 2, "y2": 3, "y2_dot": 2})])
 def test_starts_fill_three_half_backlashes_and_velocities_of_two_both_ways(model, box):
     widths = default_box(gc.MeshModel.of(**model))
     assert widths == {n: (-w, w) for n, w in box.items()}
@@ -137,7 +131,7 @@ def test_undamped_motions_are_one_neutral_attractor():
 
 def test_the_smallest_perturbation_is_the_smallest_to_a_few_per_cent():
     """No perturbation of 0.95 of its length leaves, in 90 directions from every section point of three attractors."""
-    data, attractor_set = gc.attractors(SINGLE, 32, kicks=12), AttractorSet(flow_of(SINGLE))
+    data, attractor_set = gc.attractors(SINGLE, 32, kicks=12), no_attractors()
     turn = np.linspace(0, 2 * np.pi, 90, endpoint=False)
     ring = np.stack([np.cos(turn), np.sin(turn)])
     for number in range(3):

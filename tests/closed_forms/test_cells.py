@@ -1,7 +1,5 @@
 """Equations interpolated along parameters: those of the models, and none where they are not smooth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +16,7 @@ MODELS = {
     "single": gc.MeshModel.of(kind="single", q0=0.1, eps1=0.05, omega=0.8),
     "torsional": gc.MeshModel.of(q0=0.1, eps1=0.05, theta1=0.7, omega=1.4, beta1=0.02),
     "full": gc.MeshModel.of(kind="full", q0=0.1, eps1=0.05, eps3=0.01, kappa1=0.4, omega=0.6),
-    "fourier": gc.MeshModel.of(q0=0.1, eps1=0.05, stiffness=FOURIER, damping_law="unilateral"),
-}
+    "fourier": gc.MeshModel.of(q0=0.1, eps1=0.05, stiffness=FOURIER, damping_law="unilateral")}
 AXES = [("single", "omega"), ("torsional", "J1"), ("torsional", "contact_ratio"), ("torsional", "theta1"),
         ("full", "kappa1"), ("full", "eps3"), ("fourier", "c1"), ("fourier", "zeta"), ("fourier", "omega")]
 
@@ -110,8 +107,7 @@ def test_values_that_the_model_does_not_have_are_left_out():
             raise InputError("omega", "must be at least 1.1", float(values.min()))
 
     cells = cells_with(change, check)
-    assert cells.cell(np.array([1.31])) is None
-    assert not cells.cell(np.array([1.05])).accepted
+    assert cells.cell(np.array([1.31])) is None and not cells.cell(np.array([1.05])).accepted
     assert cells.cell(np.array([1.26])).accepted
     with pytest.raises(InputError, match="contact_ratio must"):
         family_of("torsional", "contact_ratio").check(np.array([[2.5]]))
@@ -141,8 +137,7 @@ def test_a_branch_takes_no_model_at_its_points(monkeypatch):
     own = ParameterFamily.system
     monkeypatch.setattr(ParameterFamily, "system", lambda self, at: batches.append(len(at)) or own(self, at))
     found = gc.branch(MODELS["single"], "omega=0.55:1.6")
-    assert found.sizes["point"] > 50
-    assert len(batches) < 15
+    assert found.sizes["point"] > 50 and len(batches) < 15
 
 
 def test_a_flow_of_arrays_is_that_of_the_system():

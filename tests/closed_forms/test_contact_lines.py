@@ -45,16 +45,14 @@ def test_length_is_constant_if_a_ratio_is_a_whole_number(ratios):
 
 def test_a_pair_enters_contact_at_the_beginning_of_the_period():
     spur = relative_length(1.4, 0.0)
-    assert spur.knots == pytest.approx([0, 0.4, 1])
-    assert spur.first * 1.4 == pytest.approx([2, 1])
+    assert spur.knots == pytest.approx([0, 0.4, 1]) and spur.first * 1.4 == pytest.approx([2, 1])
     helical = relative_length(1.4, 0.2)
     assert float(helical(np.array(0.1))) > float(helical(np.array(0.0)))
 
 
 @pytest.mark.parametrize(("ratios", "field"), [
     ((0.9, 0.0), "contact_ratio"), ((0.5, 0.4), "contact_ratio"), ((0.0, 2.0), "contact_ratio"),
-    ((np.nan, 1.0), "contact_ratio"), ((1.5, -0.1), "overlap_ratio"), ((1.5, np.inf), "overlap_ratio"),
-])
+    ((np.nan, 1.0), "contact_ratio"), ((1.5, -0.1), "overlap_ratio"), ((1.5, np.inf), "overlap_ratio")])
 def test_lost_contact_is_refused(ratios, field):
     for function in (lambda: relative_length(*ratios), lambda: fourier_coefficients(*ratios, 3)):
         with pytest.raises(InputError) as raised:

@@ -1,24 +1,22 @@
 """x and y from the dynamic state and back: the rotation of the wheels at any bearing friction, and in long sweeps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import classify
-from gearchaos.flow import ExactFlow, Measure
+from gearchaos.flow import Measure
 from gearchaos.model import COORDINATES, vary
 from gearchaos.model.coordinates import initial_state, reset_mean_rotation, to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.initial_value_problems import swept_initial_values
+from tests.flows import flow_of
 
 
 def _pair(kind: str, friction: float, **values: float) -> gc.MeshModel:
     """A pair whose motion is regular, with friction in the first bearing alone."""
     return gc.MeshModel.of(
-        kind=kind, **{"omega": 1.3, "q0": 0.2, "eps1": 0.05, "zeta": 0.05, **values}, beta1=friction, beta2=0.0
-    )
+        kind=kind, **{"omega": 1.3, "q0": 0.2, "eps1": 0.05, "zeta": 0.05, **values}, beta1=friction, beta2=0.0)
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e-30, 1e-14, 1e-8, 1e-4, 1.9e-3, 2.1e-3, 0.05])
@@ -59,8 +57,7 @@ def test_a_verdict_does_not_feel_how_friction_vanishes():
     verdicts = {b: gc.regime(m) for b, m in models.items()}
     free = verdicts.pop(0.0)
     for friction, verdict in verdicts.items():
-        assert verdict.label == free.label
-        assert verdict.v_rms == pytest.approx(free.v_rms, rel=friction + 1e-10)
+        assert verdict.label == free.label and verdict.v_rms == pytest.approx(free.v_rms, rel=friction + 1e-10)
         for name in COORDINATES["torsional"]:
             assert verdict.section[name] == pytest.approx(free.section[name], abs=100 * friction + 1e-10), name
 
@@ -79,23 +76,19 @@ def test_sections_of_a_verdict_go_on_from_the_trajectory(friction):
 @pytest.mark.parametrize("friction", [1e-14, 1e-11, 1e-8, 1e-7])
 def test_an_orbit_turns_with_the_mean_velocity_that_friction_allows(friction):
     """Over a round x1' has the mean (q1 − q2)/(2β1 + 2β2), 0 here; Newton alone misses it by rounding over friction."""
-    batch = vary(gc.MeshModel.of(beta1=friction, beta2=0.0), {})
-    system = switched_system(batch)
-    flow = ExactFlow(system)
-    found = classify(flow, initial_state(batch, system).T.copy())
+    flow, w = flow_of(gc.MeshModel.of(beta1=friction, beta2=0.0))
+    found = classify(flow, w)
     assert found.period[0] == 1
     out = flow.advance(found.w, 1, measured=True)
-    assert abs(out.measures[Measure.VELOCITY][0]) < 1e-13
-    assert np.abs(out.w - found.w).max() < 1e-13
+    assert abs(out.measures[Measure.VELOCITY][0]) < 1e-13 and np.abs(out.w - found.w).max() < 1e-13
 
 
 @pytest.mark.parametrize("kind", ["torsional", "full"])
 def test_the_rms_velocity_without_friction_leaves_the_mean_rotation_out_beside_points_with_friction(kind):
     model = gc.MeshModel.of(kind=kind, q0=0.3, eps1=0.05, omega=1.4, beta=0.0, x1_dot=0.4)
-    batch = vary(model, {"beta1": [0.0, 0.01]})
-    system = switched_system(batch)
-    together = classify(ExactFlow(system), initial_state(batch, system).T.copy())
-    assert "x2_dot" in system.names
+    flow, w = flow_of(model, {"beta1": [0.0, 0.01]})
+    together = classify(flow, w)
+    assert "x2_dot" in flow.system.names
     assert together.response.v_rms[0] == pytest.approx(gc.regime(model).v_rms, rel=1e-9)
 
 
@@ -116,9 +109,8 @@ def test_a_sweep_carries_z_whatever_the_mean_rotation_does(up, friction):
 @pytest.mark.parametrize("kind", ["torsional", "full"])
 def test_a_state_without_its_drift_is_the_same_relative_motion(kind):
     model = gc.MeshModel.of(kind=kind, q1=0.2, q2=0.1, eps1=0.1, beta1=0.02, x1=0.7, x2=0.2, x1_dot=0.3)
-    batch = vary(model, {})
-    system = switched_system(batch)
-    w = ExactFlow(system).advance(initial_state(batch, system).T.copy(), 50).w.T
+    (flow, w), batch = flow_of(model), vary(model, {})
+    w, system = flow.advance(w, 50).w.T, flow.system
     kept = reset_mean_rotation(batch, system.names, w, *transmission_error_at_start(batch))
     there = {name: w[:, i] for i, name in enumerate(system.names) if name.startswith("y")}
     if kind == "full":

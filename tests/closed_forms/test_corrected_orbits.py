@@ -1,7 +1,5 @@
 """Orbits corrected in one call of a kernel: those that Newton's method in Python finds, and what is left to it."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from typing import Any
@@ -22,12 +20,10 @@ MODELS = {
     "d2": gc.MeshModel.of(kind="torsional", omega=0.95, q0=0.1, eps1=0.14),
     "contact": gc.MeshModel.of(kind="torsional", omega=0.95, q0=0.1, eps1=0.14, damping_law="contact"),
     "d4": gc.MeshModel.of(kind="full", kappa=0.5, omega=1.2, q0=0.1, eps1=0.05),
-    "d7": gc.MeshModel.of(kind="full", beta1=0.02, kappa1=0.4, omega=1.2, q0=0.1, eps1=0.05),
-}
+    "d7": gc.MeshModel.of(kind="full", beta1=0.02, kappa1=0.4, omega=1.2, q0=0.1, eps1=0.05)}
 NAMES = pytest.mark.parametrize("name", [
     "d2", "contact", "d4", pytest.param("d7", marks=pytest.mark.exhaustive)])  # a kernel that no other test needs
-AXIS = (0.7, 2.3)
-SPANS = (2.3, 0.25)
+AXIS, SPANS = (0.7, 2.3), (2.3, 0.25)
 KINDS = {"d2": {"flip", "graze"}, "contact": {"flip", "graze"}, "d4": {"fold"}, "d7": {"fold"}}
 
 
@@ -99,8 +95,7 @@ def test_events_along_two_parameters_are_those_of_python(name):
             product = np.sum(quick.data.covector * slow.data.covector)
             assert abs(product) == pytest.approx(1.0, abs=1e-7)
             if event.kind == "fold":
-                assert quick.data.curvature == pytest.approx(
-                    np.sign(product) * slow.data.curvature, rel=1e-4, abs=1e-5)
+                assert quick.data.curvature == pytest.approx(np.sign(product) * slow.data.curvature, rel=1e-4, abs=1e-5)
     assert kinds == KINDS[name]
 
 

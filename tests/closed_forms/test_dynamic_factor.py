@@ -1,7 +1,5 @@
 """Dynamic factors by ISO 6336-1, methods B and C, and AGMA: published values, limits, jumps and refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -10,7 +8,7 @@ import pytest
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import Refused, SpeedRange, resonance, standards
-from gearchaos.gears.dynamic_factor.agma import DynamicFactorAGMA, dynamic_factor_agma, quality_number
+from gearchaos.gears.dynamic_factor.agma import dynamic_factor_agma, quality_number
 from gearchaos.gears.dynamic_factor.iso_method_b import (
     Deviations,
     DynamicFactorB,
@@ -60,9 +58,7 @@ def factor_at(ratio: float, given: Deviations, line_load: float = 200e3) -> Dyna
     load = MeshLoad(tangential_force=4e3, line_load=line_load, velocity=50.0)
     stiffness = tooth_stiffness(SPUR_62, line_load=line_load)
     speed = ratio * resonance(62, stiffness.mesh_stiffness, 50.0, line_load).resonance_speed
-    found = dynamic_factor_b(SPUR_62, load, speed, stiffness, 50.0, given)
-    assert isinstance(found, DynamicFactorB)
-    return found
+    return dynamic_factor_b(SPUR_62, load, speed, stiffness, 50.0, given)
 
 
 GIVEN = Deviations(
@@ -83,8 +79,7 @@ def test_method_b_by_hand():
     above = 0.47 * pitch + 0.47 * profile + seventh
     for ratio, expected in (  # it jumps at 0.85 alone
         (1e-9, 1.0), (0.5, 1 + 0.5 * subcritical), (0.85 - 1e-12, 1 + 0.85 * subcritical), (0.85 + 1e-12, main),
-        (1.15 - 1e-9, main), (1.15 + 1e-9, main), (1.325, (main + above) / 2), (1.5 - 1e-9, above), (5.0, above),
-    ):
+        (1.15 - 1e-9, main), (1.15 + 1e-9, main), (1.325, (main + above) / 2), (1.5 - 1e-9, above), (5.0, above)):
         assert factor_at(ratio, GIVEN).value == pytest.approx(expected, abs=1e-8)
     exact = replace(GIVEN, base_pitch=0.0, profile_form=0.0, base_pitch_allowance=0.0, profile_allowance=0.0)
     assert factor_at(2.0, exact).value == pytest.approx(seventh, rel=1e-12) and seventh < 1
@@ -175,8 +170,7 @@ def test_method_c_by_hand():
 
 
 @pytest.mark.parametrize(("grade", "spur_k1", "helical_k1"), [
-    (3, 2.1, 1.9), (4, 3.9, 3.5), (5, 7.5, 6.7), (6, 14.9, 13.3), (7, 26.8, 23.9), (8, 39.1, 34.8),
-])
+    (3, 2.1, 1.9), (4, 3.9, 3.5), (5, 7.5, 6.7), (6, 14.9, 13.3), (7, 26.8, 23.9), (8, 39.1, 34.8)])
 def test_table_of_method_c(grade: int, spur_k1: float, helical_k1: float):
     pair = replace(ISO_TR_EXAMPLE_1, face_width=(0.05, 0.05))
     found, wide = (method_c(2.0, grade, 500e3, each) for each in (pair, ISO_TR_EXAMPLE_1))
@@ -204,8 +198,7 @@ def test_limits_of_method_c():
     (4.0, {"pair": replace(SPUR_62, teeth=(49, 49))}, ""),
     (4.0, {"pair": replace(SPUR_62, teeth=(50, 50))}, "fewer than 50 teeth"),
     (3.001, {"pair": STEEP}, "helix angle"), (2.999, {"pair": STEEP}, ""),
-    (3.001, {"solid": False}, "solid discs"), (2.999, {"solid": False}, ""),
-])
+    (3.001, {"solid": False}, "solid discs"), (2.999, {"solid": False}, "")])
 def test_refusals_of_method_c(parameter, options, words):
     few, many = sorted(options.get("pair", TEETH).teeth)
     found = method_c(parameter / (few / 100 * math.sqrt(1 / (1 + (few / many) ** 2))), **{"pair": TEETH, **options})
@@ -213,21 +206,9 @@ def test_refusals_of_method_c(parameter, options, words):
     assert (found.value is None) is bool(words) and words in found.reason
 
 
-def test_method_c_ends_where_its_factor_is_one_again():
-    assert method_c(5.80 / (20 / 100 * math.sqrt(0.9)), pair=TEETH).value == pytest.approx(1, abs=2e-3)
-
-
 def test_agma_by_hand():
-    exact = dynamic_factor_agma(10.0, 11)
-    assert isinstance(exact, DynamicFactorAGMA)
-    assert (exact.exponent, exact.velocity_constant) == pytest.approx((0.25, 92.0), rel=1e-14)
-    # 2001-D04 prints both in ft/min: √v_t, and v_t max = (A + Q_v − 3)²; one foot is 0.3048 m
-    assert exact.largest_velocity == pytest.approx(100**2 * 0.3048 / 60, rel=1e-5)
-    assert exact.value == pytest.approx(((92 + math.sqrt(10 * 60 / 0.3048)) / 92) ** 0.25, rel=1e-6)
+    """In the notation with the accuracy grade; 1 m/s is 196.85 ft/min."""
     assert dynamic_factor_agma(0.0, 5).value == 1.0
-
-
-def test_agma_notation_with_the_accuracy_grade():
     for grade in range(6, 13):
         found = dynamic_factor_agma(10.0, quality_number(grade))
         exponent = 0.25 * (grade - 5) ** (2 / 3)
@@ -254,8 +235,7 @@ def design_of_example_1(**changes) -> GearDesign:
         "centre_distance": "500 mm", "profile_shift": (0.145, 0.0), "tip_diameter": ("159.66 mm", "872.35 mm"),
         "rack": {"addendum": 1.0, "dedendum": 1.4, "root_radius": 0.39}, "bore": ("60 mm", "120 mm"),
         "tip_relief": "70 um", "quality": {"standard": "ISO 1328-1:1995", "grade": 5}, "speed": "360 rpm",
-        "torque": "9000 N*m", **changes,
-    })
+        "torque": "9000 N*m", **changes})
 
 
 def dynamic_factors(design: GearDesign) -> dict:
@@ -285,8 +265,7 @@ def test_dynamic_factors_of_a_design():
     ({"quality": None}, ("Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA"), "no quality"),
     ({"speed": None, "torque": None}, ("Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA"), "no speed and no torque"),
     ({"bore": None}, ("Kv_ISO_B",), "bore"), ({"torque": "0 N*m"}, ("Kv_ISO_B",), "Without load"),
-    ({"face_width": "3 mm"}, ("Kv_ISO_B",), "face_width"),
-])
+    ({"face_width": "3 mm"}, ("Kv_ISO_B",), "face_width")])
 def test_factors_that_a_design_does_not_have(changes, refused, words: str):
     found = dynamic_factors(design_of_example_1(**changes))
     for name in ("Kv_ISO_B", "Kv_ISO_C"):

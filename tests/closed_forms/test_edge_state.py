@@ -1,7 +1,5 @@
 """The saddle between the basins of two attractors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -16,8 +14,7 @@ def test_the_edge_state_of_two_coordinates_is_the_saddle_on_the_boundary():
     found = gc.edge_state(SINGLE, {"z": 1.04, "z_dot": 0.0}, {"z": 0.28, "z_dot": 0.92}, period=5)
     assert found.orbit is not None and found.orbit.unstable == 1 and found.orbit.residual < 1e-10
     saddles = gc.orbits(SINGLE, period=found.orbit.period)
-    nearest = min(abs(o.multipliers[0] - found.orbit.multipliers[0]) for o in saddles)
-    assert nearest < 1e-8
+    assert min(abs(o.multipliers[0] - found.orbit.multipliers[0]) for o in saddles) < 1e-8
 
 
 @pytest.mark.exhaustive
@@ -25,19 +22,15 @@ def test_the_edge_state_of_six_coordinates_divides_two_attractors():
     rows = gc.attractors(FULL, starts=40)
     numbers = rows.attractor.values
     names = [str(n) for n in rows.data_vars if str(n).startswith("start_")]
-    starts = [
-        {n.removeprefix("start_"): float(rows[n][np.flatnonzero(numbers == k)[0]]) for n in names} for k in (0, 1)
-    ]
+    starts = [{n.removeprefix("start_"): float(rows[n][np.flatnonzero(numbers == k)[0]]) for n in names}
+              for k in (0, 1)]
     found = gc.edge_state(FULL, *starts)
-    assert found.orbit is not None
-    assert found.orbit.unstable == 1 and len(found.orbit.multipliers) == 6
+    assert found.orbit is not None and found.orbit.unstable == 1 and len(found.orbit.multipliers) == 6
     factors = {round(gc.regime(FULL.with_values(start)).v_rms, 6) for start in starts}
-    assert len(factors) == 2
     pushed = {
         round(gc.regime(FULL.with_values({**found.orbit.state, "x1_dot": found.orbit.state["x1_dot"] + d})).v_rms, 6)
-        for d in (0.02, -0.02)
-    }
-    assert pushed == factors
+        for d in (0.02, -0.02)}
+    assert len(factors) == 2 and pushed == factors
 
 
 def test_two_starts_of_one_attractor_are_refused():

@@ -1,7 +1,5 @@
 """Curves of events, skeletons and manifolds: closed forms, invariants, and other ways to the same curves and maps."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache
@@ -27,7 +25,7 @@ from gearchaos.dynamics import classify
 from gearchaos.flow import ExactFlow
 from gearchaos.model.switched import reversed_in_time, velocity_signs
 from tests.branches import flip_determinant
-from tests.event_curves import FULL, SINGLE, SMALL, folds
+from tests.event_curves import FULL, SINGLE, SMALL, folds, model_at, state_at
 
 SADDLES = SINGLE.with_values({"omega": 2.3})
 def ends(ds: xr.Dataset) -> list[dict]:
@@ -81,15 +79,6 @@ def test_the_graze_in_permanent_contact_is_that_of_the_linear_response():
         omega, eps1 = float(ds["omega"][i]), float(ds["eps1"][i])
         exact = brentq(lambda e, o=omega: linear_minimum(o, e), 0.5 * eps1, 1.5 * eps1, xtol=1e-13)
         assert eps1 == pytest.approx(exact, abs=1e-10)
-
-
-def state_at(ds: xr.Dataset, i: int) -> dict[str, float]:
-    """The first stroboscopic point of an orbit by names of initial values."""
-    return {str(n)[8:]: float(ds[n][i, 0]) for n in ds.data_vars if str(n).startswith("section_")}
-
-
-def model_at(model: gc.MeshModel, ds: xr.Dataset, i: int) -> gc.MeshModel:
-    return model.with_values({str(n): float(ds[n][i]) for n in ds.coords})
 
 
 def check_same_ends(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -205,16 +194,13 @@ def test_stable_manifolds_separate_basins():
     assert len(set(one)) == len(set(other)) == 1
 
 
-TWO = {"omega": 0.9, "q0": 0.1, "eps1": 0.1}
-FOUR = {"kind": "full", "kappa": 0.5, "omega": 0.9, "eps1": 0.1}
-
-
 @pytest.mark.parametrize(("d", "values"), [
-    (2, TWO), (2, {**TWO, "damping_law": "contact"}), (2, {**TWO, "damping_law": "unilateral"}),
-    (3, {**TWO, "beta1": 0.02}), (4, FOUR), (5, {**FOUR, "beta1": 0.02}), (6, {**FOUR, "kappa1": 0.6}),
-    (7, {**FOUR, "kappa1": 0.6, "beta1": 0.02})])
+    (2, {"q0": 0.1}), (2, {"kind": "single"}), (3, {"beta1": 0.02}), (4, {"kind": "full"}),
+    (5, {"kind": "full", "beta1": 0.02}), (5, {"kind": "full", "J1": 1.5}), (6, {"kind": "full", "kappa1": 0.6}),
+    (4, {"kind": "full", "mu1": 4.0, "kappa2": 1.0, "mu2": 8.0}), (7, {"kind": "full", "kappa1": 0.6, "beta1": 0.02})])
 def test_the_flow_in_reversed_time_is_the_inverse(d, values):
-    family = ParameterFamily(gc.MeshModel.of(**values), ())
+    """Of the dimension that follows from the symmetry of the wheels; other laws of damping are in test_damping_laws."""
+    family = ParameterFamily(gc.MeshModel.of(omega=0.9, eps1=0.1, **values), ())
     assert family.dimension == d
     system = family.system(family.start[None])
     w = np.random.default_rng(d).uniform(-2, 2, (d, 60))
@@ -263,8 +249,7 @@ def test_a_graze_of_linear_motions_has_no_points_of_codimension_2():
     start = {"x1": 1.0128586091534064, "x1_dot": 0.06073542556278667}  # of one that grazes
     ds = gc.curve(model, "graze", "omega=1.7:2", "eps1=0.001:0.06", period=2, start=start)
     assert np.ptp(ds["omega"].values) < 1e-8, "the frequency of the flip"
-    assert ds.sizes["point"] > 10
-    assert "grazing-fold" not in ds["special_kind"].values.tolist()
+    assert ds.sizes["point"] > 10 and "grazing-fold" not in ds["special_kind"].values.tolist()
 
 
 def test_a_graze_curve_of_the_doubled_period_ends_at_the_flip_of_the_linear_response():

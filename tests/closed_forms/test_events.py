@@ -1,7 +1,5 @@
 """Events between two points of a branch: those found over long distances are those found over short ones."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache
@@ -23,22 +21,20 @@ from gearchaos.continuation.shooting import CycleEquations
 from gearchaos.continuation.skeleton import Line, line_branches, line_seeds
 from gearchaos.continuation.special_points import flip_coefficient
 from tests.branches import SINGLE
+from tests.event_curves import model_at, state_at
 
 BORN = [
     ("eps1", (0.0, 0.4), {"zeta": 0.038, "q0": 0.218, "eps1": 0.076, "omega": 1.148, "eps3": 0.043}),
     ("q0", (0.0, 0.4), {"zeta": 0.076, "q0": 0.292, "eps1": 0.024, "omega": 1.077, "eps2": 0.098, "theta2": 5.743}),
     ("q0", (0.0, 0.4), {"zeta": 0.034, "q0": 0.063, "eps1": 0.133, "omega": 0.479, "eps2": 0.018, "theta2": 3.482}),
-    ("eps1", (0.0, 0.4), {"zeta": 0.043, "q0": 0.157, "eps1": 0.157, "omega": 1.179, "eps3": 0.08}),
-]
+    ("eps1", (0.0, 0.4), {"zeta": 0.043, "q0": 0.157, "eps1": 0.157, "omega": 1.179, "eps3": 0.08})]
 """Models in which two extrema of z are born near a boundary of contact, with an axis and its range."""
-
 
 TWICE = [
     ("theta1", (0.0, 6.0), {"zeta": 0.047, "q0": 0.084, "eps1": 0.093, "omega": 0.483, "eps2": 0.034, "theta2": 4.502,
                             "eps3": 0.035, "theta1": 3.0}),
     ("omega", (0.2, 1.5), {"zeta": 0.052, "q0": 0.203, "eps1": 0.026, "omega": 0.468}),
-    ("omega", (0.2, 1.5), {"zeta": 0.073, "q0": 0.129, "eps1": 0.024, "omega": 1.044, "eps2": 0.016, "theta2": 0.558}),
-]
+    ("omega", (0.2, 1.5), {"zeta": 0.073, "q0": 0.129, "eps1": 0.024, "omega": 1.044, "eps2": 0.016, "theta2": 0.558})]
 """Models of which an extremum of z passes a boundary and soon returns."""
 
 
@@ -126,11 +122,6 @@ def test_a_cascade_begins_from_an_unstable_orbit():
     assert [b["period"] for b in json.loads(ds.attrs["cascade"])] == [2, 4]
 
 
-@cache
-def skeleton() -> xr.Dataset:
-    return gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
-
-
 def half_differences(ds: xr.Dataset) -> np.ndarray:
     """Distances of the first points of orbits of an even period from those half a period later."""
     period = ds["curve_period"].values[ds["curve"].values]
@@ -142,7 +133,7 @@ def half_differences(ds: xr.Dataset) -> np.ndarray:
 
 
 def test_no_curve_of_doubled_orbits_is_one_of_the_others():
-    ds = skeleton()
+    ds = gc.skeleton(TORSIONAL, "omega=0.9:1.05:12", "eps1=0.1:0.2:8", period=4, lines=(3, 2), workers=1)
     assert np.any((ds["curve_kind"].values == "fold") & (ds["curve_period"].values == 4)) or ds.sizes["number"] > 3
     distance = half_differences(ds)
     for curve in range(ds.sizes["number"]):
@@ -156,10 +147,8 @@ def test_a_graze_curve_ends_where_its_extremum_vanishes():
     start = {"x1": 1.07, "x1_dot": 0.16, "x2": -0.07, "x2_dot": -0.16}
     ds = gc.curve(model, "graze", "omega=1.8:2.5", "eps1=0.05:0.3", period=3, start=start)
     number = next(i for i, e in enumerate(json.loads(ds.attrs["ends"])) if e["why"].startswith("the extremum of z"))
-    at = -number
-    values = {name: float(ds[name][at]) for name in ("omega", "eps1")}
-    state = {str(n)[8:]: float(ds[n][at, 0]) for n in ds.data_vars if str(n).startswith("section_")}
-    touching = [e for e in gc.orbit(TORSIONAL.with_values(values), period=3, near=state).extrema if abs(e.z - 1) < 1e-5]
+    orbit = gc.orbit(model_at(TORSIONAL, ds, -number), period=3, near=state_at(ds, -number))
+    touching = [e for e in orbit.extrema if abs(e.z - 1) < 1e-5]
     assert [e.maximum for e in touching] in ([True, False], [False, True])
     assert abs(touching[0].time - touching[1].time) < 2e-3
 
@@ -171,8 +160,7 @@ def test_an_unstable_branch_is_unstable_up_to_the_flip_that_it_joins():
 
     points = [point(0.1, 1.3), point(0.2, 1.1), point(0.3, 1.0)]
     branch = Branch(SimpleNamespace(), 2, points, ends=[End(0.1, "end of the axis"), End(0.3, HALVED)])
-    assert branch.unstable.tolist() == [1, 1, 1]
-    assert branch.stable_intervals() == []
+    assert branch.unstable.tolist() == [1, 1, 1] and branch.stable_intervals() == []
 
 
 def test_branches_are_followed_beyond_the_ends_of_a_line():
@@ -222,8 +210,7 @@ def test_no_graze_is_reported_where_extrema_are_matched_wrongly():
     ds = gc.branch(gc.MeshModel.of(kind="single", **values), "theta1=-7:13", period=3,
                    start={"z": 0.6391463715558077, "z_dot": -0.12229316993668578})
     grazes = ds["event_kind"].values == "graze"
-    assert grazes.any()
-    assert ds["event_residual"].values[grazes].max() < 1e-9
+    assert grazes.any() and ds["event_residual"].values[grazes].max() < 1e-9
 
 
 def test_events_are_located_by_changes_of_sign_however_small():
@@ -232,7 +219,6 @@ def test_events_are_located_by_changes_of_sign_however_small():
     equations, (first, last) = CycleEquations(branch.family, 1, 0.4), branch.points[:2]
     root = 0.7 * first.u[-1] + 0.3 * last.u[-1]
     found = locate(equations, first, last, lambda point: 1e-20 * (point.u[-1] ** 3 - root**3))
-    assert found is not None
     assert found.u[-1] == pytest.approx(root, rel=1e-13)
     at_ends = {id(first): -1.0, id(last): 1.0}  # and no value between
     for function in (lambda point: 1.0, lambda point: at_ends.get(id(point), math.nan)):

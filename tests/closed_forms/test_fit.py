@@ -1,7 +1,5 @@
 """Fits: linear pairs in closed form, harmonics against an integration of its own, jumps, coverage of the intervals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -10,30 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.linalg import expm
 
-from gearchaos.flow import (
-    DIVERGED,
-    OK,
-    ExactFlow,
-    Measure,
-    combine_measures,
-    near_returns,
-    newton_iteration,
-    start_newton_search,
-)
-from gearchaos.model import HarmonicStiffness, MeshModel, vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import coordinates, switched_system
+from gearchaos.flow import OK, ExactFlow, Measure, combine_measures, near_returns, newton_iteration, start_newton_search
+from gearchaos.model import HarmonicStiffness, MeshModel
 from tests import ROOT
+from tests.flows import flow_of
 
 KINDS = ("single", "torsional", "full")
-
-
-def flow_of(model, values=None):
-    batch = vary(model, values or {})
-    system = switched_system(batch)
-    return ExactFlow(system), initial_state(batch, system).T.copy()
 
 
 def random_model(draw):
@@ -42,8 +25,7 @@ def random_model(draw):
     values = {
         "omega": number(0.2, 3.0), "q0": number(-0.2, 0.4), "zeta": number(0.0, 0.1), "eps1": number(0.0, 0.3),
         "theta1": number(0.0, 6.0), "eps2": number(0.0, 0.1), "chi1": number(-0.3, 0.5), "chi2": number(-0.3, 0.5),
-        "contact_ratio": number(1.0, 2.0),
-    }
+        "contact_ratio": number(1.0, 2.0)}
     if kind == "full":
         values["kappa"] = number(0.2, 5.0)
     model = MeshModel.of(kind=kind, **values)
@@ -97,26 +79,11 @@ def test_permanent_contact_with_constant_stiffness():
     answer = eps * omega**2 * np.exp(-0.4j) / (1 - omega**2 + 2j * zeta * omega)
     np.testing.assert_allclose(out.w[:, 0], [1 + q0 + answer.real, (1j * omega * answer).real], atol=1e-14)
     measures, period = out.measures[:, 0], model.period
-    assert measures[Measure.FRONT_TIME] == pytest.approx(period, rel=1e-14)
-    assert measures[Measure.SWITCHES] == 0
+    assert measures[Measure.FRONT_TIME] == pytest.approx(period, rel=1e-14) and measures[Measure.SWITCHES] == 0
     assert measures[Measure.Z_REFERENCE] + measures[Measure.Z] / period == pytest.approx(1 + q0, rel=1e-13)
     assert measures[Measure.Z_DOT_SQUARE] / period == pytest.approx((omega * abs(answer)) ** 2 / 2, rel=1e-12)
     assert measures[Measure.Z_MAX] == pytest.approx(1 + q0 + abs(answer), rel=1e-13)
     assert measures[Measure.Z_MIN] == pytest.approx(1 + q0 - abs(answer), rel=1e-13)
-
-
-@pytest.mark.parametrize("omega", [0.35, 0.9, 1.9, 2.0, 3.0])
-def test_meissner_multipliers(omega):
-    """In permanent contact the monodromy of the two-level stiffness is a product of two exponentials."""
-    model = MeshModel.of(kind="single", omega=omega, q0=3.0, chi1=0.4, chi2=0.2, contact_ratio=1.6, z=4.0)
-    flow, w = flow_of(model)
-    out = flow.advance(w, 1, tangent=np.eye(2)[:, :, None].copy(), measured=True)
-    assert out.measures[Measure.SWITCHES, 0] == 0
-
-    def stretch(chi, share):
-        return expm(np.array([[0.0, 1.0], [-chi, -2 * model.zeta]]) * share * model.period)
-
-    np.testing.assert_allclose(out.tangent[:, :, 0].T, stretch(0.8, 0.4) @ stretch(1.4, 0.6), atol=2e-14)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -129,28 +96,11 @@ def test_far_below_and_above_resonance(kind, omega):
     assert rate == pytest.approx(flow.system.trace[0], rel=1e-9)
 
 
-@pytest.mark.parametrize("z_dot", [-0.3, -1e-9, 0.0, 1e-9, 0.3])
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_starts_on_a_boundary_agree_with_starts_beside_it(side, z_dot):
-    """The flow is continuous, so a start on |z| = 1 lies between those a hair inside and outside."""
-    model = MeshModel.of(kind="single", omega=0.9, eps1=0.1)
-    flow, _ = flow_of(model)
-    z = side * np.array([1.0, np.nextafter(1.0, 0.0), np.nextafter(1.0, 2.0), 1 - 1e-12, 1 + 1e-12])
-    out = flow.advance(np.stack([z, np.full(5, z_dot)]), 1, points=np.zeros(5, dtype=int))
-    assert np.all(out.status == OK)
-    np.testing.assert_allclose(out.w[:, 1:], out.w[:, [0]].repeat(4, axis=1), atol=1e-11)
-
-
 def test_at_rest_on_the_boundary_without_load_stays():
     flow, _ = flow_of(MeshModel.of(kind="single", q0=0.0))
     out = flow.advance(np.array([[1.0, -1.0], [0.0, 0.0]]), 3, points=np.zeros(2, dtype=int))
     np.testing.assert_array_equal(out.w, [[1.0, -1.0], [0.0, 0.0]])
     assert np.all(out.status == OK)
-
-
-def test_runaway_is_a_status():
-    flow, w = flow_of(MeshModel.of(kind="single", omega=2.0, z=30.0))
-    assert flow.advance(w, 600).status[0] == DIVERGED
 
 
 def test_measuring_and_sampling_do_not_change_the_motion():
@@ -202,24 +152,18 @@ def test_measures_of_parts_are_combined_to_those_of_the_motion():
     np.testing.assert_allclose(found, whole, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize(("dimension", "values"), [
-    (2, {"kind": "single"}), (2, {}), (3, {"beta1": 0.02}), (4, {"kind": "full"}), (5, {"kind": "full", "J1": 1.5}),
-    (6, {"kind": "full", "kappa1": 0.7}), (7, {"kind": "full", "kappa1": 0.7, "beta1": 0.02}),
-    (4, {"kind": "full", "kappa1": 0.5, "mu1": 4.0, "kappa2": 1.0, "mu2": 8.0})])
-def test_the_dimension_follows_from_the_symmetry(dimension, values):
-    assert len(coordinates(vary(MeshModel.of(**values), {}))) == dimension
-
-
 def results():
-    """What each kernel gives, with two levels of stiffness and with harmonics."""
-    model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2)
-    return [results_of(each) for each in (model, replace(model, stiffness=HarmonicStiffness((0.3,), ())))]
+    """What each kernel gives, with two levels of stiffness and with harmonics, and with each law of damping."""
+    model = MeshModel.of(kind="torsional", omega=2.0, eps1=0.2, x1=1.2, x1_dot=0.1)
+    laws = [MeshModel.of(kind="single", omega=2.0, zeta=0.3, eps1=0.2, q0=0.05, z=1.4, z_dot=-0.8, damping_law=law)
+            for law in ("contact", "unilateral")]
+    return [results_of(each) for each in (model, replace(model, stiffness=HarmonicStiffness((0.3,), ())), *laws)]
 
 
 def results_of(model):
-    flow, w = ExactFlow(switched_system(vary(model, {}))), np.array([[1.0], [0.1]])
+    flow, w = flow_of(model)
     unit = np.eye(2)[:, :, None]
-    out, grown = flow.advance(w, 1, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
+    out, grown = flow.advance(w, 2, tangent=unit, measured=True), flow.advance(w, 2, tangent=unit, growth=True)
     search, busy = start_newton_search(w), np.arange(1)
     newton_iteration(search, busy, out.w, out.tangent, out.status, 10.0, 1e9)
     returns = near_returns(flow.advance(w, 5, sections=5).sections, 2, 1e9, 1e9, 2)
@@ -236,4 +180,4 @@ def test_every_kernel_does_the_same_with_the_compiler_off():
     for ours, theirs in zip(json.loads(plain.stdout), compiled, strict=True):
         for mine, other in zip(ours, theirs, strict=True):
             np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
-    assert compiled[0][0][Measure.SWITCHES] > 0  # else neither is resolved
+    assert all(each[0][Measure.SWITCHES] > 0 for each in compiled)  # else they are not resolved

@@ -20,29 +20,17 @@ EXAMPLE_1 = GearDesign(
     speed="360 rpm", torque="9000 N*m", bore="0 mm")
 """ISO/TR 6336-30:2017, example 1, with the tip diameters of its drawing, which are rounded to 0.01 mm."""
 
-ROSS = GearDesign(teeth=(62, 62), module="2 mm", face_width="20 mm", bore="35 mm",
-                  material={"E": "206 GPa", "poisson": 0.3, "density": 7830})
-"""The pair 62/62 of the tests of ROSS."""
-
 
 def test_example_1_of_iso_tr_6336_30_to_the_digits_printed():
     geometry = EXAMPLE_1.geometry
     assert round(math.degrees(geometry.working_pressure_angle), 4) == 21.0661
     assert geometry.tip_diameter == pytest.approx((0.15966, 0.87235), rel=1e-15)
-    assert round(geometry.contact_ratio, 4) == 1.5491
-    assert round(geometry.overlap_ratio, 5) == 1.08337
+    assert round(geometry.contact_ratio, 4) == 1.5491 and round(geometry.overlap_ratio, 5) == 1.08337
     assert [round(z, 3) for z in geometry.virtual_teeth] == [18.905, 114.543]
-    assert round(EXAMPLE_1.load.tangential_force) == 127352
-    assert round(EXAMPLE_1.load.velocity, 3) == 2.664
+    assert round(EXAMPLE_1.load.tangential_force) == 127352 and round(EXAMPLE_1.load.velocity, 3) == 2.664
     nominal = replace(EXAMPLE_1, tip_diameter=None).geometry  # with tip diameters that are not rounded
     assert nominal.tip_diameter == pytest.approx((0.15966011, 0.8723548), abs=1e-8)
     assert round(nominal.contact_ratio, 4) == 1.5493
-
-
-def test_the_contact_ratio_of_ross_to_the_digits_printed():
-    assert round(ROSS.geometry.contact_ratio, 10) == 1.7897798668
-    assert ROSS.geometry.centre_distance == 0.124
-    assert ROSS.geometry.theoretical_backlash == pytest.approx(0, abs=1e-16)
 
 
 def test_a_spur_gear_pair_by_hand():
@@ -51,14 +39,9 @@ def test_a_spur_gear_pair_by_hand():
         teeth=(20, 40), normal_module=3e-3, pressure_angle=math.radians(20), helix_angle=0.0, profile_shift=(0.0, 0.0),
         centre_distance=geometry.centre_distance, face_width=(0.03, 0.025))
     assert geometry.centre_distance == pytest.approx(0.09, rel=1e-15)
-    assert geometry.reference_diameter == pytest.approx((0.06, 0.12))
-    assert geometry.tip_diameter == pytest.approx((0.066, 0.126))
     assert geometry.root_diameter == pytest.approx((0.0525, 0.1125))
-    assert geometry.base_diameter == pytest.approx((0.06 * math.cos(math.pi / 9), 0.12 * math.cos(math.pi / 9)))
-    assert geometry.working_diameter == pytest.approx((0.06, 0.12))
     assert geometry.tip_clearance == pytest.approx((0.75e-3, 0.75e-3))
     assert geometry.virtual_teeth == pytest.approx((20, 40)) and geometry.gear_ratio == 2
-    assert geometry.base_pitch == pytest.approx(math.pi * 3e-3 * math.cos(math.pi / 9))
     assert geometry.common_face_width == 0.025 and geometry.overlap_ratio == 0.0
     assert geometry.total_contact_ratio == geometry.contact_ratio
     assert geometry.undercut_shift[0] == pytest.approx(1.25 - 0.38 * (1 - math.sin(math.pi / 9)) - 10 * math.sin(
@@ -69,8 +52,7 @@ def test_the_inverse_of_the_involute_to_rounding():
     for angle in np.concatenate([np.geomspace(1e-3, 0.1, 40), np.linspace(0.1, 1.5, 200)]):
         # tan α is rounded to some 1e-16 of itself, and the derivative of the involute is tan² α
         assert abs(inverse_involute(involute(angle)) - angle) <= 3e-16 * (angle + 2 / math.tan(angle))
-    assert inverse_involute(0.0) == 0.0
-    assert involute(inverse_involute(1e6)) == pytest.approx(1e6, rel=1e-9)
+    assert inverse_involute(0.0) == 0.0 and involute(inverse_involute(1e6)) == pytest.approx(1e6, rel=1e-9)
 
 
 def test_keeping_the_clearance_shortens_the_teeth_until_it_is_that_of_the_rack():
@@ -97,9 +79,6 @@ def test_shifts_left_out_beside_the_reference_centre_distance_are_zero():
     rounded = GearDesign(teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="0.1 m",
                          centre_distance="498.85 mm")
     assert rounded.geometry.profile_shift == (0.0, 0.0) and rounded.geometry.centre_distance == 0.49885
-
-
-# backlash
 
 
 HELICAL = GearDesign(teeth=(23, 51), module="4 mm", helix_angle="20 deg", face_width="40 mm", centre_distance="160 mm",
@@ -163,8 +142,7 @@ def test_a_backlash_of_more_than_half_a_module_along_the_line_of_action_is_refus
 def test_allowances_of_the_tooth_thickness_are_shifts_of_the_rack(plane, at, thickness, distance):
     """A tooth whose rack is shifted by Δx is thicker by 2 Δx m_n tan α_n in the normal section, ISO 21771:2007."""
     teeth, centre, geometry = ((-60e-6, -110e-6), (-90e-6, -150e-6)), (30e-6, -20e-6), HELICAL.geometry
-    given = ThicknessAllowances(
-        tooth_thickness_allowances=teeth, centre_distance_allowance=centre, plane=plane, at=at)
+    given = ThicknessAllowances(tooth_thickness_allowances=teeth, centre_distance_allowance=centre, plane=plane, at=at)
     to_normal = 1 if plane == "normal" else math.cos(geometry.helix_angle)
     per_module = 2 * geometry.normal_module * math.tan(geometry.pressure_angle) / to_normal
     shifts = tuple(x + t[thickness] / per_module for x, t in zip(geometry.profile_shift, teeth, strict=True))
@@ -187,9 +165,6 @@ def test_a_backlash_below_the_theoretical_one_by_no_more_than_rounded_shifts_is_
     assert theoretical > 0
     small = Backlash(value=theoretical - 0.009 * 4e-3, of="line of action, total")
     assert replace(loose, backlash=small).backlash_line_of_action == small.value
-
-
-# masses
 
 
 def test_the_disc_of_a_wheel_by_hand():

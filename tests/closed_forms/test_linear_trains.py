@@ -1,7 +1,5 @@
 """Trains whose meshes stay in contact: natural modes and forced motions of linear systems, in closed form."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -125,8 +125,8 @@ def bench(tmp_path_factory):
 @pytest.mark.slow
 def test_the_command_prints_and_draws_measured_beside_computed(tmp_path, bench, computed):
     def compared(duration, *options):
-        return ask(
-            "runup", PAIR_FILE, "--speed", "500:700", "--duration", duration, "--against", *options, code=0).stdout
+        return ask("runup", PAIR_FILE, "--speed", "500:700", "--duration", duration, "--against", *options,
+                   code=0).stdout
 
     lines = compared("4 s", bench, "--plot", tmp_path / "r.png").splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith("Largest amplitudes of the mesh orders"))

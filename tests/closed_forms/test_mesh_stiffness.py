@@ -59,8 +59,7 @@ def test_helical_gears_have_the_series_of_their_contact_lines():
     assert stiffness.waveform.phases == pytest.approx(phases, abs=1e-15)
     difference = stiffness(GRID) / stiffness.reference - 1 - share * (relative_length(*ratios)(GRID) - 1)
     assert stiffness.truncation == pytest.approx(np.sqrt(np.mean(difference**2)), rel=1e-4)
-    assert stiffness.truncation <= 1e-3
-    assert np.abs(difference).max() < 5e-3
+    assert stiffness.truncation <= 1e-3 and np.abs(difference).max() < 5e-3
 
 
 @pytest.mark.parametrize("pair", [SPUR_62, HIGH_CONTACT], ids=["two levels", "steps"])
@@ -93,8 +92,7 @@ def test_of_different_face_widths_the_smaller_one_counts():
 
 @pytest.mark.parametrize(("arguments", "field"), [
     ((spur(centre_distance=0.1262), 1e10), "contact_ratio"), ((SPUR_62, 0.0), "mesh_stiffness"),
-    ((SPUR_62, np.nan), "mesh_stiffness"),
-])
+    ((SPUR_62, np.nan), "mesh_stiffness")])
 def test_bad_values_for_iso_are_refused(arguments, field):
     with pytest.raises(InputError) as raised:
         from_iso(*arguments)
@@ -109,15 +107,13 @@ def test_bad_values_for_iso_are_refused(arguments, field):
 def test_reference_and_extremes_are_those_of_the_values(stiffness):
     values = stiffness(GRID)
     assert values.mean() == pytest.approx(stiffness.reference, rel=2e-5)
-    assert stiffness.extremes == pytest.approx((values.min(), values.max()), rel=1e-4)
-    assert np.all(values > 0)
+    assert stiffness.extremes == pytest.approx((values.min(), values.max()), rel=1e-4) and np.all(values > 0)
     assert stiffness(GRID[:9] + 3) == pytest.approx(values[:9], rel=1e-12)
 
 
 @pytest.fixture
 def table(tmp_path):
     """A function that writes a table and reads it as mesh stiffness, of a wheel with 20 teeth."""
-
     def table(text, **options):
         (tmp_path / "tvms.csv").write_text(text)
         return from_table(tmp_path / "tvms.csv", **{"teeth": 20, **options})
@@ -131,7 +127,6 @@ def wave(x):
 
 
 def rows(x, values):
-    """Rows of a table."""
     return "".join(f"{float(a)!r},{float(b)!r}\n" for a, b in zip(x, values, strict=True))
 
 
@@ -142,8 +137,7 @@ STEPS = {
     "points": "fraction,stiffness [N/um]\n0,400\n0.5,400\n0.5,250\n1,250\n1,400\n",
     "jump at the beginning": "fraction,stiffness [N/um]\n0,250\n0,400\n0.5,400\n0.5,250\n1,250\n",
     "points over angle": "deg,N/m\n0,4e8\n9,4e8\n9,2.5e8\n18,2.5e8\n18,4e8\n",
-    "points over time, rounded": "time (s);kN/mm\n0;400\n0,007854;400\n0,007854;250\n0,01571;250\n0,01571;400\n",
-}
+    "points over time, rounded": "time (s);kN/mm\n0;400\n0,007854;400\n0,007854;250\n0,01571;250\n0,01571;400\n"}
 
 
 @pytest.mark.parametrize("form", STEPS)
@@ -182,8 +176,6 @@ def test_the_curve_by_energy_written_to_a_table_comes_back(table):
 
 
 ANGLE, TURN = "roll angle [deg],stiffness [N/um]\n", np.arange(401)
-
-
 BAD_TABLES = {
     "not closed": ("fraction,N/um\n0,400\n1,390\n", 3, "stiffness of line 2, 400 N/um"),
     "less than a period": ("fraction,N/um\n0,400\n0.99,400\n", 3, "end of the mesh period, 1; got"),
@@ -204,13 +196,11 @@ BAD_TABLES = {
     "other jumps": (ANGLE + "0,400\n9,400\n9,300\n18,300\n18,400\n28,400\n28,300\n36,300\n36,400\n", 10,
                     "the same jumps in each of its 2"),
     "two thirds": (ANGLE + "0,400\n6,300\n12,350\n", 4, "the end of the mesh period, 18 deg; got '12 deg'"),
-    "a degree short": (ANGLE + "0,400\n9,400\n9,300\n17,350\n", 5, "the mesh period, 18 deg; got '17 deg'"),
-}
+    "a degree short": (ANGLE + "0,400\n9,400\n9,300\n17,350\n", 5, "the mesh period, 18 deg; got '17 deg'")}
 
 
-@pytest.mark.parametrize("case", BAD_TABLES)
-def test_tables_that_are_no_period_of_a_stiffness_are_refused(table, case):
-    text, line, words = BAD_TABLES[case]
+@pytest.mark.parametrize(("text", "line", "words"), BAD_TABLES.values(), ids=BAD_TABLES)
+def test_tables_that_are_no_period_of_a_stiffness_are_refused(table, text, line, words):
     with pytest.raises(InputError) as raised:
         table(text)
     assert raised.value.field.endswith(f"tvms.csv, line {line},") and words in str(raised.value)

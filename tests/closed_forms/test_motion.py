@@ -5,17 +5,15 @@ import pytest
 
 from gearchaos.dynamics import Classification, Label, Reason, classify, orbits, time_series
 from gearchaos.errors import InputError
-from gearchaos.flow import ExactFlow, near_returns, newton_iteration, start_newton_search
-from gearchaos.model import MeshModel, vary
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import SwitchedAffine, switched_system
+from gearchaos.flow import near_returns, newton_iteration, start_newton_search
+from gearchaos.model import MeshModel
+from gearchaos.model.switched import SwitchedAffine
+from tests.flows import flow_of
 
 
 def verdict(settings=None, values=None, **model):
-    batch = vary(MeshModel.of(**model), values or {})
-    system = switched_system(batch)
-    flow = ExactFlow(system)
-    return flow, classify(flow, initial_state(batch, system).T.copy(), settings=settings)
+    flow, w = flow_of(MeshModel.of(**model), values)
+    return flow, classify(flow, w, settings=settings)
 
 
 def test_a_linear_motion_has_its_closed_form_multipliers():
@@ -68,26 +66,16 @@ def test_a_torus_locked_at_a_high_order_keeps_its_orbit():
     np.testing.assert_allclose(found.exponent[:, 0], later, atol=2e-6)
 
 
-def test_complex_multipliers_of_a_planar_orbit_have_the_modulus_that_damping_gives():
-    flow, found = verdict(values={"omega": np.linspace(0.3, 2.9, 20)}, eps1=0.05)
-    planar = (found.period > 0) & (np.abs(found.multipliers[:, 0].imag) > 1e-6)
-    assert planar.sum() > 5
-    expected = np.exp(flow.system.trace * found.period * flow.system.period)
-    np.testing.assert_allclose(np.abs(found.multipliers[planar, 0]) ** 2, expected[planar], rtol=1e-10)
-
-
 def test_newton_that_fails_is_data():
     flow, _ = verdict(omega=1.0, eps1=0.1, q0=0.02)
     failed = orbits.polish(flow, np.array([[0.3], [0.1]]), np.zeros(1, dtype=int), np.array([61]))
-    assert not failed.converged[0]
-    assert not failed.stable[0]
+    assert not failed.converged[0] and not failed.stable[0]
 
 
-@pytest.mark.parametrize("values", [{"longest_period": 0}, {"transient_lengths": (64,)},
-                                    {"transient_lengths": (200.5,)}, {"exponent_run": 10},
-                                    {"transient_lengths": (20,), "longest_period": 4, "exponent_run": 10},
-                                    {"transient_lengths": (2,), "longest_period": 1},
-                                    {"averaging_periods": 0}, {"doublings": -1}])
+@pytest.mark.parametrize("values", [
+    {"longest_period": 0}, {"transient_lengths": (64,)}, {"transient_lengths": (200.5,)}, {"exponent_run": 10},
+    {"transient_lengths": (20,), "longest_period": 4, "exponent_run": 10}, {"averaging_periods": 0}, {"doublings": -1},
+    {"transient_lengths": (2,), "longest_period": 1}])
 def test_settings_that_cannot_decide_are_refused(values):
     with pytest.raises(InputError, match=r"classification.* must"):
         Classification(**values)
@@ -109,8 +97,7 @@ def test_running_away_is_a_label():
 def test_a_torus_has_zero_exponent_and_a_rotation_number():
     """Fig. 13a of the paper."""
     flow, found = verdict(kind="full", omega=1.05, eps1=0.04)
-    assert found.reason[0] == Reason.SMOOTH_CURVE
-    assert abs(found.exponent[0, 0]) < 1e-4
+    assert found.reason[0] == Reason.SMOOTH_CURVE and abs(found.exponent[0, 0]) < 1e-4
     assert 0 < found.rotation[0] < 0.5
     later = flow.advance(found.w, 4000, sections=4000).sections[:, 0]
     assert found.rotation[0] == pytest.approx(time_series.dominant_frequency(later)[0], abs=1e-7)
@@ -123,8 +110,7 @@ def test_transient_chaos_is_followed_to_its_end_and_flagged():
     _, found = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts)
     assert set(found.period[found.label == Label.PERIODIC]) == {8}
     later = found.transient_chaos & (found.periods_run > 2560) & (found.periods_run < 9000)
-    assert later.any()
-    assert np.all(found.periods_run[later] % 2560 == 0)
+    assert later.any() and np.all(found.periods_run[later] % 2560 == 0)
     _, short = verdict(omega=1.0, q0=0.1, eps1=0.206, values=starts, settings=Classification(longest_transient=0))
     assert np.sum(short.label == Label.CHAOTIC) > np.sum(found.label == Label.CHAOTIC)
 
@@ -178,8 +164,7 @@ def test_newton_goes_on_only_where_it_may_succeed():
     at, end = np.zeros((2, 7)), np.full((2, 7), 0.1)
     end[:, 1], end[:, 2], end[0, 3], end[:, 4] = 0.0, 0.9e-13, np.nan, 20.0
     search, busy = newton_round(half, at, end)
-    assert busy.tolist() == [0, 6]
-    assert np.isinf(search.residual[3])
+    assert busy.tolist() == [0, 6] and np.isinf(search.residual[3])
     np.testing.assert_array_equal(search.monodromy[2], half[2])
     _, busy = newton_round(half[:1], at[:, :1], end[:, :1], residual=0.15)  # it halts for the first time
     assert len(busy) == 1

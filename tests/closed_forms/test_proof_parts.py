@@ -119,8 +119,7 @@ def test_return_after_leaving_is_seen():
     """After leaving contact at u = 0, z returns to the boundary at 0.3 and leaves it again at 0.55."""
     motion = Displacement(arb_poly([1]) - arb_poly([0, 1]) * arb_poly([arb(-0.3), 1]) * arb_poly([arb(-0.55), 1]))
     crossing = first_crossing(motion, 0, arb(0), arb(1), leaving=1)
-    assert crossing_time(motion, crossing).overlaps(arb(0.3))
-    assert motion.z(arb(1)) < 1
+    assert crossing_time(motion, crossing).overlaps(arb(0.3)) and motion.z(arb(1)) < 1
 
 
 def test_speed_in_a_window_must_have_one_sign(monkeypatch):
@@ -157,8 +156,7 @@ def test_enclosure_of_a_window_contains_free_and_contact_motions():
     found = tubes.enclosure(mesh, states, tubes.Window(arb(0.25), arb(0.25) + duration, 1, True))
     assert found.contains(states.mid())
     reached = states[0, 0].mid() + mesh.duration * duration * arb(0.49)
-    assert found[0, 0].contains(reached.mid())
-    assert found[1, 0] > 0
+    assert found[0, 0].contains(reached.mid()) and found[1, 0] > 0
     with pytest.raises(UndecidedError, match="tangency"):  # over half a mesh period no box is mapped into itself
         tubes.enclosure(mesh, arb_mat(2, 1, [0.99, 0.5]), tubes.Window(arb(0.25), arb(0.75), 1, True))
 
@@ -213,8 +211,7 @@ def random_cycle(rng, n, moduli):
 def test_multipliers_inside_and_outside(n, moduli):
     cycle = [arb_mat(a.tolist()) for a in random_cycle(np.random.default_rng(n), n, moduli)]
     found = stability(cycle, cycle)
-    assert found.inside == sum(abs(m) < 1 for m in moduli)
-    assert found.outside == sum(abs(m) > 1 for m in moduli)
+    assert found.inside == sum(abs(m) < 1 for m in moduli) and found.outside == sum(abs(m) > 1 for m in moduli)
 
 
 @pytest.mark.parametrize(("size", "inside"), [(0.95, 2), (1.05, 0)])
@@ -248,8 +245,7 @@ def test_bounds_as_floats():
     assert magnitude(arb(-2, 1)) >= 3 and least(arb(-2, 1)) <= -3
     assert magnitude(arb("inf")) == np.inf and magnitude(arb.nan()) == np.inf
     assert norm(arb_mat([[1, -2], [0.5, 0.25]])) == pytest.approx(3, rel=1e-12)
-    assert norm(arb_mat([[1, -2], [0.5, 0.25]])) >= 3
-    assert rounded(third, 4) == Fraction(5, 16)
+    assert norm(arb_mat([[1, -2], [0.5, 0.25]])) >= 3 and rounded(third, 4) == Fraction(5, 16)
 
 
 def test_inertia_of_wide_balls_is_undecided():

@@ -57,8 +57,7 @@ def stepped(level: float, torques: str) -> Any:
 def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost_earlier():
     found = stepped(0.05, "-0.2:-0.13:2")
     assert np.isnan(found.excitation_ratio.values).all()
-    assert found.onset_mesh.values.tolist() == ["driver/loose"]
-    assert np.isnan(found.onset_linear.values).all()
+    assert found.onset_mesh.values.tolist() == ["driver/loose"] and np.isnan(found.onset_linear.values).all()
     assert found.onset_value.values < -1.3 * onset()
 
 
@@ -66,8 +65,7 @@ def test_where_the_stiffness_varies_there_is_no_linear_onset_and_contact_is_lost
 def test_where_the_stiffness_varies_by_a_quarter_no_drag_keeps_the_contact():
     """The ripple of the force grows with the drag, as the deflection does."""
     found = stepped(0.25, "-30:-0.1:2")
-    assert (found.mesh_contact.values > 0).all()
-    assert found.sizes["onset"] == 0
+    assert (found.mesh_contact.values > 0).all() and found.sizes["onset"] == 0
 
 
 def test_forces_and_impacts_of_a_mesh_in_contact_are_those_of_the_linear_train(scan):
@@ -83,10 +81,8 @@ def test_the_document_says_where_each_mesh_is_in_contact(scan):
     axis = Axis("loose.torque", -0.2, -0.08, 4)
     content = rattle_document(scan, axis)
     found = content["meshes"]["driver/loose"]
-    assert found["lost"] == [[pytest.approx(-0.08)] * 2]
-    assert found["both_flanks"] in ([], found["lost"])
-    assert found["lost_after_sweeps_alone"] == []
-    assert content["onsets"][0]["value"] == pytest.approx(-onset())
+    assert found["lost"] == [[pytest.approx(-0.08)] * 2] and found["both_flanks"] in ([], found["lost"])
+    assert found["lost_after_sweeps_alone"] == [] and content["onsets"][0]["value"] == pytest.approx(-onset())
 
 
 @pytest.mark.parametrize(("model", "options", "field"), [

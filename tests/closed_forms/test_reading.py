@@ -40,8 +40,7 @@ MOTIONS = {
     "one-sided, front": ({"q0": 0.1, "omega": 0.5, "eps1": 0.1}, {0, 1}),
     "one-sided, back": ({"q0": -0.1, "omega": 0.5, "eps1": 0.1, "x1": -1.0}, {0, -1}),
     "two-sided": ({"q0": 0.1, "omega": 1.0, "eps1": 0.206}, {-1, 0, 1}),
-    "none": ({"kind": "single", "q0": 0.0, "omega": 1.0, "eps1": 0.1, "z": 0.0}, {0}),
-}
+    "none": ({"kind": "single", "q0": 0.0, "omega": 1.0, "eps1": 0.1, "z": 0.0}, {0})}
 
 
 @pytest.mark.parametrize("name", MOTIONS)
@@ -51,8 +50,7 @@ def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
     verdict = gc.regime(model)
     sampled = gc.steady(model, verdict)
     contact = sampled.contact.values
-    assert set(np.unique(contact)) == flanks
-    assert verdict.contact == name.split(",")[0]
+    assert set(np.unique(contact)) == flanks and verdict.contact == name.split(",")[0]
     assert verdict.contact_fraction == pytest.approx(np.mean(contact != 0), abs=0.02)
     switches = np.abs(np.diff(np.append(contact, contact[0]))).sum() / sampled.sizes["period"]
     assert verdict.switches_per_period == pytest.approx(switches, abs=0.01)
@@ -62,16 +60,12 @@ def test_the_contact_state_says_which_flanks_are_touched_and_left(name):
         assert verdict.dynamic_factor == pytest.approx(float(abs(sampled.mesh_force).max()) / abs(model.q1), rel=0.01)
 
 
-def measured(front, back, switches, duration):
-    measures = np.zeros((len(Measure), len(front)))
-    measures[[Measure.FRONT_TIME, Measure.BACK_TIME, Measure.SWITCHES]] = front, back, switches
-    return compute_response(measures, np.full(len(front), duration), np.ones(len(front)), np.ones((len(front), 1)))[0]
-
-
 def test_contact_lasts_if_no_time_is_free_but_for_rounding():
     """5 − 1e-10 is the sum of many segments between which contact is not lost."""
     front, back = np.array([5.0, 5 - 1e-13, 5 - 1e-10, 4.999, 0, 2.0, 0, 2.5]), np.array([0, 0, 0, 0, 5.0, 0.0, 0, 2.5])
-    found = measured(front, back, [0, 2, 0, 2, 0, 2, 0, 4], 5.0)
+    measures = np.zeros((len(Measure), 8))
+    measures[[Measure.FRONT_TIME, Measure.BACK_TIME, Measure.SWITCHES]] = front, back, [0, 2, 0, 2, 0, 2, 0, 4]
+    found, _ = compute_response(measures, np.full(8, 5.0), np.ones(8), np.ones((8, 1)))
     words = [CONTACTS[i] for i in found.contact]
     assert words == ["permanent"] * 3 + ["one-sided", "permanent", "one-sided", "none", "two-sided"]
     np.testing.assert_allclose(found.contact_fraction, [1, 1, 1, 0.9998, 1, 0.4, 0, 1], rtol=1e-10)
@@ -93,8 +87,6 @@ def test_of_several_meshes_contact_and_force_are_those_of_the_mesh_where_they_ar
     static = np.array([[1.0, 2.0], [1.0, 2.0], [0.0, -2.0]])
     found, meshes = compute_response(measures.reshape(-1, 3), np.full(3, 2.0), np.ones(3), static)
     assert [CONTACTS[i] for i in found.contact] == ["one-sided", "two-sided", "permanent"]
-    assert found.contact_fraction.tolist() == [0.75, 0.75, 1]
-    assert found.mesh_force_peak.tolist() == [4, 2, 1]
-    assert found.dynamic_factor.tolist() == [3, 2, 0.5]
-    assert found.switches_per_period.tolist() == [2, 4, 0]
+    assert found.contact_fraction.tolist() == [0.75, 0.75, 1] and found.mesh_force_peak.tolist() == [4, 2, 1]
+    assert found.dynamic_factor.tolist() == [3, 2, 0.5] and found.switches_per_period.tolist() == [2, 4, 0]
     np.testing.assert_array_equal(meshes.mesh_dynamic_factor, [[3, 2], [2, 0.5], [np.nan, 0.5]])

@@ -14,8 +14,7 @@ PLANES = {
     "layers": np.select([ROW < 70, ROW < 150], [1, 2], default=3),
     "slope": np.where(ROW + COLUMN / 3 < 130, 1, 3),
     "tongue": np.where(np.abs(ROW - 16 - COLUMN / 2) < 1 + COLUMN / 100, 1, 3),
-    "noise": np.random.default_rng(0).integers(1, 4, ROW.shape),
-}
+    "noise": np.random.default_rng(0).integers(1, 4, ROW.shape)}
 
 
 def refine(label, coarse=16, period=None):
@@ -26,16 +25,10 @@ def refine(label, coarse=16, period=None):
         np.add.at(counts, cells, 1)
         return {
             "label": label.ravel()[cells].astype(np.int8), "period": period.ravel()[cells].astype(np.int32),
-            "reason": np.full(len(cells), Reason.ORBIT, np.int8), "v_rms": 0.5 + cells,
-        }
+            "reason": np.full(len(cells), Reason.ORBIT, np.int8), "v_rms": 0.5 + cells}
 
     found = refined(compute, np.arange(label.size), label.shape[1], coarse)
     return {n: v.reshape(label.shape) for n, v in found.items()}, counts.reshape(label.shape)
-
-
-def nearest_other(label):
-    """The distance of every cell from the nearest of another label."""
-    return np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)
 
 
 @pytest.mark.parametrize("name", PLANES)
@@ -78,7 +71,7 @@ def test_cells_off_the_lattice_are_computed_only_where_a_boundary_is_near(name):
     """A cell of the lattice of step s/2 alone is asked for if its block of side s is mixed, or is doubted."""
     label = PLANES[name]
     _, counts = refine(label)
-    near = nearest_other(label)
+    near = np.sum([distance_transform_edt(label == kind) for kind in np.unique(label)], axis=0)  # another label
     for step in (2, 4, 8):
         finer = (ROW % step > 0) | (COLUMN % step > 0)
         asked = (counts == 1) & finer & (label.shape[0] - 1 > ROW) & (label.shape[1] - 1 > COLUMN)

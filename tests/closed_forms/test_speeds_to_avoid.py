@@ -1,5 +1,4 @@
-"""Which speeds to avoid: edges in closed form and by fine scans, motions that one scan misses, ranges counted by hand.
-"""
+"""Which speeds to avoid: edges in closed form and by fine scans, motions that one scan misses, ranges by hand."""
 
 import json
 from dataclasses import replace
@@ -23,12 +22,8 @@ DESIGN = gc.GearDesign(
     quality={"standard": "ISO 1328-1:1995", "grade": 7},
     backlash={"value": "0.15 mm", "of": "line of action, total"})
 
-
 NARROW = replace(DESIGN, profile_shift=(0.35, 0.2751), bore="20 mm", torque=60.0)
 """The same pair with a narrow range to avoid near 2500 rpm."""
-
-
-"""The same pair with damping across the gap, which leads to long transients."""
 
 EXACT = replace(SPUR, transmission_error="none", torque=400.0)
 BRAKED = replace(DESIGN, damping_law="always")
@@ -63,8 +58,7 @@ def test_a_window_between_the_given_speeds_is_found_and_its_edges_located():
     found = gc.speeds_to_avoid(NARROW, "2000:3000:8")
     (window,) = found.windows
     fine = separated(gc.dynamic_factor(NARROW, "2400:2600:401"))
-    assert window.start <= fine[0] <= window.start + 0.5
-    assert window.stop - 0.5 <= fine[-1] <= window.stop
+    assert window.start <= fine[0] <= window.start + 0.5 and window.stop - 0.5 <= fine[-1] <= window.stop
     followed = gc.branch(NARROW.at(speed=(window.start + window.stop) / 2), "speed=2400:2600")
     grazes = followed.event_value.values[followed.event_kind.values == "graze"]
     assert [window.start, window.stop] == pytest.approx(grazes, rel=1e-10)
@@ -104,8 +98,7 @@ def test_the_upper_edge_is_where_the_linear_oscillator_loses_contact(linear):
     at = found.dataset.sel(speed=slice(window.start, lower))
     assert (at.contact.sel(motion="rising") == 0).all() and (at.contact.sel(motion="falling") == 1).any()
     fine = separated(gc.dynamic_factor(linear, f"{0.5 * lower}:{1.3 * upper}:300", mode="down"))
-    assert window.start <= fine[0]
-    assert found.quasi_static_ratio == 1
+    assert window.start <= fine[0] and found.quasi_static_ratio == 1
 
 
 @pytest.mark.filterwarnings("ignore:The mesh stiffness of the table is constant")
@@ -192,8 +185,7 @@ def test_the_document_is_json():
     ({"starts": 10**9}, "speeds times starts must"),
     ({"separation": False}, "factor must be given with separation=False"), ({"seed": 0.5}, "seed must be"),
     ({"speed": "500:8000"}, "speed must read start:stop:count"), ({"torque": 0}, "torque must be greater than 0"),
-    ({"design": 3}, "design must be a GearDesign"), ({"settings": 3}, "settings must be a Classification"),
-])
+    ({"design": 3}, "design must be a GearDesign"), ({"settings": 3}, "settings must be a Classification")])
 def test_bad_input_is_refused(options, message):
     with pytest.raises(InputError) as error:
         gc.speeds_to_avoid(**{"design": SPUR, "speed": "1000:2000:2", **options})

@@ -9,14 +9,13 @@ from scipy.linalg import expm
 
 import gearchaos as gc
 from gearchaos.flow import ExactFlow, Measure
-from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
-from gearchaos.model.coordinates import initial_state
+from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
 from gearchaos.model.switched import switched_system
+from tests.flows import flow_of, unit_vectors
 
 KINDS = {
     2: {"kind": "torsional"}, 3: {"kind": "torsional", "beta1": 0.02}, 4: {"kind": "full"},
-    7: {"kind": "full", "kappa1": 0.7, "beta1": 0.02},
-}
+    7: {"kind": "full", "kappa1": 0.7, "beta1": 0.02}}
 
 
 def random_steps(rng: np.random.Generator, count: int, wrapped: bool = True) -> SteppedStiffness:
@@ -38,11 +37,6 @@ def random_motions(stiffness, dimension: int, rng: np.random.Generator, count: i
     return system, w
 
 
-def unit_vectors(w: np.ndarray) -> np.ndarray:
-    """Unit tangent vectors (d, d, L) for states (d, L)."""
-    return np.repeat(np.eye(len(w))[:, :, None], w.shape[1], axis=2)
-
-
 @pytest.mark.parametrize(("dimension", "count"), [(2, 1), (2, 64), (3, 5), (4, 2), (7, 5)])
 def test_the_monodromy_determinant_and_the_sum_of_exponents_follow_from_the_trace(dimension, count):
     rng = np.random.default_rng(100 * dimension + count)
@@ -61,9 +55,7 @@ def test_multipliers_in_permanent_contact_are_those_of_a_product_of_exponentials
     random = random_steps(np.random.default_rng(count), count)
     stiffness = SteppedStiffness(tuple(0.7 + 0.4 * c for c in random.levels), random.starts)
     model = MeshModel.of(kind="single", omega=omega, q0=3.0, stiffness=stiffness, z=4.0)
-    batch = vary(model, {})
-    flow = ExactFlow(switched_system(batch))
-    w = initial_state(batch, flow.system).T.copy()
+    flow, w = flow_of(model)
     out = flow.advance(w, 1, tangent=unit_vectors(w), measured=True)
     assert out.measures[Measure.SWITCHES, 0] == 0
     parts = [(stiffness.levels[-1], stiffness.starts[0])]
@@ -110,37 +102,6 @@ def test_dividing_a_level_leaves_the_motion_as_it_is(dimension):
     np.testing.assert_allclose(one.tangent, other.tangent, rtol=1e-13, atol=1e-13 * np.abs(one.tangent).max())
     np.testing.assert_array_equal(one.measures[Measure.SWITCHES], other.measures[Measure.SWITCHES])
     np.testing.assert_allclose(one.measures, other.measures, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("same", [SteppedStiffness((1.0,), (0.0,)), SteppedStiffness((1.0,), (0.3,)),
-                                  SteppedStiffness((1.0, 1.0, 1.0), (0.1, 0.4, 0.8)), TwoLevelStiffness(0.0, 0.0)])
-def test_a_constant_stiffness_is_one_however_it_is_written(same):
-    system, w = random_motions(HarmonicStiffness(), 4, np.random.default_rng(0))
-    expected = ExactFlow(system).advance(w, 1).w
-    system, w = random_motions(same, 4, np.random.default_rng(0))
-    np.testing.assert_allclose(ExactFlow(system).advance(w, 1).w, expected, rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize(("dimension", "shift"), [(2, 0.13), (4, 0.5), (7, 0.8)])
-def test_shifting_the_starts_shifts_the_motion(dimension, shift):
-    """χ(τ − sT) with ε(τ − sT) is the same motion later: the flow over the first sT of a period comes first."""
-    rng = np.random.default_rng(dimension)
-    stiffness = random_steps(rng, 6)
-    pairs = zip(stiffness.starts, stiffness.levels, strict=True)
-    starts, levels = zip(*sorted(((start + shift) % 1, level) for start, level in pairs), strict=True)
-    values = {"omega": 0.9, "q0": 0.1, "eps1": 0.15, "eps2": 0.05, "theta1": 0.4, "theta2": 1.0, **KINDS[dimension]}
-    here = MeshModel.of(stiffness=stiffness, **values)
-    there = here.with_values({
-        "stiffness": SteppedStiffness(levels, starts),
-        "theta1": here.error.phases[0] + 2 * np.pi * shift, "theta2": here.error.phases[1] + 4 * np.pi * shift,
-    })
-    w = rng.uniform(-1.2, 1.2, (dimension, 5))
-    early, late = (ExactFlow(switched_system(vary(model, {"q0": np.full(5, 0.1)})), samples=100) for model in (
-        here, there))
-    found = late.advance(w, 2, sample=True).samples
-    start = found[0, round(100 * shift), :dimension]  # τ = sT there is τ = 0 here
-    following = found.reshape(200, dimension + 1, 5)[round(100 * shift) :][:100]
-    np.testing.assert_allclose(early.advance(start, 1, sample=True).samples[0], following, rtol=0, atol=1e-12)
 
 
 def test_a_sample_beside_a_jump_is_taken_at_its_own_instant():

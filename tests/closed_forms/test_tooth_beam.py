@@ -22,8 +22,7 @@ from tests.gear_examples import ISO_TR_EXAMPLE_1, spur
 BORE = (0.035, 0.035)
 PAIRS = {
     "62/62": spur(), "17/45 shifted": spur(teeth=(17, 45), profile_shift=(0.4, 0.1), centre_distance=2e-3 * 31.45),
-    "undercut 13/60": spur(teeth=(13, 60)), "sharp rack": spur(teeth=(30, 50), root_radius=0.0),
-}
+    "undercut 13/60": spur(teeth=(13, 60)), "sharp rack": spur(teeth=(30, 50), root_radius=0.0)}
 
 
 def straight_beam(length, half_thickness, nodes=8):
@@ -40,8 +39,7 @@ def test_a_straight_tooth_is_the_cantilever_of_timoshenko(length):
     bending, shear, axial, _ = beam_compliance(straight_beam(length, half), load, STEEL, width)
     inertia, area = width * (2 * half) ** 3 / 12, width * 2 * half
     assert bending == pytest.approx(length**3 / (3 * STEEL.E * inertia), rel=1e-13)
-    assert shear == pytest.approx(1.2 * length / (STEEL.E / (2 * 1.3) * area), rel=1e-13)
-    assert axial == 0
+    assert shear == pytest.approx(1.2 * length / (STEEL.E / (2 * 1.3) * area), rel=1e-13) and axial == 0
     assert shear / bending == pytest.approx(0.6 * 1.3 * (2 * half / length) ** 2, rel=1e-12)
 
 
@@ -55,9 +53,7 @@ def test_a_straight_tooth_loaded_along_its_axis_is_a_bar_that_an_eccentric_load_
 
 
 def test_hertz_stiffness_of_equal_and_of_different_materials():
-    assert hertz_stiffness((STEEL, STEEL), 0.02) == pytest.approx(
-        math.pi * STEEL.E * 0.02 / (4 * (1 - 0.3**2)), rel=1e-15)
-    assert hertz_stiffness((STEEL, STEEL), 0.02) == pytest.approx(3.5558686e9, rel=1e-8)
+    assert hertz_stiffness((STEEL, STEEL), 0.02) == pytest.approx(math.pi * STEEL.E * 0.02 / 3.64, rel=1e-15)
     stiff = replace(STEEL, E=1e12)
     assert hertz_stiffness((STEEL, stiff), 0.02) == pytest.approx(2 * 3.5558686e9 / (1 + 0.206), rel=1e-8)
 
@@ -99,8 +95,7 @@ def test_double_face_width_or_modulus_is_double_stiffness():
     stiff = replace(STEEL, E=2 * STEEL.E)
     one, wide, stiffer = (ToothPairs(spur(**width), (material, material), BORE).curve().first for width, material in (
         ({}, STEEL), ({"face_width": (0.04, 0.04)}, STEEL), ({}, stiff)))
-    assert wide == pytest.approx(2 * one, rel=1e-13)
-    assert stiffer == pytest.approx(2 * one, rel=1e-13)
+    assert wide == pytest.approx(2 * one, rel=1e-13) and stiffer == pytest.approx(2 * one, rel=1e-13)
 
 
 def test_exchanging_the_wheels_reverses_the_curve():
@@ -147,8 +142,7 @@ def test_stiffness_with_several_pairs_is_the_sum_over_the_pairs():
     (spur(teeth=(12, 90)), (0.005, 0.05), "start_of_active_profile[0]"),
     (spur(teeth=(60, 10), profile_shift=(0.0, 0.95), centre_distance=0.0719), (0.03, 0.007), "tip_thickness[1]"),
     (spur(dedendum=1.6), BORE, "root_radius"),
-    (spur(teeth=(14, 20)), (0.006, 0.01), "start_of_active_profile[0]"),
-])
+    (spur(teeth=(14, 20)), (0.006, 0.01), "start_of_active_profile[0]")])
 def test_pairs_beyond_the_method_are_refused(geometry, bore, field):
     with pytest.raises(InputError) as raised:
         ToothPairs(geometry, (STEEL, STEEL), bore)

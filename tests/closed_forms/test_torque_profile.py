@@ -14,8 +14,6 @@ from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE, steady_force
 from tests.commands import ask
 
 MODEL = load_study(PAIR_FILE).model
-
-
 CONSTANT = {"time": [0.0, 3.0, 8.0], "torque": [60.0, 60.0, 60.0]}
 
 
@@ -54,9 +52,8 @@ def test_where_the_units_depend_on_the_torque_forces_are_still_those_of_steady_m
         assert float(found.dynamic_factor[0, i]) == pytest.approx(steady.dynamic_factor, rel=4e-3)
         newton = steady.dynamic_factor * torque / radius
         assert float(found.mesh_force_peak[0, i]) == pytest.approx(newton, rel=4e-3)
-    lines = found.order_force[0].sel(order=0)
-    within = 1.0 / radius  # by which the force changes in a window of two turns
-    np.testing.assert_allclose(lines[::40], found.torque[0, ::40] / radius, atol=within)
+    lines = found.order_force[0].sel(order=0)  # the force changes by 1/radius in a window of two turns
+    np.testing.assert_allclose(lines[::40], found.torque[0, ::40] / radius, atol=1.0 / radius)
 
 
 @pytest.mark.slow
@@ -111,8 +108,7 @@ def test_files_are_read_as_other_tables_and_found_beside_the_study(tmp_path):
     ({"time": [0, 4], "torque": [1, 2, 3]}, "must have two or more rows"),
     ({"time": [0, 4], "torque": [1, np.inf]}, "torque must be finite|must be a finite"),
     ({"time": [0, 4], "speed": [4000, 5000], "torque": [1, 2]}, "must be a table of time or speed, and torque"),
-    (100.0, "must be a table of time or speed, and torque"),
-    ("missing.csv", "must be a file that can be read")])
+    (100.0, "must be a table of time or speed, and torque"), ("missing.csv", "must be a file that can be read")])
 def test_a_profile_that_cannot_be_is_refused(profile, words):
     with pytest.raises(gc.InputError, match=words):
         gc.RunUp(LINEAR, "speed=4000:4300", 4.0, torque=profile)

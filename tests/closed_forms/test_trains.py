@@ -41,8 +41,7 @@ def test_one_mesh_is_a_gear_pair(law):
     assert (ours.torque1, ours.torque2) == pytest.approx((theirs.torque1, theirs.torque2), rel=1e-13)
     assert np.abs(one.section_z.values - other.section_z.values).max() < 1e-12
     found, expected = gc.regime(whole), gc.regime(single)
-    assert (found.label, found.contact) == (expected.label, "one-sided")
-    assert expected.contact == "one-sided"
+    assert (found.label, found.contact) == (expected.label, "one-sided") and expected.contact == "one-sided"
     assert found.dynamic_factor == pytest.approx(expected.dynamic_factor, rel=1e-10)
     assert found.meshes["a/b"]["force_peak"] == pytest.approx(expected.mesh_force_peak * pair.scales.force, rel=1e-10)
 
@@ -103,8 +102,7 @@ def test_the_exponents_of_a_train_sum_to_its_mean_trace():
     train = gc.Train(speed=6000.0, bodies=bodies, meshes=[
         mesh("a", "i", 24, 30), mesh("i", "b", 30, 36, phase=1.0, damping_law="always")])
     verdict = gc.regime(train)
-    assert verdict.contact != "permanent"
-    assert verdict.trace_error < 1e-9
+    assert verdict.contact != "permanent" and verdict.trace_error < 1e-9
 
 
 def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
@@ -116,14 +114,7 @@ def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
     motion = gc.simulate(model, 50, samples=16)
     potential = np.maximum(np.abs(motion.z.values) - 1, 0.0) ** 2 / 2
     energy = motion.z_dot.values**2 / 2 + potential
-    assert np.ptp(energy) < 1e-13
-    assert np.any(potential > 0)
-
-
-def test_the_static_state_holds_without_excitation():
-    train = gc.Train(speed=1000.0, meshes=[mesh("a", "b", 20, 40, error_amplitudes=[], stiffness=2e8)], bodies=[
-        gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="b", inertia=2e-3, torque=-40.0)])
-    assert deflections(train)[:, 0] == pytest.approx(20.0 / 0.02 / 2e8, rel=1e-12)
+    assert np.ptp(energy) < 1e-13 and np.any(potential > 0)
 
 
 def test_a_common_period_is_that_of_all_orders():
@@ -140,5 +131,4 @@ def test_results_of_one_motion_do_not_depend_on_others():
     three, one = (initial_value_problems(model, {"loose.torque": np.array(torques)})
                   for torques in ([-0.05, -0.2, -0.08], [-0.08]))
     a, b = (each.flow.advance(each.w, 50, measured=True) for each in (three, one))
-    assert np.array_equal(a.w[:, 2], b.w[:, 0])
-    assert np.array_equal(a.measures[:, 2], b.measures[:, 0])
+    assert np.array_equal(a.w[:, 2], b.w[:, 0]) and np.array_equal(a.measures[:, 2], b.measures[:, 0])

@@ -45,8 +45,7 @@ def tacho(every=400, **fields):
 
 
 def spectrum(speed, orders, data, id1="bench", **fields):
-    z = {"z_axis_value": speed, "z_axis_spec_data_type": 19, "z_axis_axis_lab": "Tacho",
-         "z_axis_axis_units_lab": "rpm"}
+    z = {"z_axis_value": speed, "z_axis_spec_data_type": 19, "z_axis_axis_lab": "Tacho", "z_axis_axis_units_lab": "rpm"}
     return function(orders, data, "Force", "N", 9, of="order", func_type=0, id1=id1, **{**z, **fields})
 
 
@@ -94,8 +93,7 @@ def test_spectra_over_the_order_are_amplitudes_at_their_speeds(tmp_path, id1, fa
     assert found.speeds.tolist() == [550, 600] and (found.unit, found.size) == ("N", 1)
     assert sorted(zip(found.at.tolist(), found.harmonic.tolist(), found.amplitude.tolist(), strict=True)) == [
         (at, k, pytest.approx(size * factor, rel=1e-4)) for at, size in ((0, 20), (1, 30)) for k in (1, 2)]
-    assert found.ignored == 2 * 298
-    assert isinstance(read_measured_runup(path, Z, (500, 700)), MeasuredOrders)
+    assert found.ignored == 2 * 298 and isinstance(read_measured_runup(path, Z, (500, 700)), MeasuredOrders)
 
 
 @pytest.mark.slow
@@ -208,8 +206,7 @@ def test_a_direction_that_never_came_has_no_signal(tmp_path, found):
 def test_no_file_is_written_over_another(tmp_path, monkeypatch, options):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "b.uff").write_text("measured")
-    assert "--uff must be a file of its own" in ask(
-        "runup", PAIR_FILE, "--speed", "500:700", *options, code=2).stderr
+    assert "--uff must be a file of its own" in ask("runup", PAIR_FILE, "--speed", "500:700", *options, code=2).stderr
     assert (tmp_path / "b.uff").read_text() == "measured" and not (tmp_path / "x.uff").exists()
 
 

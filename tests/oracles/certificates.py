@@ -4,8 +4,6 @@ The points of an orbit in floats are refined by Newton's method with the verifie
 this module writes need not be right: whatever it writes, the verifier has to prove.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from contextlib import suppress
@@ -31,12 +29,10 @@ def model_fields(model: MeshModel) -> dict[str, Any]:
     elif isinstance(s, HarmonicStiffness):
         stiffness = {"form": "fourier", "c": strings(s.amplitudes), "alpha": strings(s.phases)}
     else:
-        values = {n: getattr(s, n).hex() for n in ("chi1", "chi2", "contact_ratio")}
-        stiffness = {"form": "two-level", **values}
+        stiffness = {"form": "two-level", **{n: getattr(s, n).hex() for n in ("chi1", "chi2", "contact_ratio")}}
     return {
         "kind": model.kind, **{n: float(getattr(model, n)).hex() for n in names},
-        "eps": strings(model.error.amplitudes), "theta": strings(model.error.phases), "stiffness": stiffness,
-    }
+        "eps": strings(model.error.amplitudes), "theta": strings(model.error.phases), "stiffness": stiffness}
 
 
 def strings(values: Any) -> list[str]:
@@ -51,8 +47,7 @@ def reduced(model: MeshModel, physical: dict[str, float], names: list[str]) -> l
     error, error_dot = error_at(model, 0.0)
     values = {
         "z": p["x1"] - p["x2"] + p["y1"] - p["y2"] - error, "y": p["y1"] - p["y2"], "y_dot": p["y1_dot"] - p["y2_dot"],
-        "z_dot": p["x1_dot"] - p["x2_dot"] + p["y1_dot"] - p["y2_dot"] - error_dot, **p,
-    }
+        "z_dot": p["x1_dot"] - p["x2_dot"] + p["y1_dot"] - p["y2_dot"] - error_dot, **p}
     return [values[name] for name in names]
 
 
@@ -100,9 +95,8 @@ class Flow:
         return low
 
 
-def certificate(
-    model: MeshModel, points: dict[str, np.ndarray], radius: str, bits: int = 128, phase: str = "0", share: float = 0.5
-) -> dict[str, Any]:
+def certificate(model: MeshModel, points: dict[str, np.ndarray], radius: str, bits: int = 128, phase: str = "0",
+                share: float = 0.5) -> dict[str, Any]:
     """The certificate of the orbit near stroboscopic points (at phase 0) by physical coordinate."""
     with ctx.workprec(2 * bits):
         mesh = verifier.Mesh(model_fields(model))
@@ -148,9 +142,7 @@ def _refined(flow: Flow, w: list[list[arb]]) -> tuple[list[list[arb]], list[Any]
     raise ArithmeticError(f"not converged: {size}")
 
 
-def windows(
-    mesh: verifier.Mesh, found: list[tuple[fmpq, arb_mat, int, str]], r: float, bits: int,
-) -> list[dict[str, Any]]:
+def windows(mesh: verifier.Mesh, found: list[tuple[fmpq, arb_mat, int, str]], r: float, bits: int) -> list[dict]:
     """Time windows four times as wide as the spread of a cube's switches."""
     out = []
     for time, G, flank, into in found:
@@ -159,10 +151,8 @@ def windows(
     return out
 
 
-def _written(
-    model: MeshModel, mesh: verifier.Mesh, flow: Flow, w: list[list[arb]], images: list[Any], radius: str, bits: int,
-    phase: str, share: float,
-) -> dict[str, Any]:
+def _written(model: MeshModel, mesh: verifier.Mesh, flow: Flow, w: list[list[arb]], images: list[Any], radius: str,
+             bits: int, phase: str, share: float) -> dict[str, Any]:
     n, d, r = len(w), mesh.d, float(arb(verifier.read(radius, verifier.NUMBER, "radius")))
     switches = [windows(mesh, found, r, bits) for _, found in images]
     S = [np.array([[float(G[i, j]) for j in range(d)] for i in range(d)]) for G, _ in images]
@@ -174,8 +164,7 @@ def _written(
         "radius": radius, "bits": bits, "switches": switches,
         "stability": {"inside": inside, "outside": d - inside, "Q": [[strings(row) for row in q] for q in Q]},
         "margins": dict.fromkeys(verifier.CERTIFICATE["margins"], "1e-300") | ({"separation": None} if n == 1 else {}),
-        "versions": dict.fromkeys(["python", "gearchaos", "python-flint", "numpy"], "0"),
-    }
+        "versions": dict.fromkeys(["python", "gearchaos", "python-flint", "numpy"], "0")}
     own = verifier.verify(sealed(out)).margins
     if share and own:
         out["margins"] = {k: None if v is None else (share * v).hex() for k, v in own.items()}
@@ -197,12 +186,8 @@ def stein(S: list[np.ndarray]) -> list[np.ndarray]:
 
 def dyadic(x: arb, bits: int) -> str:
     """A hexadecimal string of about `bits` bits after the point."""
-    whole = round_to_int(x, bits)
+    whole = int((x * arb(2) ** bits + arb(0.5)).mid().floor().unique_fmpz())
     return f"{'-' if whole < 0 else ''}0x{abs(whole):x}p{-bits}"
-
-
-def round_to_int(x: arb, bits: int) -> int:
-    return int((x * arb(2) ** bits + arb(0.5)).mid().floor().unique_fmpz())
 
 
 def sealed(certificate: dict[str, Any], words: bool = True) -> dict[str, Any]:

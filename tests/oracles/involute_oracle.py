@@ -33,8 +33,7 @@ def transverse_slope(pressure_angle, helix_angle):
     """The rack's flank in the transverse plane: its displacement along the datum line per depth.
 
     x is the axis of the gear, y the direction in which the rack moves, z the radial direction. The flank is spanned by
-    the direction of the rack's teeth and the profile in the normal section.
-    """
+    the direction of the rack's teeth and the profile in the normal section."""
     along_teeth = np.array([math.cos(helix_angle), math.sin(helix_angle), 0.0])
     across_teeth = np.array([-math.sin(helix_angle), math.cos(helix_angle), 0.0])
     profile = math.sin(pressure_angle) * across_teeth + math.cos(pressure_angle) * np.array([0.0, 0.0, 1.0])
@@ -64,8 +63,7 @@ class Wheel:
 
         In the position symmetric to the tooth, the flank of the rack is the line through the points at the distance
         ``half_space`` + slope · depth from the middle, and the involute touches it. The tangent of the involute at t
-        has the direction ``origin`` + t.
-        """
+        has the direction ``origin`` + t."""
         def distance(delta):
             radial, sideways = self.involute(math.atan(self.slope) + delta, -delta)
             return -sideways - half_space - self.slope * (self.reference - radial)

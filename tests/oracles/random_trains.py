@@ -1,7 +1,5 @@
 """Random trains of several shapes, and states from which their motions begin."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

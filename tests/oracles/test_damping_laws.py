@@ -1,14 +1,7 @@
 """The damping laws of the mesh in the flow: against an independent integration, in closed form, and by definition."""
 
-from __future__ import annotations
-
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,23 +16,13 @@ from gearchaos.model import (
     SteppedStiffness,
     TransmissionError,
     TwoLevelStiffness,
-    vary,
 )
-from gearchaos.model.coordinates import initial_state
-from gearchaos.model.switched import reversed_in_time, switched_system, velocity_signs
+from gearchaos.model.switched import reversed_in_time, velocity_signs
+from tests.flows import central_difference, flow_of
+from tests.flows import unit_vectors as unit
 from tests.oracles import scipy_oracle
 
 LAWS = ("contact", "unilateral")
-
-
-def flow_of(model: MeshModel) -> tuple[ExactFlow, np.ndarray]:
-    batch = vary(model, {})
-    system = switched_system(batch)
-    return ExactFlow(system), initial_state(batch, system).T.copy()
-
-
-def unit(w: np.ndarray) -> np.ndarray:
-    return np.repeat(np.eye(len(w))[:, :, None], w.shape[1], axis=2)
 
 
 def random_model(law: str, seed: int) -> MeshModel:
@@ -113,20 +96,6 @@ def test_one_period_from_the_boundary(law, z, speed):
         np.testing.assert_allclose(flow.advance(w, 1).w[:, 0], expected, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize(("law", "state", "determinant"), [
-    ("always", (0.86319781, 0.08016883), 0.497514),
-    ("contact", (0.84308597, 0.05407245), 0.684399),
-    ("unilateral", (0.84252577, 0.05291993), 0.691430),
-])
-def test_a_motion_of_one_period(law, state, determinant):
-    model = MeshModel.of(kind="single", omega=0.9, zeta=0.05, q0=0.1, eps1=0.05, chi1=0.0, chi2=0.0, damping_law=law)
-    flow, w = flow_of(model)
-    w = flow.advance(w, 1000).w
-    np.testing.assert_allclose(w[:, 0], state, rtol=0, atol=1e-8)
-    tangent = flow.advance(w, 1, tangent=unit(w)).tangent
-    assert np.linalg.det(tangent[:, :, 0]) == pytest.approx(determinant, abs=6e-7)
-
-
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("zeta", [0.02, 0.3, 0.7])
@@ -150,8 +119,7 @@ def test_an_impact_in_closed_form(law, side, zeta):
     assert (other, switches) == (0.0, 2.0) and time == pytest.approx(duration, abs=1e-13)
     least = min(3 * angle, np.pi) / np.sin(angle)  # the instant of the least force, or the end of contact
     pull = -speed * np.exp(-zeta * least) * (1 if 3 * angle < np.pi else 2 * zeta) if law == "contact" else 0.0
-    assert bottom == pytest.approx(pull, abs=1e-13)
-    assert top >= 2 * zeta * speed - 1e-13
+    assert bottom == pytest.approx(pull, abs=1e-13) and top >= 2 * zeta * speed - 1e-13
     assert np.linalg.det(out.tangent[:, :, 0]) == pytest.approx(np.exp(-2 * zeta * duration), rel=1e-12)
 
 
@@ -218,9 +186,6 @@ def test_volumes_shrink_while_contact_lasts(law, seed):
 
 
 STEP = 1e-3
-OFFSETS, WEIGHTS = np.array([-3, -2, -1, 1, 2, 3]), np.array([-1, 9, -45, 45, -9, 1]) / 60
-"""Central differences of sixth order."""
-
 SWITCHING = MeshModel.of(kind="single", omega=0.8, zeta=0.25, q0=0.02, eps1=0.1, theta1=0.4, contact_ratio=1.3)
 LOWER, HIGHER = {"chi1": 0.8, "chi2": 0.6}, {"chi1": -0.5, "chi2": -0.8}
 JUMPS = {
@@ -230,20 +195,19 @@ JUMPS = {
     "pushing, which lasts on a higher level": ("unilateral", HIGHER, 1.1246598298469939, 0.5236839780771607),
     "pushing, which ends": ("unilateral", LOWER, 0.9742444655216718, 0.20077138322111043),
     "a released flank": ("unilateral", HIGHER, 1.7083910556167288, -0.24510125476311617),
-    "a released flank, which pushes": ("unilateral", HIGHER, 1.988662330602981, -0.18295055403288707),
-}
+    "a released flank, which pushes": ("unilateral", HIGHER, 1.988662330602981, -0.18295055403288707)}
 """What a jump of the stiffness meets: law, levels and initial state."""
 
 
-def stencil(model: MeshModel, name: str, advance) -> np.ndarray:
-    """The derivative of z and z' after a mesh period by a parameter or an initial value, by ``advance(model)``."""
+def derivative(model: MeshModel, name: str) -> np.ndarray:
+    """Of z and z' after a mesh period by a parameter or an initial value, by the oracle."""
     value = model.initial[name] if name in model.initial else model.value(name)
-    return np.einsum("s,si->i", WEIGHTS, [advance(model.with_values({name: value + k * STEP})) for k in OFFSETS]) / STEP
 
+    def advance(h: float) -> np.ndarray:
+        end = scipy_oracle.section(model.with_values({name: value + h}), 1)
+        return np.array([end["z"][0], end["z_dot"][0]])
 
-def oracle(model: MeshModel) -> np.ndarray:
-    end = scipy_oracle.section(model, 1)
-    return np.array([end["z"][0], end["z_dot"][0]])
+    return central_difference(advance, STEP)
 
 
 @pytest.mark.slow
@@ -257,11 +221,8 @@ def test_derivatives_by_parameters(case, side):
     family = ParameterFamily(model, axes)
     values = family.start[None]
     out = family.flow(values).advance(family.initial_states(values))
-    for q, name in enumerate(axes):
-        np.testing.assert_allclose(
-            out.sensitivity[0, :, q], stencil(model, name, oracle), rtol=1e-7, atol=1e-8, err_msg=name)
-    for i, name in enumerate(("z", "z_dot")):
-        np.testing.assert_allclose(out.monodromy[0, :, i], stencil(model, name, oracle), rtol=1e-7, atol=1e-8)
+    for name, found in zip((*axes, "z", "z_dot"), [*out.sensitivity[0].T, *out.monodromy[0].T], strict=True):
+        np.testing.assert_allclose(found, derivative(model, name), rtol=1e-7, atol=1e-8, err_msg=name)
     flow, w = flow_of(model)
     np.testing.assert_allclose(flow.advance(w, 1, tangent=unit(w)).tangent[:, :, 0].T, out.monodromy[0], atol=1e-12)
 
@@ -276,9 +237,8 @@ def test_monodromy_of_the_full_model(law, stiffness):
     flow, w = flow_of(model)
     out = flow.advance(w, 1, tangent=unit(w), measured=True)
     assert out.measures[Measure.SWITCHES, 0] > 0
-    shifted = w + STEP * np.einsum("ij,s->ijs", np.eye(4), OFFSETS).reshape(4, -1)
-    ends = flow.advance(shifted, 1, points=np.zeros(24, int)).w.reshape(4, 4, 6)
-    np.testing.assert_allclose(out.tangent[:, :, 0].T, ends @ WEIGHTS / STEP, rtol=0, atol=1e-7)
+    exact = central_difference(lambda h: flow.advance(w + h * np.eye(4), 1, points=np.zeros(4, int)).w, STEP)
+    np.testing.assert_allclose(out.tangent[:, :, 0].T, exact, rtol=0, atol=1e-7)
     family = ParameterFamily(model, ())
     other = family.flow(family.start[None]).advance(w.T)
     np.testing.assert_allclose(other.monodromy[0], out.tangent[:, :, 0].T, rtol=0, atol=1e-12)
@@ -296,41 +256,13 @@ def test_without_damping_the_laws_are_one(zeta):
         np.testing.assert_allclose(end, ends[0], rtol=1e-8, atol=1e-8)
 
 
-def varied(law: str, count: int = 60):
-    """A flow with random points, states and tangent vectors of d = 2."""
-    rng = np.random.default_rng(5)
-    ranges = {"omega": (0.3, 3.0), "zeta": (0.0, 0.5), "eps1": (0.0, 0.3), "q0": (-0.1, 0.2), "chi1": (0, 0.5)}
-    model = MeshModel.of(kind="torsional", damping_law=law)
-    batch = vary(model, {name: rng.uniform(*ends, count) for name, ends in ranges.items()})
-    w = np.stack([rng.uniform(-1.8, 1.8, 300), rng.uniform(-1, 1, 300)])
-    return ExactFlow(switched_system(batch)), rng.integers(0, count, 300), rng.integers(1, 12, 300), w
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_the_same_bits_in_any_company_and_on_any_thread(law):
-    flow, points, periods, w = varied(law)
-    frame = unit(w)
-
-    def advance(i):
-        its = ExactFlow(flow.system) if threading else flow
-        return its.advance(w[:, i], periods[i], points=points[i], tangent=frame[..., i], measured=True)
-
-    threading, whole = False, flow.advance(w, periods, points=points, tangent=frame, measured=True)
-    rng = np.random.default_rng(6)
-    parts = [np.array([i]) for i in rng.permutation(300)[:30]] + np.array_split(rng.permutation(300), (3, 10, 150))
-    alone, threading = [advance(part) for part in parts], True
-    with ThreadPoolExecutor(3) as pool:
-        others = list(pool.map(advance, parts[-4:]))
-    for part, out in zip([*parts, *parts[-4:]], [*alone, *others], strict=True):
-        for field in fields(out):
-            expected = getattr(whole, field.name)
-            if expected.size:
-                np.testing.assert_array_equal(getattr(out, field.name), expected[..., part], err_msg=field.name)
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_reversed_time_leads_back(law):
-    flow, points, _, w = varied(law)
+    """Of random points, states and tangent vectors."""
+    rng = np.random.default_rng(5)
+    ranges = {"omega": (0.3, 3.0), "zeta": (0.0, 0.5), "eps1": (0.0, 0.3), "q0": (-0.1, 0.2), "chi1": (0, 0.5)}
+    flow, _ = flow_of(MeshModel.of(damping_law=law), {name: rng.uniform(*ends, 60) for name, ends in ranges.items()})
+    w, points = np.stack([rng.uniform(-1.8, 1.8, 300), rng.uniform(-1, 1, 300)]), rng.integers(0, 60, 300)
     signs = velocity_signs(flow.system.names)[:, None]
     there = flow.advance(w, 1, points=points, tangent=unit(w))
     back = ExactFlow(reversed_in_time(flow.system)).advance(signs * there.w, 1, points=points, tangent=unit(w))
@@ -343,28 +275,3 @@ def test_reversed_time_leads_back(law):
     assert np.median(typical) < 1e-10
 
 
-PLAIN = """
-import json, sys
-import numpy as np
-from tests.oracles.test_damping_laws import flow_of, unit, MeshModel
-out = []
-for law in ("contact", "unilateral"):
-    model = MeshModel.of(kind="single", omega=2.0, zeta=0.3, eps1=0.2, q0=0.05, z=1.4, z_dot=-0.8, damping_law=law)
-    flow, w = flow_of(model)
-    end = flow.advance(w, 2, tangent=unit(w), measured=True)
-    out.append([a.ravel().tolist() for a in (end.w, end.tangent, end.measures)])
-print(json.dumps(out))
-"""
-
-
-@pytest.mark.slow
-def test_the_compiler_changes_nothing():
-    plain, compiled = (
-        json.loads(subprocess.run([sys.executable, "-c", PLAIN], env={**os.environ, "NUMBA_DISABLE_JIT": off},
-                                  capture_output=True, text=True, check=True).stdout)
-        for off in "10"
-    )
-    for ours, theirs in zip(plain, compiled, strict=True):
-        for mine, other in zip(ours, theirs, strict=True):
-            np.testing.assert_allclose(mine, other, rtol=1e-11, atol=1e-12)
-        assert theirs[2][Measure.SWITCHES] > 1

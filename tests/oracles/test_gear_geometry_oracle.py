@@ -18,8 +18,7 @@ racks = st.fixed_dictionaries({
     "pressure_angle": st.floats(14 * DEGREE, 26 * DEGREE),
     "helix_angle": st.one_of(st.just(0.0), st.floats(0.5 * DEGREE, 35 * DEGREE)),
     "face_width": st.tuples(st.floats(1e-3, 0.2), st.floats(1e-3, 0.2)),
-    "addendum": st.floats(0.7, 1.2),
-})
+    "addendum": st.floats(0.7, 1.2)})
 shifts = st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7))
 alterations = st.tuples(st.floats(-2e-4, 1e-4), st.floats(-2e-4, 1e-4))
 slow_to_draw = settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
@@ -30,8 +29,7 @@ def construct(geometry):
     wheels = [
         oracle.Wheel(z, geometry.normal_module, geometry.pressure_angle, geometry.helix_angle, x,
                      (geometry.addendum + x) * geometry.normal_module + k)
-        for z, x, k in zip(geometry.teeth, geometry.profile_shift, geometry.tip_alteration, strict=True)
-    ]
+        for z, x, k in zip(geometry.teeth, geometry.profile_shift, geometry.tip_alteration, strict=True)]
     return oracle.Pair(*wheels, geometry.centre_distance)
 
 

@@ -1,7 +1,5 @@
 """Random trains in the flow, against an integration of all physical coordinates that shares no code."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -12,7 +10,7 @@ from gearchaos.flow import OK, Measure, of_meshes
 from gearchaos.gears.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.initial_value_problems import initial_value_problems
-from tests.oracles.physical_trains import Contacts, Oracle, motion
+from tests.oracles.physical_trains import Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
 QUICK = [("chain", 3), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0), ("driven", 1), ("driven", 3),
@@ -43,8 +41,7 @@ def difference(shape: str, seed: int, periods: int = 1) -> float:
     out = initial_value_problems(model).flow.advance(w[:, None], periods, tangent=np.eye(len(w))[:, :, None])
     found = motion(train, state, periods)
     expected = in_coordinates(oracle, train, model, periods * train.period, found["end"])
-    assert out.status[0] == OK
-    assert found["switched"]
+    assert out.status[0] == OK and found["switched"]
     growth = max(1.0, np.abs(out.tangent).max(), np.abs(w).max())
     return float(np.abs(out.w[:, 0] - expected).max()) / growth
 
@@ -70,8 +67,7 @@ def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape
             (Measure.CONTACT_FORCE, "force", time * force, {"rel": 1e-7}),
             (Measure.FORCE_MAX, "largest", force, {"abs": 1e-5 * size}),
             (Measure.FORCE_MIN, "smallest", force, {"abs": 1e-5 * size}),
-            (Measure.SWITCHES, "switches", 1, {"abs": 0}),
-        ):
+            (Measure.SWITCHES, "switches", 1, {"abs": 0})):
             assert own[measure] == pytest.approx(expected[name][n] * unit, **tolerance), name
 
 
@@ -87,10 +83,6 @@ def in_coordinates(oracle: Oracle, train: gc.Train, model: Any, t: float, w: np.
             continue
         element = known[owner]
         s, rate = oracle.deflection(element, t, w)
-        play = backlash(train, element.name) / 2 if isinstance(element, Contacts) else 0.0
+        play = next((m.backlash / 2 for m in train.meshes if m.name == element.name), 0.0)
         out.append(rate / (units.length * units.rate) if name.endswith("_dot") else (s + play) / units.length)
     return np.array(out)
-
-
-def backlash(train: Any, name: str) -> float:
-    return next((mesh.backlash for mesh in train.meshes if mesh.name == name), 0.0)

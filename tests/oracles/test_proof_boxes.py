@@ -37,8 +37,7 @@ CASES = {
     "single, stepped": (MeshModel.of(kind="single", q0=0.1, eps1=0.05, omega=0.95, zeta=0.05, stiffness=STEPS),
                         {"eps1": 1e-4, "zeta": 1e-4, "omega": 1e-4}),
     "full": (MeshModel.of(kind="full", q0=0.1, eps1=0.03, omega=1.5, beta1=0.02, kappa1=0.4),
-             {"kappa1": 2e-5, "eps1": 2e-5, "omega": 2e-5, "mu": 2e-5, "zeta_support": 2e-5, "beta2": 2e-5}),
-}
+             {"kappa1": 2e-5, "eps1": 2e-5, "omega": 2e-5, "mu": 2e-5, "zeta_support": 2e-5, "beta2": 2e-5})}
 
 
 def random_members(model, widths, count):
@@ -46,10 +45,8 @@ def random_members(model, widths, count):
     rng = np.random.default_rng(0)
     for k in range(count):
         u = rng.uniform(-1, 1, len(widths)) if k % 2 else rng.choice([-1.0, 1.0], len(widths))
-        values = {}
-        for (name, width), share in zip(widths.items(), u, strict=True):
-            values[name] = model.value(name) + share * width
-        yield model.with_values(values), u
+        yield model.with_values({name: model.value(name) + share * widths[name]
+                                 for name, share in zip(widths, u, strict=True)}), u
 
 
 @pytest.mark.slow
@@ -269,8 +266,7 @@ def test_orbits_are_not_connected_through_a_symmetry_that_needs_fewer_coordinate
 
 
 def test_a_box_that_is_too_large_is_not_proved_but_a_smaller_one_is():
-    model, _ = CASES["torsional 1T"]
-    found = gc.prove_box(model, {"eps1": 0.05})
+    found = gc.prove_box(CASES["torsional 1T"][0], {"eps1": 0.05})
     assert 0 < found.scale < 0.1 and found.widths["eps1"] == pytest.approx(0.05 * found.scale)
     with precision(BITS), pytest.raises(UndecidedError):
         system_of("torsional 1T", 500).prove(Fraction(1))
@@ -278,8 +274,7 @@ def test_a_box_that_is_too_large_is_not_proved_but_a_smaller_one_is():
 
 def test_slopes_by_the_parameters_prove_a_far_larger_box_than_wide_balls():
     """With parameters as balls in the coefficients, eps1 ± 1e-8 is about the largest box that is proved."""
-    model, _ = CASES["torsional 1T"]
-    assert gc.prove_box(model, {"eps1": 4e-4}).scale == 1
+    assert gc.prove_box(CASES["torsional 1T"][0], {"eps1": 4e-4}).scale == 1
 
 
 @pytest.mark.parametrize(

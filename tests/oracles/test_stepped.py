@@ -1,7 +1,5 @@
 """The exact flow with a stepped stiffness against independent integrations that stop at every jump."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -13,8 +11,7 @@ from tests.oracles import scipy_oracle
 
 KINDS = {
     2: {"kind": "single"}, 4: {"kind": "torsional", "J1": 1.5, "beta1": 0.02, "beta2": 0.005},
-    8: {"kind": "full", "J1": 1.5, "beta1": 0.02, "kappa1": 0.7, "mu2": 5.0},
-}
+    8: {"kind": "full", "J1": 1.5, "beta1": 0.02, "kappa1": 0.7, "mu2": 5.0}}
 """Models by their number of physical coordinates."""
 
 POINTS = 8
@@ -46,12 +43,14 @@ def worst(oracle, coordinates: int, count: int) -> float:
     return found
 
 
+@pytest.fixture
+def heyoka_oracle():
+    return pytest.importorskip("tests.oracles.heyoka_oracle", exc_type=ImportError)
+
+
 @pytest.mark.parametrize("count", [1, 3, 16, 64])
 @pytest.mark.parametrize("coordinates", KINDS)
-def test_one_period_agrees_with_heyoka(coordinates, count):
-    pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
-    from tests.oracles import heyoka_oracle
-
+def test_one_period_agrees_with_heyoka(heyoka_oracle, coordinates, count):
     assert worst(heyoka_oracle, coordinates, count) <= 2e-13
 
 
@@ -71,25 +70,10 @@ def test_the_highest_level_sets_the_number_of_steps():
     np.testing.assert_allclose(ours.section_z[0], theirs["z"][0], rtol=0, atol=2e-12)
 
 
-def test_many_periods_agree_with_heyoka():
-    pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
-    from tests.oracles import heyoka_oracle
-
-    steps = SteppedStiffness((1.3, 1.15, 0.8, 0.7, 0.9), (0.05, 0.3, 0.45, 0.7, 0.9))
-    model = MeshModel.of(kind="full", omega=0.8, eps1=0.03, q0=0.1, stiffness=steps)
-    ours, theirs = gc.simulate(model, 10, 40), heyoka_oracle.section(model, 10, 40)
-    for name, values in theirs.items():
-        np.testing.assert_allclose(ours[f"section_{name}"], values, rtol=0, atol=1e-9)
-
-
-def test_samples_agree_with_heyoka():
-    pytest.importorskip("heyoka", reason="heyoka is not installed", exc_type=ImportError)
-    from tests.oracles import heyoka_oracle
-
+def test_samples_agree_with_heyoka(heyoka_oracle):
     for model in random_points(4, 7):
         motion = gc.simulate(model, 1, samples=24)
-        expected = heyoka_oracle.trajectory(model, motion.tau.values)
-        for name, values in expected.items():
+        for name, values in heyoka_oracle.trajectory(model, motion.tau.values).items():
             np.testing.assert_allclose(motion[name], values, rtol=0, atol=1e-12)
 
 

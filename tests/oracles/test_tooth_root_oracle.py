@@ -15,12 +15,10 @@ MODULE = 2.5
 # teeth, helix angle, profile shift, dedendum, root radius; with undercut
 UNDERCUT = [
     (8, 0.0, 0.0, 1.25, 0.38), (10, 0.0, 0.0, 1.25, 0.25), (12, 0.0, -0.2, 1.4, 0.39), (15, 0.0, 0.0, 1.25, 0.0),
-    (12, 20 * DEGREE, 0.0, 1.25, 0.38), (9, 30 * DEGREE, -0.1, 1.25, 0.3), (14, 0.0, 0.0, 1.25, 0.38),
-]
+    (12, 20 * DEGREE, 0.0, 1.25, 0.38), (9, 30 * DEGREE, -0.1, 1.25, 0.3), (14, 0.0, 0.0, 1.25, 0.38)]
 CLEAN = [
     (20, 0.0, 0.0, 1.25, 0.38), (17, 15.8 * DEGREE, 0.145, 1.4, 0.39), (12, 0.0, 0.5, 1.25, 0.38),
-    (62, 0.0, 0.0, 1.25, 0.38), (103, 15.8 * DEGREE, 0.0, 1.4, 0.39), (30, 25 * DEGREE, 0.2, 1.25, 0.25),
-]
+    (62, 0.0, 0.0, 1.25, 0.38), (103, 15.8 * DEGREE, 0.0, 1.4, 0.39), (30, 25 * DEGREE, 0.2, 1.25, 0.25)]
 
 
 def tooth(case):
@@ -32,8 +30,7 @@ def tooth(case):
 class Sweep:
     """The tooth space that the points of the right side of a rack's tooth leave; its middle has the direction 0.
 
-    Lengths are in normal modules.
-    """
+    Lengths are in normal modules."""
 
     def __init__(self, case, pressure_angle=20 * DEGREE):
         teeth, self.helix_angle, self.shift, dedendum, self.rounding = case

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, trapezoid
+from scipy.integrate import trapezoid
 
 from gearchaos.gears.mechanics import STEEL
 from gearchaos.gears.stiffness.potential_energy import (
@@ -18,7 +18,7 @@ from tests.gear_examples import spur
 
 pytestmark = pytest.mark.slow
 
-BORE = (0.035, 0.035)
+BORE = 0.035
 SHIFTED = spur(teeth=(17, 45), profile_shift=(0.4, 0.1), centre_distance=2e-3 * 31.45)
 
 
@@ -51,9 +51,7 @@ def cut_tooth(geometry, wheel, radii):
 
 def numerical_compliance(geometry, wheel, bore, angle):
     """Compliance of a tooth by integrating over the section that was cut, m/N for the width and E of the pair."""
-    base = geometry.base_diameter[wheel] / 2
-    root = geometry.root_diameter[wheel] / 2
-    contact = base / math.cos(angle)
+    root, contact = geometry.root_diameter[wheel] / 2, geometry.base_diameter[wheel] / 2 / math.cos(angle)
     near_root = 1e-9 + np.linspace(0, 1, 1000) ** 3 * 0.02
     radii = np.append(root * (1 + near_root), np.linspace(1.02 * root, contact, 1500)[1:])
     half = cut_tooth(geometry, wheel, radii)
@@ -93,8 +91,7 @@ class Ross:
 
     Half the root angle θ_f is (π/2 + 2 tan α (h_a − ρ) + 2 ρ/cos α)/z, smaller than that of the cut tooth; the lever of
     the load on the wheel body ends at the point of contact instead of at the line of action; and the pressure angle
-    instead of the rotation advances linearly, from the beginning of the involute instead of that of contact.
-    """
+    instead of the rotation advances linearly, from the beginning of the involute instead of that of contact."""
 
     def __init__(self):
         self.pair = pair_62()
@@ -106,8 +103,8 @@ class Ross:
         """Compliance of one tooth, m/N."""
         slope = self.profile.slope(angle)
         lever = self.profile.flank(slope)[1] - self.profile.root_radius
-        body = foundation_compliance(self.profile.root_radius, self.theta, BORE[0], lever, slope) / (STEEL.E * 0.02)
-        return sum(tooth_compliance(self.profile, BORE[0], STEEL, 0.02, angle)[:3]) + body
+        body = foundation_compliance(self.profile.root_radius, self.theta, BORE, lever, slope) / (STEEL.E * 0.02)
+        return sum(tooth_compliance(self.profile, BORE, STEEL, 0.02, angle)[:3]) + body
 
     def pair_stiffness(self, advance):
         """Stiffness of a tooth pair, N/m, by the pressure angle from the beginning of the involute of wheel 1."""
@@ -135,34 +132,5 @@ def test_the_numbers_of_ross_are_reproduced_with_its_conventions():
     assert curve[:5] == pytest.approx(
         [396622921.3581085, 396738680.0375346, 396854147.2919756, 396969323.136738, 397084207.5865779], rel=1e-12)
     assert [curve.max(), curve.min(), curve.mean()] == pytest.approx([419.57e6, 229.32e6, 373.51e6], rel=2e-5)
-
-
-def test_here_the_pair_is_a_few_percent_stiffer_than_with_the_conventions_of_ross():
-    """Measured: 415.56, 437.96, 239.38 and 390.43 N/µm at the beginning, at most, at least and on average."""
-    curve = ToothPairs(pair_62(), (STEEL, STEEL), BORE).curve()
-    found = [curve.first[0], curve.first.max(), curve.last.min(), curve.mean]
-    assert found == pytest.approx([415.56e6, 437.96e6, 239.38e6, 390.43e6], rel=2e-5)
-    assert np.array(found) / [396.62e6, 419.57e6, 229.32e6, 373.51e6] == pytest.approx(np.full(4, 1.045), abs=0.004)
-
-
-def test_beam_integrals_agree_with_adaptive_quadrature():
-    """Of the involute part, over the height of the tooth, for a contact near the tip of a wheel of 62 teeth."""
-    profile = tooth_profile(pair_62(), 0)
-    base, half = profile.base_radius, profile.base_half_angle
-
-    def point(slope):
-        roll = slope + half
-        return base * (roll * math.cos(slope) - math.sin(slope)), base * (roll * math.sin(slope) + math.cos(slope))
-
-    start, end = math.tan(profile.form_angle) - half, math.tan(0.42) - half
-    x_end, y_end = point(end)
-
-    def bending(slope):
-        x, y = point(slope)
-        arm = math.cos(end) * (y_end - y) - math.sin(end) * x_end
-        return arm**2 / (STEEL.E * 0.02 * (2 * x) ** 3 / 12) * base * (slope + half) * math.cos(slope)
-
-    stations = profile.flank_stations(np.array(0.42))
-    arm = math.cos(end) * (y_end - stations.height) - math.sin(end) * x_end
-    found = (stations.weight * arm**2 * 1.5 / stations.half_thickness**3).sum() / (STEEL.E * 0.02)
-    assert found == pytest.approx(quad(bending, start, end, epsabs=0, epsrel=1e-12)[0], rel=1e-11)
+    here = ToothPairs(pair_62(), (STEEL, STEEL), (BORE, BORE)).curve()
+    assert [here.mean, here.first.max()] == pytest.approx([390.43e6, 437.96e6], rel=2e-5)  # as docs/gears.md compares

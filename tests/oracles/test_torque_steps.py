@@ -1,6 +1,5 @@
 """A run-up whose torque changes with each mesh period, beside DOP853 on the wheels in SI."""
 
-
 import numpy as np
 
 import gearchaos as gc
@@ -8,18 +7,15 @@ from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.oracles import scipy_oracle
 
-DESIGN = EXAMPLES / "spur_50_50.toml"
-
 
 def test_positions_and_velocities_of_the_wheels_stay_where_the_torque_steps():
     """c0, ω0 and ζ of this design depend on the torque. Teeth separate in some of the periods."""
-    model = load_study(DESIGN).model
+    model = load_study(EXAMPLES / "spur_50_50.toml").model
     speeds, duration, rows = (7000.0, 7100.0), 0.019, [30.0, 270.0, 60.0, 210.0, 40.0]
     times = np.linspace(0, 0.02, len(rows))
     study = gc.RunUp(model, f"speed={speeds[0]}:{speeds[1]}", duration, torque={"time": times, "torque": rows},
                      signal=True)
     found = gc.physical(study.run())
-
     rate, periods = (speeds[1] - speeds[0]) / duration, found.sizes["instant"] // study.samples
     turns = np.arange(periods + 1) / 50  # of the wheel, 60 turns/min
     ends = 120 * turns / (speeds[0] + np.sqrt(speeds[0] ** 2 + 120 * rate * turns))
@@ -28,8 +24,8 @@ def test_positions_and_velocities_of_the_wheels_stay_where_the_torque_steps():
     started = study._settled()[0]  # settled at the first speed and torque
     first = model.with_values({"speed": speeds[0], "torque": rows[0]})
     state = {"x1": started[0] + error(first, 0), "x1_dot": started[1] + error(first, 1), "x2": 0.0, "x2_dot": 0.0}
-    state = in_si(state, first)
-    lost, off = 0, []
+    scales, lost, off = first.gears.to_pair().scales, 0, []
+    state = {name: value * (scales.velocity if "dot" in name else scales.length) for name, value in state.items()}
     for k in range(50):  # after 60 the motion, which depends on its beginning, is another one
         there = model.with_values({"speed": 60 / (50 * (ends[k + 1] - ends[k])), "torque": torque[k]})
         scales = there.gears.to_pair().scales
@@ -52,8 +48,3 @@ def error(model, derivative):
     a, p = (np.array(values) for values in (model.error.amplitudes, model.error.phases))
     order = np.arange(1, len(a) + 1)
     return float(np.sum(a * np.cos(p)) if derivative == 0 else np.sum(order * model.omega * a * np.sin(p)))
-
-
-def in_si(state, model):
-    scales = model.gears.to_pair().scales
-    return {name: value * (scales.velocity if "dot" in name else scales.length) for name, value in state.items()}

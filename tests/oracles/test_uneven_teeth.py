@@ -1,8 +1,6 @@
 """Pairs whose teeth differ, against an integration that shares no code, and against a spring with a level for each part
 of the turn."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

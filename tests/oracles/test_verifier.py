@@ -1,7 +1,5 @@
 """The verifier of certificates: true ones are proved, forged and damaged ones refused, its flow contains heyoka's."""
 
-from __future__ import annotations
-
 import ast
 import copy
 import json
@@ -9,8 +7,9 @@ import os
 import re
 import subprocess
 import sys
-from functools import cache
+from functools import cache, reduce
 from itertools import combinations
+from operator import getitem
 from pathlib import Path
 
 import numpy as np
@@ -44,8 +43,7 @@ ORBITS = {
     "full, unlike, 1T": (FULL | {"beta1": 0.02, "eps2": 0.02, "theta2": 1.0}, None, 7, 2),
     "stepped 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "stiffness": STEPS}, None, 2, 2),
     "fourier 1T": ({"kind": "torsional", "omega": 0.9, "eps1": 0.1, "c1": 0.2, "c2": 0.05, "alpha2": 1.0}, None, 2, 2),
-    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2),
-}
+    "one level 1T": ({"kind": "single", "omega": 0.9, "eps1": 0.1, "stiffness": ONE_LEVEL}, None, 2, 2)}
 
 
 @cache
@@ -133,16 +131,10 @@ def test_a_saddle_is_not_stable(name):
     refused(c | {"stability": c["stability"] | minus}, "stability: .* inertia")
 
 
-def test_a_stable_orbit_is_no_saddle():
-    c = proved("torsional 8T")
-    c["stability"] = {"inside": 1, "outside": 1, "Q": [[["1", "0"], ["0", "-1"]]] * 8}
-    refused(c, "stability: Q_. −")
-
-
-def test_the_unit_matrix_is_no_stein_matrix_of_8t():
-    c = proved("torsional 8T")
-    c["stability"]["Q"] = [[["1", "0"], ["0", "1"]]] * 8
-    refused(c, "stability: Q_. −")
+@pytest.mark.parametrize("inside, Q", [(1, [["1", "0"], ["0", "-1"]]), (2, [["1", "0"], ["0", "1"]])])
+def test_8t_is_no_saddle_and_the_unit_matrix_no_stein_matrix_of_it(inside, Q):
+    refused(proved("torsional 8T") | {"stability": {"inside": inside, "outside": 2 - inside, "Q": [Q] * 8}},
+            "stability: Q_. −")
 
 
 PARAMETERS = ["omega", "zeta", "beta", "beta1", "q1", "J1", "eps", "theta", "chi1", "chi2", "contact_ratio"]
@@ -162,31 +154,16 @@ def test_parameters_off_by_1e_7_are_refused(field):
     refused(c, "coordinates" if field in ("beta1", "J1") else "existence|switches|contact")
 
 
-@pytest.mark.parametrize("name, list_name", [("stepped 1T", "levels"), ("stepped 1T", "starts"), ("fourier 1T", "c"),
-                                             ("fourier 1T", "alpha")])
-def test_stiffness_off_by_1e_7_is_refused(name, list_name):
+@pytest.mark.parametrize("name, within, key", [
+    *(("stepped 1T", ("stiffness", key), 1) for key in ("levels", "starts")),
+    *(("fourier 1T", ("stiffness", key), 1) for key in ("c", "alpha")),
+    *(("full, unlike, 1T", (), key) for key in ("mu1", "kappa2", "zeta_support1")),
+    *(("torsional, unlike, 2T", (), key) for key in ("J1", "beta1"))])
+def test_stiffness_supports_and_wheels_off_by_1e_7_are_refused(name, within, key):
     c = proved(name)
-    values = c["model"]["stiffness"][list_name]
-    values[1] = moved(values[1], 1e-7)
+    holder = reduce(getitem, within, c["model"])
+    holder[key] = moved(holder[key], 1e-7)
     refused(c, "existence|switches|contact")
-
-
-@pytest.mark.parametrize("name", ["mu1", "kappa2", "zeta_support1"])
-def test_supports_off_by_1e_7_are_refused(name):
-    c = proved("full, unlike, 1T")
-    c["model"][name] = moved(c["model"][name], 1e-7)
-    refused(c, "existence|switches|contact")
-
-
-@pytest.mark.parametrize("name", ["J1", "beta1"])
-def test_wheels_off_by_1e_7_are_refused(name):
-    c = proved("torsional, unlike, 2T")
-    c["model"][name] = moved(c["model"][name], 1e-7)
-    refused(c, "existence|switches|contact")
-
-
-def first_windows(c: dict) -> list[dict]:
-    return next(entries for entries in c["switches"] if len(entries) >= 2)
 
 
 def test_forged_switches_are_refused():
@@ -202,10 +179,9 @@ def test_forged_switches_are_refused():
         lambda w: w[0]["time"].__setitem__(1, "0.3"),
         lambda w: w.insert(1, copy.deepcopy(w[0])),
         lambda w: w.insert(0, {"time": ["1e-3", "1e-9"], "flank": w[0]["flank"], "into": w[0]["into"]}),
-        lambda w: w.reverse(),
-    ):
+        lambda w: w.reverse()):
         c = proved("torsional 8T")
-        change(first_windows(c))
+        change(next(windows for windows in c["switches"] if len(windows) >= 2))
         refused(c, "switches|contact")
 
 
@@ -229,44 +205,6 @@ def test_any_digit_changed_is_refused(tmp_path):
             assert re.match("refused: (sha256|format|no readable|certificate)", result.lines[0]), result.lines
 
 
-DAMAGES = {
-    "version": {"version": 2}, "format": {"format": "something"}, "bits": {"bits": 4097},
-    "points, switch": {"period": 5000}, "points, ": {"period": 0}, "points, switches and Q": {"period": 2},
-    "certificate.period": {"period": "1"}, "certificate.bits": {"bits": True}, "certificate.points": {"points": {}},
-    r"certificate.points\[0\]\[0\]": {"points": [["nan", "0"]]},
-    r"certificate.points\[0\]\[1\]": {"points": [["0", 0]]},
-    "points or Q": {"points": [["0", "0", "0"]]}, "certificate.radius: ": {"radius": "1e99999"},
-    "phase must lie in": {"radius": "0"},
-    "phase must": {"phase": "1"}, "coordinates": {"coordinates": ["z", "y"]}, "certificate.radius": {"radius": "0x1"},
-    "certificate: 'extra' unknown": {"extra": 1},
-    "certificate.versions": {"versions": []},
-    "certificate.switches": {"switches": [[{"time": ["0", "0"], "flank": 1}]]},
-    "certificate.stability": {"stability": {"inside": 1, "outside": 1}}, "certificate.margins": {"margins": {}},
-    "model.kind: ": {"model": {"kind": "planar", "stiffness": {}}}, "model.kind": {"model": {}},
-    "model.stiffness": {"model": {"kind": "single"}},
-}
-
-
-@pytest.mark.parametrize("step", DAMAGES)
-def test_malformed_certificates_are_refused_with_the_reason(step):
-    damage = DAMAGES[step]
-    refused(proved("torsional 1T saddle") | damage, step)
-
-
-@pytest.mark.parametrize("change, step", [
-    ({"omega": "0"}, "model.omega"), ({"omega": "1e-9"}, "model: motion too fast"), ({"zeta": "-1"}, "model.zeta"),
-    ({"zeta": "1e300"}, "model: motion too fast"), ({"mu1": "1"}, "model: 'mu1' unknown"),
-    ({"eps": ["0"] * 65}, "model: more than 64"), ({"theta": ["0"] * 2}, "model: more than 64"),
-    ({"kind": "single"}, "model: a single model"), ({"stiffness": {"form": "spline"}}, "model.stiffness.form"),
-    ({"stiffness": {"form": "two-level", "chi1": "0", "chi2": "0", "contact_ratio": "3"}}, "stiffness.contact_ratio"),
-    ({"stiffness": {"form": "stepped", "levels": ["1", "1"], "starts": ["0.5", "0.5"]}}, "stiffness"),
-    ({"stiffness": {"form": "stepped", "levels": [], "starts": []}}, "stiffness"), ({"eps": ["1e9999"]}, ".*"),
-])
-def test_bad_models_are_refused_with_the_reason(change, step):
-    c = proved("torsional 1T saddle")
-    refused(c | {"model": c["model"] | change}, step)
-
-
 def test_a_missing_field_is_named():
     for name in verifier.CERTIFICATE:
         c = proved("torsional 1T saddle")
@@ -283,8 +221,7 @@ def test_files_that_are_no_certificates_are_refused(tmp_path):
     text = json.dumps(proved("torsional 1T saddle"))
     for number, content in enumerate((
         "", text[:-1], text[: len(text) // 2], "[" * 100_000, "null", "[]", "7", '"text"', text.replace("lie", "liè"),
-        text[:-1] + ', "bits": 128}', '{"format": NaN}', "1" * 5000,
-    )):
+        text[:-1] + ', "bits": 128}', '{"format": NaN}', "1" * 5000)):
         (path := tmp_path / f"{number}.json").write_text(content)
         assert verifier.verify_file(path).lines[0].startswith("refused")
     assert not verifier.verify_file(tmp_path).proved
@@ -548,30 +485,24 @@ def test_an_interval_that_is_not_a_number_passes_no_test():
 SHAPES = (
     {"kind": "single", "beta": 0.0}, {"kind": "torsional"}, {"kind": "torsional", "beta1": 0.02, "J1": 1.5},
     {"kind": "full"}, {"kind": "full", "beta1": 0.03}, {"kind": "full", "kappa1": 0.8},
-    {"kind": "full", "mu2": 6.0, "beta2": 0.0},
-)
+    {"kind": "full", "mu2": 6.0, "beta2": 0.0})
 
 
 def random_model(rng: np.random.Generator, number: int) -> MeshModel:
     values = {"omega": rng.uniform(0.4, 2.5), "zeta": rng.uniform(0, 0.05), "q1": rng.uniform(0, 0.3),
               "eps1": rng.uniform(0, 0.3), "theta1": rng.uniform(0, 6), "eps2": rng.uniform(0, 0.05)}
     values["q2"] = values["q1"] * rng.uniform(0.9, 1.1)
-    form = number % 3
-    if form == 0:
+    if number % 3 == 0:
         values |= {"chi1": rng.uniform(0, 0.5), "chi2": rng.uniform(0, 0.5), "contact_ratio": rng.uniform(1, 2)}
-    elif form == 1:
+    elif number % 3 == 1:
         count = int(rng.integers(1, 9))
         starts = tuple(np.sort(rng.uniform(0, 1, count)))
         values["stiffness"] = SteppedStiffness(tuple(rng.uniform(0.5, 1.6, count)), starts)
     else:
         values |= {"c1": rng.uniform(-0.4, 0.4), "c2": rng.uniform(-0.2, 0.2), "alpha1": rng.uniform(0, 6)}
     model = MeshModel.of(**SHAPES[number % len(SHAPES)], **values)
-    return model.with_values(random_start(model, rng))
-
-
-def random_start(model: MeshModel, rng: np.random.Generator) -> dict[str, float]:
     names = ("z", "z_dot") if model.kind == "single" else gc.model.COORDINATES[model.kind]
-    return {name: float(rng.uniform(-0.9, 0.9)) for name in names}
+    return model.with_values({name: float(rng.uniform(-0.9, 0.9)) for name in names})
 
 
 def section(model: MeshModel, start: dict[str, float], names: list[str]) -> np.ndarray:
@@ -617,6 +548,5 @@ def test_the_tube_contains_heyokas_motions(count):
                 assert all(arb(truth[i], 2e-12).overlaps(inside[i, 0]) for i in range(d)), (model, trial)
                 assert all((tube.G * tube.E)[i, 0].overlaps(arb(truth[i], 2e-12)) for i in range(d))
             widths.append(max(float(tube.G[i, d].rad()) for i in range(d)))
-    assert skipped < 0.3 * count
-    assert switches > count
+    assert skipped < 0.3 * count and switches > count
     assert np.median(widths[::2]) < 1e-13

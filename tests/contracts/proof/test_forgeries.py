@@ -25,31 +25,23 @@ SETS = (  # centre, unstable and stable half axis
     ((1.09832, 0.154202), (-0.00755321, -0.00856628), (-0.02262, 0.0197114)),
     ((0.527357, -0.146068), (0.016877, 0.0087167), (0.0213831, -0.00498253)),
     ((0.709264, 0.235717), (0.0459938, 0.00668631), (0.00418812, -0.00417287)),
-    ((0.990269, -0.0783368), (-0.0569349, -0.0120546), (-0.00282009, 0.00407712)),
-)
+    ((0.990269, -0.0783368), (-0.0569349, -0.0120546), (-0.00282009, 0.00407712)))
 FALSE_WORDS = "torsional model has a strange attractor of full measure"
 
 
 @cache
-def _orbit() -> str:
-    return json.dumps(gc.prove(gc.MeshModel.of(kind="torsional", omega=1.0, q0=0.1, eps1=0.206)).document)
+def orbit() -> dict:
+    """The certificate of a stable 8T with 14 contact switches, as read from its file."""
+    return json.loads(json.dumps(gc.prove(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)).document))
 
 
 @cache
-def _chaotic_set() -> str:
+def chaotic_set() -> dict:
+    """That of a chaotic set of six parallelograms."""
     sets = [(np.array(centre), np.array(axes).T) for centre, *axes in SETS]
     model = gc.MeshModel.of(omega=1.6, q0=0.1, eps1=0.12)
-    return json.dumps(prove_chaotic_set(model, sets, [[0], [0, 1, 2, 3, 4, 5]], 128, {"eps1": "1e-6"}).document)
-
-
-def orbit() -> dict:
-    """A fresh copy of the certificate of a stable 8T with 14 contact switches."""
-    return json.loads(_orbit())
-
-
-def chaotic_set() -> dict:
-    """A fresh copy of the certificate of a chaotic set of six parallelograms."""
-    return json.loads(_chaotic_set())
+    found = prove_chaotic_set(model, sets, [[0], [0, 1, 2, 3, 4, 5]], 128, {"eps1": "1e-6"})
+    return json.loads(json.dumps(found.document))
 
 
 def changed(document: dict, path: str, value: object) -> dict:
@@ -83,11 +75,13 @@ BOTH = [
     ("model.stiffness.form", "model.stiffness: ", "fourier"), ("model.stiffness.form!", "model.stiffness.form", None),
     ("model.stiffness", "model.stiffness: ", {"form": "two-level"}),
     ("model.stiffness", "stiffness: levels and starts", STEPPED | {"starts": ["-0.5"]}, STEPPED | {"starts": ["1"]},
-     STEPPED | {"levels": ["1", "1"]}),
+     STEPPED | {"levels": ["1", "1"]}, STEPPED | {"levels": [], "starts": []},
+     STEPPED | {"levels": ["1", "1"], "starts": ["0.5", "0.5"]}), ("model.stiffness!", "model.stiffness", None),
     ("model.stiffness.contact_ratio", "stiffness.contact_ratio", "2.5", "0.5"),
     ("model.omega", "model.omega", "nan", 1.6, " 1.6", "1.6\n", "1_6", "1/2", "0X1P+0", "١", "1e99999", "1" * 4001),
     ("model.omega", "cannot be evaluated", float("nan"), float("inf")),
-    ("model.omega", "model.omega: must be positive", "0"), ("model.omega", "model: motion too fast", "1e9999"),
+    ("model.omega", "model.omega: must be positive", "0"), ("model.omega", "model: motion too fast", "1e9999", "1e-9"),
+    ("model.zeta", "model: motion too fast", "1e300"), ("model.eps", "", ["1e9999"]),
     ("model.omega!", "model: 'omega' missing", None), ("model.zeta", "model.zeta: must be positive", "-0.025"),
     ("model.J1", "model.J1: must be positive", "-2"), ("model.beta1", "coordinates", "0.02"),
     ("model.eps", "model.eps", "0.12"), ("model.eps", r"model.eps\[0\]", [0.12]),
@@ -98,15 +92,12 @@ BOTH = [
     ("coordinates", "certificate.coordinates", "z, z_dot"), ("bits", "bits", 31, 4097, 10**400),
     ("bits", "certificate.bits", True, 128.0), ("versions", "certificate.versions: ", {}),
     ("versions.gearchaos", "certificate.versions.gearchaos", FALSE_WORDS),
-    ("versions.python", "certificate.versions.python", 3.11),
-]
+    ("versions.python", "certificate.versions.python", 3.11)]
 """Path, the beginning of the reason, and the values that are refused for it."""
 
 OF_ORBITS = [
-    ("model.eps.0", "existence|switches|contact", "0.2061"),
-    ("model.stiffness.chi1", "existence|switches|contact", "0.2501"),
     ("tolerances", "certificate: 'tolerances' unknown", {"eps1": "1e-3"}), ("phase", "phase must lie", "-0.1", "1"),
-    ("phase", "existence|switches|contact", "0.5"), ("period", "points, switches and Q", 0, 4),
+    ("phase", "existence|switches|contact", "0.5"), ("period", "points, switches and Q", 0, 4, 5000),
     ("period", "certificate.period", 8.0), ("points", "points, switches and Q", []), ("points.0", "points or Q", ["0"]),
     ("points.3.0", "existence|switches|contact|cannot", "0.5", "1e300"),
     ("radius", "phase must lie .* radius", "0", "-1e-7"),
@@ -122,8 +113,7 @@ OF_ORBITS = [
     ("stability.Q.0", "stability.Q: not symmetric", [["1", "1"], ["0", "1"]]),
     ("stability.Q.0", "stability", [["0", "0"], ["0", "0"]], [["1e9", "0"], ["0", "1e9"]]),
     ("stability.Q.0", "points or Q", [["1"]]), ("margins.existence", "margins.existence", "1", "-1", None),
-    ("margins.separation", "margins.separation", None),
-]
+    ("margins.separation", "margins.separation", None)]
 
 OF_CHAOTIC_SETS = [
     ("model.eps.0", "sets: one does not cover", "0.13"),
@@ -145,8 +135,7 @@ OF_CHAOTIC_SETS = [
     ("transitions+", "transitions: one does not join", [0, 99], [0, -1], [0]),
     ("transitions+", r"certificate.transitions\[7\]\[1\]", [0, True]), ("slack", "slack: must be", "0.5", "0.005"),
     ("entropy", "entropy", "0.26", "0"), ("entropy", "certificate.entropy", "infinity"), ("weights", "weights", []),
-    ("weights.1", "weights", "0", "-1"), ("weights.1", "entropy", "1e-9"), ("weights+", "weights", "1"),
-]
+    ("weights.1", "weights", "0", "-1"), ("weights.1", "entropy", "1e-9"), ("weights+", "weights", "1")]
 
 FORGERIES = [(made, path, reason, value) for made, rows in ((orbit, BOTH + OF_ORBITS), (
     chaotic_set, BOTH + OF_CHAOTIC_SETS)) for path, reason, *values in rows for value in values]
@@ -214,8 +203,7 @@ def test_words_have_no_text_of_the_file_but_numbers():
 @pytest.mark.slow
 def test_script_checks_certificates_without_gearchaos(tmp_path):
     script = tmp_path / "check.py"
-    result = ask("verify", "--script", script)
-    assert (result.exit_code, result.stdout) == (0, "")
+    assert ask("verify", "--script", script, code=0).stdout == ""
     for name, document in (("orbit", orbit()), ("set", chaotic_set())):
         (tmp_path / f"{name}.json").write_text(json.dumps(document))
         (tmp_path / f"forged {name}.json").write_text(json.dumps(sealed(changed(document, "model.kind", "single"))))
@@ -229,4 +217,4 @@ def test_script_checks_certificates_without_gearchaos(tmp_path):
 
 def test_verify_needs_certificates_or_a_script():
     for arguments in ((), ("--script", "/nowhere/check.json")):
-        assert ask("verify", *arguments).exit_code == 2
+        ask("verify", *arguments, code=2)

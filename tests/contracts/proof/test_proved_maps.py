@@ -15,6 +15,7 @@ import gearchaos as gc
 from gearchaos.dynamics import Reason
 from gearchaos.errors import InputError
 from gearchaos.model import MeshModel
+from gearchaos.proof import batch
 from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, REASONS
 from gearchaos.proof.verifier import verify_file
 from gearchaos.studies import proved_cells
@@ -123,9 +124,7 @@ def test_every_reason_has_a_code_that_files_of_results_keep():
     assert set(REASONS) == set(REASON_CODES.values()) - {"none", "inferred"}
 
 
-def test_the_error_of_a_process_is_told(monkeypatch):
-    from gearchaos.proof import batch
-
+def test_the_error_of_a_process_is_told():
     with pytest.raises(RuntimeError, match="the process that proves orbits failed"):
         batch.prove_in_process([("no model", np.zeros((1, 2)), None)])
 
@@ -142,10 +141,8 @@ def test_wrong_options_are_named(options, message):
 
 def test_certificates_of_an_earlier_map_are_removed(tmp_path):
     """A cell whose motion is not proved in this map has no certificate of another one."""
-    from gearchaos.studies.proved_cells import certificate_files
-
-    first = certificate_files(str(tmp_path), np.arange(6), 3)
+    first = proved_cells.certificate_files(str(tmp_path), np.arange(6), 3)
     for file in first:
         Path(file).write_text("{}")
-    assert certificate_files(str(tmp_path), np.array([1, 4]), 3) == [first[1], first[4]]
+    assert proved_cells.certificate_files(str(tmp_path), np.array([1, 4]), 3) == [first[1], first[4]]
     assert sorted(map(str, tmp_path.glob("row*/*.json"))) == sorted(first[i] for i in (0, 2, 3, 5))
