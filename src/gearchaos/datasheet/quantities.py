@@ -13,12 +13,14 @@ from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
+import numpy as np
+
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.loaded_error import best_relief, peak_to_peak
+from gearchaos.gears.loaded_error import best_relief, own_torque, pairs_in_contact, peak_to_peak, two_pairs_from
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
@@ -174,6 +176,32 @@ class _Results:
                                 "begins at these diameters.", True)
         return found
 
+    @cached_property
+    def pairs_in_contact(self) -> float:
+        """Their mean at the torque; raises `_NoValueError` where the mesh is one spring."""
+        found = pairs_in_contact(self.design, own_torque(self.design), np.arange(4096) / 4096)
+        if found is None:
+            raise _NoValueError("The mesh is one spring. load_sharing = 'tooth pairs' gives each pair its own.", True)
+        return float(found.mean())
+
+    @cached_property
+    def two_pairs_from(self) -> float:
+        """Raises `_NoValueError` where there is no such torque."""
+        found = two_pairs_from(self.design) if self.pairs_in_contact else None
+        if found is None:
+            raise _NoValueError("No torque that the teeth can bear keeps two tooth pairs in contact.", True)
+        return found
+
+    @property
+    def corner_gap_coefficient(self) -> tuple[float, float]:
+        """1/m, leaving and entering; raises `_NoValueError` without corner contact."""
+        pairs = self.design.tooth_pairs
+        if pairs is None or pairs.corner is None:
+            raise _NoValueError("Contact is on the nominal path alone. corner_contact = true goes beyond it where "
+                                "tooth pairs share the load.", True)
+        leaving, entering = (gap[0] / self.geometry.path_of_contact**2 if gap else math.nan for gap in pairs.corner.gap)
+        return leaving, entering
+
     def factor(self, standard: Standard) -> DynamicFactor:
         """The dynamic factor by a standard, in method B without running-in; raises `_NoValueError` if there is none."""
         for name in standard.needs:
@@ -247,6 +275,15 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             lambda results: peak_to_peak(results.design), "", "µm", 1e6, "loaded transmission error at the torque, "
             "peak to peak: deflection of the mesh at rest, of teeth exact but for a relief that tooth pairs have",
             _MODEL),
+        "contact_ratio_under_load": _row(
+            "pairs_in_contact", "", "", 1.0, "tooth pairs in contact at rest under the torque, mean over the mesh "
+            "cycle", _MODEL),
+        "two_pairs_from": _row(
+            "two_pairs_from", "", "N m", 1.0, "torque at wheel 1 from which two tooth pairs touch at rest at every "
+            "position", _MODEL),
+        "corner_gap_coefficient": _row(
+            "corner_gap_coefficient", "", "1/mm", 1e-3, "gap at a small way x beyond the path, leaving and "
+            "entering: this times x²", _MODEL),
         "best_tip_relief": _row(
             lambda results: results.best_relief[0], "C_a", "µm", 1e6, "amounts in the given ratio, over the given "
             "lengths, up to four times what one pair bends, with which the loaded transmission error at the torque "

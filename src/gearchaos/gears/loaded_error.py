@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.gears import units
+from gearchaos.gears.geometry.corner_contact import DEEPEST
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import ToothPairs
 from gearchaos.model import Stiffness, ToothPairStiffness
-from gearchaos.model.static import static_deflection
+from gearchaos.model.static import static_contacts, static_deflection
 from gearchaos.quantities import POSITIVE
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ _POSITIONS = 4096  # positions in the mesh cycle from which peak to peak is take
 _CYCLE = np.arange(_POSITIONS) / _POSITIONS
 _LARGEST_RELIEF = 4.0  # amount up to which a relief is varied, over the deflection of one pair that carries all
 _AMOUNTS = 33  # amounts that are tried before the search between two of them
+_TORQUES = 1e-4  # to which a torque is found, relative
 _NO_GAIN = 1e-3  # by less than this share of the variation without relief no relief lessens it
 
 
@@ -53,6 +55,35 @@ def own_torque(gears: GearPair | GearDesign) -> float:
 def peak_to_peak(gears: GearPair | GearDesign) -> float:
     """The loaded transmission error at the torque of the gears from its least to its greatest value, m."""
     return float(np.ptp(loaded_error(gears, None, _CYCLE)))
+
+
+def pairs_in_contact(design: GearDesign, torque: float, positions: np.ndarray) -> np.ndarray | None:
+    """How many tooth pairs touch at rest under the torque, N m, at positions (n,) in the mesh cycle, (n,) int; None
+    where the mesh is one spring.
+    """
+    stiffness, c0, length, radius = _mesh(design, torque)
+    if not isinstance(stiffness, ToothPairStiffness):
+        return None
+    return static_contacts(stiffness, torque / (radius * c0 * length), positions)
+
+
+def two_pairs_from(design: GearDesign) -> float | None:
+    """The torque at wheel 1, N m, from which at least two tooth pairs touch at rest at every position, by bisection.
+
+    None where no torque makes them, and where the mesh is one spring.
+    """
+    def always(torque: float) -> bool:
+        found = pairs_in_contact(design, torque, _CYCLE)
+        return found is not None and bool(found.min() >= 2)
+
+    deepest = DEEPEST * design.geometry.normal_module  # as far as corner contact is followed
+    low, high = 0.0, design.mesh_stiffness.reference * deepest * design.geometry.base_diameter[0] / 2
+    if not always(high):
+        return None
+    while high - low > _TORQUES * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if always(middle) else (middle, high)
+    return high
 
 
 def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:

@@ -103,7 +103,8 @@ class GearPair(HasCard):
         Or tooth pairs that share the load: ``stiffness`` of one pair, a force/length or a list of them with the
         ``starts`` of their parts as shares of the path of contact; ``contact_ratio``; ``relief``, a table with
         ``amount``, a length, ``length``, a share of the path, and ``shape``, linear or parabolic; ``crowning`` of the
-        profile, a length; ``back_phase`` of the back flanks. See `ToothPairStiffness`.
+        profile, a length; ``back_phase`` of the back flanks; ``corner``, the ``length`` and ``gap`` of contact beyond
+        both ends of the path. See `ToothPairStiffness`.
     damping_law : {"always", "contact", "unilateral"}
         Where the mesh damping acts, by default in contact alone; see `MeshModel`.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.fields import Record, name_of, number, one, read_by, record, two
+from gearchaos.gears.fields import Record, each, name_of, number, one, read_by, record, two
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.model import MAX_LEVELS
@@ -19,7 +19,8 @@ from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 from gearchaos.validation import to_floats
 
 _SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
-_PHASE = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the mesh period.")
+_ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
+_PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
 _ONE_PAIR = one(units.STIFFNESS, POSITIVE)
 
 
@@ -57,6 +58,15 @@ class Relief(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class CornerContact(Record):
+    """Contact of the tip corners of both wheels beyond the path: how far it goes on, as a share of the path, and the
+    coefficients of x², x³, ... of the gap, lengths; x is the way beyond the end of the path, as a share of the path."""
+
+    length: Any = field(metadata=read_by(two(number(_ON_PATH), "must be a list of two")))
+    gap: Any = field(metadata=read_by(two(each(units.LENGTH), "must be a list of two")))
+
+
+@dataclass(frozen=True, kw_only=True)
 class ToothPairs(Record):
     """The stiffness of one tooth pair, and the parts of its path of contact where it is that; relief and crowning."""
 
@@ -66,6 +76,7 @@ class ToothPairs(Record):
     relief: Any = field(default=None, metadata=read_by(record(Relief)))
     crowning: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
     back_phase: float = field(default=0.5, metadata=read_by(number(_PHASE)))
+    corner: Any = field(default=None, metadata=read_by(record(CornerContact)))
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -63,6 +63,14 @@ def _finite(name: str, value: ArrayLike) -> np.ndarray:
     return found
 
 
+def static_contacts(stiffness: ToothPairStiffness, force: float, phases: np.ndarray) -> np.ndarray:
+    """How many tooth pairs touch at rest on the front flank under a force over c0 Δ, at positions (n,); (n,) int."""
+    contacts, at = stiffness.contacts(stiffness.numbers(), 1), np.mod(phases, 1.0)
+    piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
+    acting, gap = _springs(contacts, piece, at - contacts.edges[0, piece])
+    return np.asarray((gap < _deflection(acting, gap, np.array(force))[:, None]).sum(axis=1))
+
+
 def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float, float]]:
     """Where the deflection at rest jumps, in the mesh cycle: before and after, the stiffness that acts after, and the
     force after while the deflection is still the one before."""

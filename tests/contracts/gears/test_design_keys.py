@@ -42,6 +42,7 @@ CHANGES = {
     "mass": ["1.1 kg", "2.2 kg"], "quality": {"standard": "ISO 1328-1:1995", "grade": 7},
     "backlash": {"value": "0.2 mm", "of": "radial, half"}, "damping_ratio": 0.07, "damping_law": "always",
     "stiffness": "potential energy", "transmission_error": "none", "load_sharing": "tooth pairs",
+    "corner_contact": True,
     "eccentricity": "10 um", "pitch_errors": {"seed": 1}, "faults": [{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}],
     "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
     "torque": "50 N*m",

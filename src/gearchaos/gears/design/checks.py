@@ -70,6 +70,10 @@ def check_load_sharing(design: Drawing) -> None:
     """Raise `InputError` for tooth pairs that a model cannot have, and for a relief that would have no effect."""
     if design.load_sharing == "tooth pairs" and design.one_spring:
         raise InputError("load_sharing", f"must be prescribed or left out: {design.one_spring}", design.load_sharing)
+    if design.corner_contact and not design.shares_load:
+        raise InputError("corner_contact", "must be left out where the mesh is one spring", design.corner_contact,
+                         f"{design.one_spring.capitalize()}." if design.one_spring else
+                         "Tip corners meet where each tooth pair has a gap: load_sharing = 'tooth pairs'.")
     relief = design.tip_relief
     if design.load_sharing == "prescribed" and relief is not None and any(relief.amount) and not design.one_spring:
         raise InputError("load_sharing", "must not be prescribed beside a tip_relief", design.load_sharing,

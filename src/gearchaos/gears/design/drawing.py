@@ -17,12 +17,13 @@ from gearchaos.gears.design import values
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
 from gearchaos.gears.fields import name_of, number, one, read_by, record, two
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
+from gearchaos.gears.geometry.corner_contact import corner_contact
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
-from gearchaos.gears.tooth_pairs import Relief, ToothPairs, back_phase
+from gearchaos.gears.tooth_pairs import CornerContact, Relief, ToothPairs, back_phase
 from gearchaos.gears.train.parts import terms
 from gearchaos.gears.train.teeth import Fault
 from gearchaos.gears.transmission_error import Quality, tolerances
@@ -77,6 +78,7 @@ class Drawing:
     damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     load_sharing: str | None = field(default=None, metadata=read_by(name_of("prescribed", "tooth pairs")))
+    corner_contact: bool = field(default=False, metadata=read_by(values.yes_or_no))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", *FROM_QUALITY), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
@@ -214,8 +216,13 @@ class Drawing:
             lengths = [min(length / path, 1.0) or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
         stiffness = [level * self.mesh_stiffness.reference for level in levels]
+        corner = None
+        if self.corner_contact:
+            ends = [corner_contact(self.geometry, leaving=leaving) for leaving in (True, False)]
+            corner = CornerContact(length=[end.length / path for end in ends], gap=[
+                [a * path ** (k + 2) for k, a in enumerate(end.gap)] for end in ends])
         return ToothPairs(stiffness=stiffness, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
-                          back_phase=back_phase(self.geometry))
+                          back_phase=back_phase(self.geometry), corner=corner)
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:

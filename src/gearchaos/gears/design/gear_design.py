@@ -102,6 +102,9 @@ class GearDesign(Drawing, HasCard):
     load_sharing : {"prescribed", "tooth pairs"}, optional
         Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own, as
         a tip relief makes it. By default ``"tooth pairs"`` for spur gears with a relief whose beginning is given.
+    corner_contact : bool, optional
+        Whether tooth pairs touch with their tip corners before their path begins and after it ends, as bent teeth do.
+        By default they do not.
     transmission_error : str or table, optional
         ``"none"``, ``"from quality"``, an upper limit of the grade, ``"from quality (typical)"``, a third of that,
         ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and ``wheel`` for an error that is the

@@ -49,6 +49,12 @@ INCH = 25.4e-3  # one inch in m
 PRESSURE_ANGLE = math.radians(20)  # normal pressure angle of ISO 53:1998, rad
 
 
+def yes_or_no(name: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(name, "must be true or false", value)
+    return value
+
+
 @dataclass(frozen=True, kw_only=True)
 class ReliefDimensions(Record):
     """Tip relief of both wheels as a drawing gives it.

@@ -181,8 +181,8 @@ class Stiffness(ABC):
         return replace(self, **{n: v for n, v in values.items() if n in self.parameters()})  # type: ignore[type-var]
 
     def unnamed(self) -> dict[str, tuple[float, ...]]:
-        """The fields that no name of a parameter sets, by name: lists of numbers."""
-        return {} if self.families else {n: getattr(self, n) for n in self.lists()}
+        """The fields that no name of a parameter sets, by name: lists of numbers that are not empty."""
+        return {} if self.families else {n: v for n in self.lists() if (v := getattr(self, n))}
 
     @classmethod
     def from_pair(cls, pair: Any) -> Self | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ _ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a sha
 _PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
+_CORNER_TOLERANCE = 2e-4  # by how much the gap of corner contact may differ from its polynomial, half backlashes
 _SHORT = 1e-14  # length of a piece in mesh periods that is a rounding error
 SHAPES = {"linear": 1.0, "parabolic": 2.0}
 """Exponents of the shapes of a relief."""
@@ -39,6 +40,9 @@ class ToothPairStiffness(Stiffness):
     Pair j = 0, 1, ... is at x = (τ/T + j)/α on its path of contact, from 0, where it enters, to 1. It pushes with its
     stiffness over c0 at x times z − 1 − gap(x) where that is positive. Lengths are in half backlashes Δ. Back flanks
     touch later by the tooth thickness of wheel 1, and run from the tip of wheel 1, which drives, to its root.
+
+    Beyond both ends of the path the tip corner of one wheel may touch the flank of the other: corner contact. There the
+    pair has the stiffness of the end, and its gap is that of the end and a polynomial in the way x beyond the end.
 
     Attributes
     ----------
@@ -58,6 +62,11 @@ class ToothPairStiffness(Stiffness):
         Profile crowning: the gap at both ends of a parabola about the middle of the path.
     back_phase : float
         Tooth thickness of wheel 1 over the pitch, plus α (2 x − 1) of the pitch point, less whole numbers.
+    corner1, corner2 : tuple of float
+        Coefficients of x², x³, ... of the gap beyond the end of the path, by the tip corner of wheel 1, and before its
+        beginning, by that of wheel 2.
+    corner_length1, corner_length2 : float
+        How far it goes on, as shares of the path; 0 without corner contact.
 
     Raises
     ------
@@ -82,6 +91,10 @@ class ToothPairStiffness(Stiffness):
     relief_exponent: float = 1.0
     crowning: float = 0.0
     back_phase: float = 0.5
+    corner1: tuple[float, ...] = ()
+    corner2: tuple[float, ...] = ()
+    corner_length1: float = 0.0
+    corner_length2: float = 0.0
 
     kind, form = "tooth pairs", "tooth-pairs"
     noun, predicate = "a stiffness of tooth pairs", "has tooth pairs"
@@ -101,8 +114,9 @@ class ToothPairStiffness(Stiffness):
     pair_fields = {"levels": "tooth_pairs"}  # noqa: RUF012 -- no field, and never changed
 
     def __post_init__(self) -> None:
-        for name in ("levels", "starts"):
-            object.__setattr__(self, name, to_floats(f"stiffness.{name}", getattr(self, name), MAX_LEVELS, "levels"))
+        for name in self.lists():
+            noun = "coefficients" if name.startswith("corner") else "levels"
+            object.__setattr__(self, name, to_floats(f"stiffness.{name}", getattr(self, name), MAX_LEVELS, noun))
         for f in self.fields():
             if f.name not in self.lists():
                 object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
@@ -116,6 +130,12 @@ class ToothPairStiffness(Stiffness):
             raise InputError("stiffness.starts", "must increase strictly", self.starts)
         check_rule("relief_exponent", np.array(self.relief_exponent), _EXPONENT)
         check_rule("back_phase", np.array(self.back_phase), _PHASE)
+        for n in (1, 2):
+            length, gap = getattr(self, f"corner_length{n}"), getattr(self, f"corner{n}")
+            check_rule(f"corner_length{n}", np.array(length), _ON_PATH)
+            if (length > 0) != bool(gap):
+                rule = f"must have coefficients where corner_length{n} is greater than 0, and none elsewhere"
+                raise InputError(f"stiffness.corner{n}", rule, gap, "The gap beyond the path is their polynomial.")
         self.check_together({f.name: getattr(self, f.name) for f in self.fields()}, np.zeros((0, 1)), np.zeros((0, 1)))
 
     @classmethod
@@ -129,10 +149,14 @@ class ToothPairStiffness(Stiffness):
     def contacts(cls, values: Mapping[str, Any], size: int) -> OneSidedContacts:
         """The contacts of the pairs at ``size`` points; ``values`` are all fields, numbers or arrays (P,)."""
         v = {n: np.broadcast_to(np.asarray(values[n], float), size)[:, None, None]
-             for n in ("contact_ratio", "relief1", "relief2", "relief_length1", "relief_length2", "crowning")}
-        ratio, back = v["contact_ratio"], float(values["back_phase"])
-        longest = float(ratio.max())
-        front, rear = np.arange(math.ceil(longest - 1e-12)), np.arange(math.ceil(longest + back - 1e-12))
+             for n in ("contact_ratio", "relief1", "relief2", "relief_length1", "relief_length2", "crowning",
+                       "corner_length1", "corner_length2")}
+        ratio, back, after, before = v["contact_ratio"], float(values["back_phase"]), *(v[f"corner_length{n}"]
+                                                                                       for n in (1, 2))
+        early, late, late_back, early_back = (float((ratio * reach).max()) for reach in (
+            before, 1 + after, 1 + before, after))
+        front = np.arange(-math.ceil(early - 1e-12), math.ceil(late - 1e-12))
+        rear = np.arange(-math.ceil(early_back - back - 1e-12), math.ceil(late_back + back - 1e-12))
         sides = np.array([1] * len(front) + [-1] * len(rear))
         # the position of contact e on its path at the phase φ is first_e + φ slope_e, (P, M, 1)
         slope = sides[None, :, None] / ratio
@@ -141,12 +165,14 @@ class ToothPairStiffness(Stiffness):
         # without a relief its mark is the end of the path, so that a point has the same pieces beside any others
         marks = [np.zeros_like(ratio), np.ones_like(ratio), np.where(v["relief2"] > 0, v["relief_length2"], 0.0),
                  np.where(v["relief1"] > 0, 1 - v["relief_length1"], 1.0),
-                 *(np.full_like(ratio, start) for start in values["starts"][1:])]
+                 *(np.full_like(ratio, start) for start in values["starts"][1:]),
+                 *(1 + share * after for share in _corner_marks(values, 1)),
+                 *(-share * before for share in _corner_marks(values, 2))]
         edges = _pieces(((np.concatenate(marks, axis=2) - first) / slope).reshape(size, -1))
         middle = first + slope * (edges + np.diff(edges, axis=1, append=1.0) / 2)[:, None, :]
         begin = first + slope * edges[:, None, :]
         level = np.searchsorted(values["starts"], middle, side="right") - 1
-        stiffness = np.where((middle > 0) & (middle < 1), np.array(values["levels"])[level.clip(0)], 0.0)
+        stiffness = np.where((middle > -before) & (middle < 1 + after), np.array(values["levels"])[level.clip(0)], 0.0)
         gap = np.zeros((*middle.shape, 3))
         ends = ((v["relief2"], v["relief_length2"], v["relief_length2"] - begin, -slope),
                 (v["relief1"], v["relief_length1"], begin - (1 - v["relief_length1"]), slope))
@@ -158,13 +184,20 @@ class ToothPairStiffness(Stiffness):
             gap += np.stack([np.where(relieved, amount * p, 0.0) for p in powers], axis=-1)
         t, dt = 2 * begin - 1, 2 * slope
         gap += np.stack([v["crowning"] * p for p in (t * t, 2 * t * dt, dt * dt + 0 * t)], axis=-1)
+        duration = np.diff(edges, axis=1, append=1.0)[:, None, :]
+        for n, beyond, way, rate in ((1, middle > 1, begin - 1, slope), (2, middle < 0, -begin, -slope)):
+            if values[f"corner{n}"]:
+                corner = np.stack(_corner_gap(values[f"corner{n}"], way, rate, duration), axis=-1)
+                corner[..., 0] += v[f"relief{n}"] + v["crowning"]
+                gap = np.where(beyond[..., None], corner, gap)
         return OneSidedContacts(sides, edges, stiffness, np.where(stiffness[..., None] > 0, gap, 0.0))
 
     @classmethod
     def parts(cls, values: Mapping[str, Any]) -> tuple[tuple[Any, Any], ...]:
-        """Start and level of each part of the period of the sum of all pairs on the front flank without gaps."""
+        """Start and level of each part of the period of the sum of all pairs on their path on the front flank, without
+        gaps."""
         size = max((np.size(values[f.name]) for f in cls.fields() if f.name not in cls.lists()), default=1)
-        found = cls.contacts(values, size)
+        found = cls.contacts({**values, "corner_length1": 0.0, "corner_length2": 0.0}, size)
         total = found.stiffness[:, found.sides > 0].sum(axis=1)
         kept = [n for n in range(total.shape[1]) if n == 0 or np.any(total[:, n] != total[:, n - 1])]
         if size == 1:
@@ -177,21 +210,26 @@ class ToothPairStiffness(Stiffness):
         if given is None:
             return None
         relief, half = given.relief, pair.half_backlash
-        sides: dict[str, float] = {} if relief is None else {
+        sides: dict[str, Any] = {} if relief is None else {
             f"{name}{n}": value for name, both in (
                 ("relief", [amount / half for amount in relief.amount]), ("relief_length", relief.length))
             for n, value in enumerate(both, 1)} | {"relief_exponent": SHAPES[relief.shape]}
+        corners: dict[str, Any] = {} if given.corner is None else {
+            name: value for n, length, gap in zip((1, 2), given.corner.length, given.corner.gap, strict=True)
+            for name, value in ((f"corner_length{n}", length), (f"corner{n}", tuple(a / half for a in gap)))}
         return cls(tuple(level / pair.c0 for level in given.stiffness), given.starts, given.contact_ratio,
-                   crowning=given.crowning / half, back_phase=given.back_phase, **sides)
+                   crowning=given.crowning / half, back_phase=given.back_phase, **sides, **corners)
 
     def to_pair(self, c0: float, half_backlash: float) -> dict[str, Any]:
         shape = next(name for name, exponent in SHAPES.items() if exponent == self.relief_exponent)
         relief = {"amount": [self.relief1 * half_backlash, self.relief2 * half_backlash],
                   "length": [self.relief_length1, self.relief_length2], "shape": shape}
+        corner = {"length": [self.corner_length1, self.corner_length2],
+                  "gap": [[a * half_backlash for a in gap] for gap in (self.corner1, self.corner2)]}
         return {"tooth_pairs": {
             "stiffness": [level * c0 for level in self.levels], "starts": self.starts, "relief": relief,
             "contact_ratio": self.contact_ratio, "crowning": self.crowning * half_backlash,
-            "back_phase": self.back_phase}}
+            "back_phase": self.back_phase, **({"corner": corner} if self.corner1 or self.corner2 else {})}}
 
     @property
     def outline(self) -> str:
@@ -200,6 +238,31 @@ class ToothPairStiffness(Stiffness):
     def describe(self) -> str:
         relief = f"relief {self.relief1:.4g} and {self.relief2:.4g}" if self.relief1 or self.relief2 else "no relief"
         return f"tooth pairs, contact ratio {self.contact_ratio:.4g}, {relief}"
+
+
+def _corner_marks(values: Mapping[str, Any], wheel: int) -> np.ndarray:
+    """Ends of the pieces on which a quadratic is as good as the gap of corner contact, as shares of how far it goes on.
+
+    A quadratic through the ends and the middle of a piece of the length h differs by at most h³/(72 √3) times the
+    greatest third derivative.
+    """
+    coefficients, length = values[f"corner{wheel}"], values[f"corner_length{wheel}"]
+    if not coefficients or not length:
+        return np.zeros(0)
+    third = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(3)
+    steepest = np.abs(third(np.linspace(0.0, length, 64))).max()
+    count = max(math.ceil(length * (steepest / (72 * math.sqrt(3) * _CORNER_TOLERANCE)) ** (1 / 3)), 1)
+    return np.arange(1, count + 1) / count
+
+
+def _corner_gap(coefficients: Sequence[float], way: np.ndarray, rate: np.ndarray, duration: np.ndarray) -> tuple[
+        np.ndarray, np.ndarray, np.ndarray]:
+    """Coefficients (P, M, N) in the time since each piece began of the gap beyond an end of the path: the quadratic
+    through it at the beginning, the middle and the end of the piece; ``way`` is that at its beginning."""
+    gap = np.polynomial.Polynomial([0.0, 0.0, *coefficients])
+    first, middle, last = (gap(way + rate * duration * share) for share in (0.0, 0.5, 1.0))
+    length = np.where(duration > 0, duration, 1.0)
+    return first, (4 * middle - 3 * first - last) / length, 2 * (first - 2 * middle + last) / length**2
 
 
 def _pieces(crossed: np.ndarray) -> np.ndarray:
