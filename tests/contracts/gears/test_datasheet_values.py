@@ -32,6 +32,11 @@ def test_support_frequencies_are_those_of_the_wheels_alone_and_the_mesh_period_i
     supports = {"stiffness": ["200 N/um", "800 N/um"], "damping_ratio": 0.02}
     found = sheet(supports=supports)["support_frequency"]
     assert found.value == pytest.approx((1e4 / (2 * math.pi), 2e4 / (2 * math.pi)), rel=1e-14) and found.unit == "Hz"
+    wheels = replace(DESIGN, supports=supports, mass=(2.0, 4.5), inertia=(1e-3, 3e-3), damping_ratio=0.05, speed=500,
+                     torque=100, backlash={"value": "0.1 mm", "of": "line of action, total"})
+    assert (wheels.to_pair().k1, wheels.to_pair().k2) == pytest.approx((0.04 * 2e4, 0.04 * 6e4), rel=1e-14)
+    base = wheels.geometry.base_diameter[0] / 2
+    assert datasheet(wheels)["equivalent_mass"].value == pytest.approx(1 / (base**2 * (1e3 + 1e3 / 3)), rel=1e-14)
     without = sheet(supports=supports, mass=None)["support_frequency"]
     assert without.value is None and without.reason.startswith("bore must be given")
 

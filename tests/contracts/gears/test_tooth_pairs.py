@@ -70,6 +70,7 @@ def test_one_value_of_a_relief_holds_for_both_wheels_and_none_is_none():
     ({"contact_ratio": 2.3}, "contact_ratio", "must lie in [1, 2]; got 2.3"),
     ({"contact_ratio": 0.9}, "contact_ratio", "must lie in [1, 2]; got 0.9"),
     ({"back_phase": 1}, "back_phase", "must lie in [0, 1); got 1"),
+    ({"back_phase": -0.1}, "back_phase", "must lie in [0, 1); got -0.1"),
     ({"crowning": "-3 um"}, "crowning", "must not be negative"),
     ({"length": 0.2}, "", "must have no key but stiffness, starts"),
 ])
