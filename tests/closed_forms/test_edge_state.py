@@ -1,10 +1,13 @@
 """The saddle between the basins of two attractors."""
 
+import json
+
 import numpy as np
 import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
+from gearchaos.studies.saddles import EdgeTracking
 
 SINGLE = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=2.3)
 FULL = gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.7, eps1=0.06, q0=0.1)
@@ -13,6 +16,8 @@ FULL = gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.7, eps1=0.06,
 def test_the_edge_state_of_two_coordinates_is_the_saddle_on_the_boundary():
     found = gc.edge_state(SINGLE, {"z": 1.04, "z_dot": 0.0}, {"z": 0.28, "z_dot": 0.92}, period=5)
     assert found.orbit is not None and found.orbit.unstable == 1 and found.orbit.residual < 1e-10
+    kept = EdgeTracking(SINGLE, {"z": 1.04, "z_dot": 0.0}, {"z": 0.28, "z_dot": 0.92}, period=5)
+    assert json.loads(kept.dataset().attrs["orbit"])["period"] == found.orbit.period
     saddles = gc.orbits(SINGLE, period=found.orbit.period)
     assert min(abs(o.multipliers[0] - found.orbit.multipliers[0]) for o in saddles) < 1e-8
 
