@@ -215,6 +215,7 @@ def test_contact_loss_by_deviations_within_the_grade_of_a_linear_pair(tmp_path):
     found = gc.scatter(design, [WITHIN], "speed=2600:2601:2", samples=512, start="steady contact")
     lost = found.sel(outcome="contact loss").isel(torque=0, speed=0)
     assert float(lost.probability) == pytest.approx(expected, abs=0.01)
+    assert [float(found[f"{end}_speed_lost"][0, 1]) for end in ("lowest", "highest")] == [2600, 2601]  # medians
     shares = found.total_index.sel(output="share of speeds with contact loss").values[0]
     assert shares[0] == pytest.approx(shares[1], abs=0.1) and shares.sum() > 1  # wheels alike, and it takes both
 

@@ -486,3 +486,9 @@ def test_a_torque_is_given_once_and_holds_for_both_gears():
     document = run_json("assess", pair, "--speed", "3000:3010:2", "--starts", 0, "--against", pair, "--set",
                         "gearpair.M10=60")
     assert document["torques"] == document["against"]["torques"] == [60]
+
+
+def test_a_changed_input_names_the_range_with_the_largest_margin(found):
+    widest = found.usable_at_all[0]
+    document = Changed("damping ratio", "0.05", "0.08", found).document(found)
+    assert document["largest_margin"] == [[widest.start, widest.stop]] * 2 and widest.start < widest.stop
