@@ -342,7 +342,10 @@ def parse_set(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """A text as an integer or a float if it is one, as a list or table in TOML if it begins like one."""
+    """A text as an integer or a float if it is one, as true or false, as a list or table in TOML if it begins like one.
+    """
+    if text in ("true", "false"):
+        return text == "true"
     for number in (int, float):
         try:
             return number(text)

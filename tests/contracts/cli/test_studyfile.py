@@ -148,6 +148,9 @@ def test_unreadable_files(tmp_path):
 
 def test_parse_set_keeps_numbers_and_order():
     assert parse_set(["omega=1", "eps1 = 2.5e-1", "kind=single"]) == {"omega": 1, "eps1": 0.25, "kind": "single"}
+    design = load_design(EXAMPLES / "spur_50_50.toml", parse_set(
+        ["design.load_sharing=tooth pairs", "design.corner_contact=true"]))
+    assert design.corner_contact is True and design.tooth_pairs.corner.length[0] > 0.1
     assert load_study(None, parse_set(["q0=1", "q1=2", "q0=3"])).model.q1 == 3.0
     with pytest.raises(InputError, match=r"^omega must be a number; got '0,5'. Write a decimal point"):
         load_study(None, parse_set(["omega=0,5"]))
