@@ -6,13 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
+from gearchaos.explorer.view.text import pair_at
 from gearchaos.gears.geometry.corner_contact import DEEPEST, corner_contact, corner_gap
 from gearchaos.gears.geometry.dimensions import mating_geometry
 from gearchaos.gears.loaded_error import loaded_error
-from gearchaos.model import ToothPairStiffness
+from gearchaos.gears.operating import as_model
+from gearchaos.model import ToothPairStiffness, vary
 from gearchaos.model.static import static_deflection
+from gearchaos.model.switched import switched_system
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
 from tests.oracles import involute_oracle as oracle
@@ -108,7 +112,9 @@ def test_a_polynomial_is_the_gap_up_to_what_teeth_can_bend(leaving):
 
 def test_no_contact_below_the_form_circle():
     geometry = spur((15, 60))  # the tip of wheel 2 enters below where the involute of wheel 1 begins
-    assert corner_contact(geometry, leaving=False) == (0.0, ()) and corner_contact(geometry, leaving=True).length > 0
+    assert np.isnan(corner_gap(geometry, np.zeros(1), leaving=False)) and corner_contact(geometry, leaving=True).length
+    with pytest.raises(InputError, match="off the involute of its mate; got 'the tip of wheel 2'"):
+        corner_contact(geometry, leaving=False)
 
 
 def gaps_of(pairs, phase):
@@ -179,6 +185,8 @@ def test_without_corner_contact_the_path_is_the_nominal_one():
     assert (plain.corner1, plain.corner2, plain.corner_length1) == ((), (), 0.0)
     corner = replace(SPUR, speed=2000, torque=100, transmission_error="none").to_model().stiffness
     assert replace(corner, corner1=(), corner2=(), corner_length1=0.0, corner_length2=0.0) == plain
+    for (own, level), (beside, other) in zip(*(s.parts(s.numbers()) for s in (corner, plain)), strict=True):
+        assert (own, level) == pytest.approx((beside, other), rel=1e-12)
     light = np.linspace(0, 1, 50, endpoint=False)
     np.testing.assert_allclose(*(static_deflection(s, 1e-9, light) for s in (corner, plain)), rtol=0, atol=1e-8)
 
@@ -207,8 +215,48 @@ def test_the_datasheet_says_how_many_pairs_touch():
     assert "The mesh is one spring" in spring["contact_ratio_under_load"].reason
 
 
-@pytest.mark.parametrize("values", [{"corner_length1": 0.2}, {"corner2": (3.0,)}, {"corner_length1": -0.1},
-                                    {"corner1": (math.nan,), "corner_length1": 0.1}])
+@pytest.mark.parametrize("values", [
+    {"corner_length1": 0.2}, {"corner2": (3.0,)}, {"corner1": (3.0,), "corner_length1": -0.1},
+    {"corner1": (math.nan,), "corner_length1": 0.1}, {"corner1": (3.0, -40.0), "corner_length1": 0.1}])
 def test_a_gap_beyond_the_path_needs_its_polynomial_and_its_length(values):
     with pytest.raises(InputError, match="corner"):
         ToothPairStiffness(**values)
+
+
+@pytest.mark.parametrize(("corner", "words"), [
+    ({"length": [0.2, 0.0], "gap": [[], []]}, r"tooth_pairs.corner.gap\[0\] must have coefficients"),
+    ({"length": [1.2, 0.0], "gap": [["2 mm"], []]}, r"tooth_pairs.corner.length\[0\] must lie in \[0, 1\)"),
+    ({"length": 0.2, "gap": [["2 mm"], ["2 mm"]]}, "tooth_pairs.corner.length must be a list of two"),
+    ({"length": [0.0, 0.2], "gap": [[], ["-2 mm"]]}, r"tooth_pairs.corner.gap\[1\] must make a gap")])
+def test_a_table_of_a_pair_names_its_own_fields(corner, words):
+    pair = replace(SPUR, speed=2000, torque=100).to_pair()
+    with pytest.raises(InputError, match=words):
+        replace(pair, tooth_pairs={"stiffness": 3e8, "contact_ratio": 1.6, "corner": corner})
+
+
+@pytest.mark.parametrize("kind", ["single", "torsional"])
+def test_a_pair_has_the_gaps_of_its_design_and_of_its_model(kind):
+    design = replace(SPUR, speed=2000, torque=300)
+    pair, model = design.to_pair(), design.to_model(kind)
+    assert model.stiffness.corner1 == pytest.approx(pair.to_model(kind).stiffness.corner1, rel=1e-12)
+    again = pair_at(pair, pair.to_model(kind))
+    for name in ("length", "gap"):
+        np.testing.assert_allclose(getattr(again.tooth_pairs.corner, name), getattr(pair.tooth_pairs.corner, name),
+                                   rtol=1e-12)
+
+
+def test_corners_change_neither_the_mean_stiffness_of_a_train_nor_which_teeth_are_faulty():
+    designs = [replace(SPUR, speed=2000, torque=300, corner_contact=corner, faults=[
+        {"wheel": 1, "tooth": 3, "stiffness_loss": 0.4}, {"wheel": 2, "tooth": 5, "wear": "20 um"}],
+        pitch_errors={"seed": 3}) for corner in (False, True)]
+    on_path, beyond = (as_model(design.to_train()) for design in designs)
+    modes = [gc.natural_frequencies(design.to_train())["natural_frequency"].values for design in designs]
+    np.testing.assert_allclose(*modes, rtol=1e-12)
+    few, many = (switched_system(vary(model, {})).contacts for model in (on_path, beyond))
+    for phase in np.random.default_rng(1).uniform(0, 1, 300):
+        own, all_ = ([(side, k, *offset) for side, k, offset in zip(
+            found.sides, found.stiffness[0, :, piece], found.offset[0, :, piece] @ (
+                phase - found.edges[0, piece]) ** np.arange(3)[:, None], strict=True) if k > 0]
+            for found in (few, many) for piece in [np.searchsorted(found.edges[0], phase, side="right") - 1])
+        for contact in own:
+            assert np.abs(np.array(all_) - contact).max(axis=1).min() < 1e-9, phase

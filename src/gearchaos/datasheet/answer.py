@@ -82,7 +82,9 @@ class Answer:
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         if d.shares_load:
             variation = self._value("loaded_error_peak_to_peak")
-            yield "load sharing", f"tooth pairs, loaded transmission error {variation} peak to peak{self._best_relief}"
+            corners = " with corner contact" * d.corner_contact
+            yield "load sharing", (
+                f"tooth pairs{corners}, loaded transmission error {variation} peak to peak{self._best_relief}")
         yield "assumed", f"stiffness {method_in_words(d.stiffness)}, {error}{damping}: vary each"
         if d.turning:
             yield "left out", LIKE_TEETH
@@ -130,7 +132,8 @@ class Answer:
         if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
-        sharing = "load sharing, " * (not self.design.shares_load)
+        sharing = "" if self.design.corner_contact else (
+            "contact beyond the path, " if self.design.shares_load else "load sharing, ")
         yield f"Left out: {sharing}{ending}other meshes, friction."
 
     @property

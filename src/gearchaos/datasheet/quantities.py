@@ -13,14 +13,13 @@ from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
-import numpy as np
-
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
+from gearchaos.gears.geometry.corner_contact import corner_contact
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
-from gearchaos.gears.loaded_error import best_relief, own_torque, pairs_in_contact, peak_to_peak, two_pairs_from
+from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
@@ -176,31 +175,28 @@ class _Results:
                                 "begins at these diameters.", True)
         return found
 
-    @cached_property
-    def pairs_in_contact(self) -> float:
-        """Their mean at the torque; raises `_NoValueError` where the mesh is one spring."""
-        found = pairs_in_contact(self.design, own_torque(self.design), np.arange(4096) / 4096)
-        if found is None:
+    @property
+    def sharing(self) -> GearDesign:
+        """The design; raises `_NoValueError` where the mesh is one spring."""
+        if not self.design.shares_load:
             raise _NoValueError("The mesh is one spring. load_sharing = 'tooth pairs' gives each pair its own.", True)
-        return float(found.mean())
+        return self.design
 
-    @cached_property
+    @property
     def two_pairs_from(self) -> float:
         """Raises `_NoValueError` where there is no such torque."""
-        found = two_pairs_from(self.design) if self.pairs_in_contact else None
-        if found is None:
+        if (found := two_pairs_from(self.sharing)) is None:
             raise _NoValueError("No torque that the teeth can bear keeps two tooth pairs in contact.", True)
         return found
 
     @property
     def corner_gap_coefficient(self) -> tuple[float, float]:
         """1/m, leaving and entering; raises `_NoValueError` without corner contact."""
-        pairs = self.design.tooth_pairs
-        if pairs is None or pairs.corner is None:
+        if not self.design.corner_contact:
             raise _NoValueError("Contact is on the nominal path alone. corner_contact = true goes beyond it where "
                                 "tooth pairs share the load.", True)
-        leaving, entering = (gap[0] / self.geometry.path_of_contact**2 if gap else math.nan for gap in pairs.corner.gap)
-        return leaving, entering
+        leaving, entering = (corner_contact(self.geometry, leaving=leaving).gap for leaving in (True, False))
+        return leaving[0], entering[0]
 
     def factor(self, standard: Standard) -> DynamicFactor:
         """The dynamic factor by a standard, in method B without running-in; raises `_NoValueError` if there is none."""
@@ -276,8 +272,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "peak to peak: deflection of the mesh at rest, of teeth exact but for a relief that tooth pairs have",
             _MODEL),
         "contact_ratio_under_load": _row(
-            "pairs_in_contact", "", "", 1.0, "tooth pairs in contact at rest under the torque, mean over the mesh "
-            "cycle", _MODEL),
+            lambda results: contact_ratio_under_load(results.sharing), "", "", 1.0, "tooth pairs in contact at rest "
+            "under the torque, mean over the mesh cycle", _MODEL),
         "two_pairs_from": _row(
             "two_pairs_from", "", "N m", 1.0, "torque at wheel 1 from which two tooth pairs touch at rest at every "
             "position", _MODEL),

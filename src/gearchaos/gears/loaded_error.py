@@ -57,24 +57,19 @@ def peak_to_peak(gears: GearPair | GearDesign) -> float:
     return float(np.ptp(loaded_error(gears, None, _CYCLE)))
 
 
-def pairs_in_contact(design: GearDesign, torque: float, positions: np.ndarray) -> np.ndarray | None:
-    """How many tooth pairs touch at rest under the torque, N m, at positions (n,) in the mesh cycle, (n,) int; None
-    where the mesh is one spring.
+def contact_ratio_under_load(design: GearDesign) -> float:
+    """How many tooth pairs touch at rest under the torque, the mean over the mesh cycle; of pairs that share the load.
     """
-    stiffness, c0, length, radius = _mesh(design, torque)
-    if not isinstance(stiffness, ToothPairStiffness):
-        return None
-    return static_contacts(stiffness, torque / (radius * c0 * length), positions)
+    return float(_pairs_in_contact(design, own_torque(design)).mean())
 
 
 def two_pairs_from(design: GearDesign) -> float | None:
     """The torque at wheel 1, N m, from which at least two tooth pairs touch at rest at every position, by bisection.
 
-    None where no torque makes them, and where the mesh is one spring.
+    None where no torque does so that the teeth can bear.
     """
     def always(torque: float) -> bool:
-        found = pairs_in_contact(design, torque, _CYCLE)
-        return found is not None and bool(found.min() >= 2)
+        return bool(_pairs_in_contact(design, torque).min() >= 2)
 
     deepest = DEEPEST * design.geometry.normal_module  # as far as corner contact is followed
     low, high = 0.0, design.mesh_stiffness.reference * deepest * design.geometry.base_diameter[0] / 2
@@ -84,6 +79,13 @@ def two_pairs_from(design: GearDesign) -> float | None:
         middle = (low + high) / 2
         low, high = (low, middle) if always(middle) else (middle, high)
     return high
+
+
+def _pairs_in_contact(design: GearDesign, torque: float) -> np.ndarray:
+    """How many tooth pairs touch at rest under a torque, N m, over the mesh cycle."""
+    stiffness, c0, length, radius = _mesh(design, torque)
+    assert isinstance(stiffness, ToothPairStiffness)
+    return static_contacts(stiffness, torque / (radius * c0 * length), _CYCLE)
 
 
 def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:

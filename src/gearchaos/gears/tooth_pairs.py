@@ -14,13 +14,10 @@ from gearchaos.gears.fields import Record, each, name_of, number, one, read_by, 
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.model import MAX_LEVELS
-from gearchaos.model.stiffness.tooth_pairs import SHAPES
-from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
+from gearchaos.model.stiffness.tooth_pairs import PHASE, SHAPES, SHARE, check_corner
+from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
-_SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
-_ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
-_PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
 _ONE_PAIR = one(units.STIFFNESS, POSITIVE)
 
 
@@ -47,7 +44,7 @@ class Relief(Record):
     """Tip relief of both wheels: C_a, the share of the path of contact over which it goes to 0, and its shape."""
 
     amount: Any = field(metadata=read_by(two(one(units.LENGTH, NOT_NEGATIVE))))
-    length: Any = field(default=(0.2, 0.2), metadata=read_by(two(number(_SHARE))))
+    length: Any = field(default=(0.2, 0.2), metadata=read_by(two(number(SHARE))))
     shape: str = field(default="linear", metadata=read_by(name_of(*SHAPES)))
 
     def __post_init__(self) -> None:
@@ -62,8 +59,13 @@ class CornerContact(Record):
     """Contact of the tip corners of both wheels beyond the path: how far it goes on, as a share of the path, and the
     coefficients of x², x³, ... of the gap, lengths; x is the way beyond the end of the path, as a share of the path."""
 
-    length: Any = field(metadata=read_by(two(number(_ON_PATH), "must be a list of two")))
+    length: Any = field(metadata=read_by(two(number(), "must be a list of two")))
     gap: Any = field(metadata=read_by(two(each(units.LENGTH), "must be a list of two")))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for i, (length, gap) in enumerate(zip(self.length, self.gap, strict=True)):
+            check_corner((f"length[{i}]", length), (f"gap[{i}]", gap))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +77,7 @@ class ToothPairs(Record):
     contact_ratio: float = field(metadata=read_by(number()))
     relief: Any = field(default=None, metadata=read_by(record(Relief)))
     crowning: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
-    back_phase: float = field(default=0.5, metadata=read_by(number(_PHASE)))
+    back_phase: float = field(default=0.5, metadata=read_by(number(PHASE)))
     corner: Any = field(default=None, metadata=read_by(record(CornerContact)))
 
     def __post_init__(self) -> None:

@@ -14,6 +14,7 @@ class OneSidedContacts(NamedTuple):
     """
 
     sides: np.ndarray  # (M,) 1 on the front flank, -1 on the back flank
+    age: np.ndarray  # (M,) int, mesh periods since its tooth pair entered its path; negative before
     edges: np.ndarray  # (P, N) where pieces begin, ascending from 0, as fractions of the mesh period
     stiffness: np.ndarray  # (P, M, N) over c0; 0 where a contact is absent
     gap: np.ndarray  # (P, M, N, 3) coefficients in the time since the piece began, in mesh periods; half backlashes

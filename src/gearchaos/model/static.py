@@ -48,9 +48,7 @@ def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike)
         raise InputError("phases", "must be a list of positions in the mesh cycle", at.tolist())
     if not isinstance(stiffness, ToothPairStiffness):
         return 1.0 + forces / stiffness.at(at, 2 * np.pi)
-    contacts = stiffness.contacts(stiffness.numbers(), 1)
-    piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
-    return 1.0 + _deflection(*_springs(contacts, piece, at - contacts.edges[0, piece]), forces)
+    return 1.0 + _deflection(*_springs_at(stiffness, at), forces)
 
 
 def _finite(name: str, value: ArrayLike) -> np.ndarray:
@@ -65,9 +63,7 @@ def _finite(name: str, value: ArrayLike) -> np.ndarray:
 
 def static_contacts(stiffness: ToothPairStiffness, force: float, phases: np.ndarray) -> np.ndarray:
     """How many tooth pairs touch at rest on the front flank under a force over c0 Δ, at positions (n,); (n,) int."""
-    contacts, at = stiffness.contacts(stiffness.numbers(), 1), np.mod(phases, 1.0)
-    piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
-    acting, gap = _springs(contacts, piece, at - contacts.edges[0, piece])
+    acting, gap = _springs_at(stiffness, np.mod(phases, 1.0))
     return np.asarray((gap < _deflection(acting, gap, np.array(force))[:, None]).sum(axis=1))
 
 
@@ -85,6 +81,13 @@ def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[floa
     pushing = (acting * np.maximum(0.0, before[:, None] - np.where(np.isfinite(gap), gap, 0.0))).sum(axis=1)
     return [(1 + before[i], 1 + begins[i], closed[i], pushing[i]) for i in n.tolist()
             if abs(before[i] - begins[i]) > 1e-12]
+
+
+def _springs_at(stiffness: ToothPairStiffness, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and gap (n, pairs) of the pairs on the front flank, at positions (n,) in [0, 1) of the mesh cycle."""
+    contacts = stiffness.contacts(stiffness.numbers(), 1)
+    piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
+    return _springs(contacts, piece, at - contacts.edges[0, piece])
 
 
 def _springs(contacts: OneSidedContacts, piece: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

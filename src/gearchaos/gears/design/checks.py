@@ -74,6 +74,8 @@ def check_load_sharing(design: Drawing) -> None:
         raise InputError("corner_contact", "must be left out where the mesh is one spring", design.corner_contact,
                          f"{design.one_spring.capitalize()}." if design.one_spring else
                          "Tip corners meet where each tooth pair has a gap: load_sharing = 'tooth pairs'.")
+    if design.corner_contact:
+        _ = design.tooth_pairs  # raises where a corner is off the involute
     relief = design.tip_relief
     if design.load_sharing == "prescribed" and relief is not None and any(relief.amount) and not design.one_spring:
         raise InputError("load_sharing", "must not be prescribed beside a tip_relief", design.load_sharing,

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry
 
 DEEPEST = 0.03
@@ -47,23 +48,25 @@ def corner_gap(geometry: Geometry, beyond: np.ndarray, *, leaving: bool) -> np.n
     return np.where(on_involute, x - base_mate * (angle - np.arctan2(across, to_centre)), np.nan)
 
 
-class CornerContact(NamedTuple):
-    """Corner contact beyond one end of the path: s = Σ_k gap[k] x^(k + 2) for x up to a length, m."""
+class CornerGap(NamedTuple):
+    """Gap of corner contact beyond one end of the path: s = Σ_k gap[k] x^(k + 2) for x up to a length, m."""
 
     length: float
     gap: tuple[float, ...]  # 1/m, 1/m², ...
 
 
-def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerContact:
+def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerGap:
     """The gap of `corner_gap` as a polynomial, up to where it is `DEEPEST` modules or the involute ends.
 
-    The length is 0 where the corner leaves the involute of its mate at once.
+    Raises `InputError` where the corner leaves the involute of its mate at once.
     """
     def near(x: float) -> bool:
         return bool(corner_gap(geometry, np.array([x]), leaving=leaving)[0] < DEEPEST * geometry.normal_module)
 
     if not near(0.0):
-        return CornerContact(0.0, ())
+        raise InputError("corner_contact", "must be left out where a tip corner is off the involute of its mate",
+                         f"the tip of wheel {1 if leaving else 2}", "Less addendum or more profile shift of the mate "
+                         "brings the end of the path onto the involute.")
     closed, open_ = 0.0, geometry.base_pitch
     for _ in range(50):
         middle = (closed + open_) / 2
@@ -74,4 +77,7 @@ def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerContact:
         found = np.linalg.lstsq(powers, gap, rcond=None)[0]
         if np.abs(powers @ found - gap).max() < _TOLERANCE:
             break
-    return CornerContact(closed, tuple((found / closed ** np.arange(2, terms + 2)).tolist()))
+    else:
+        raise InputError("corner_contact", "must be left out of these teeth", True,
+                         f"Their gap is no polynomial of {_MOST_TERMS} terms.")
+    return CornerGap(closed, tuple((found / closed ** np.arange(2, terms + 2)).tolist()))

@@ -549,19 +549,19 @@ def cycle(element: Element) -> OneSidedContacts:
     """The contacts of one mesh cycle, in N/m and m; of stops in N m/rad and rad."""
     if element.mesh is not None:
         return element.mesh.contacts()
-    return OneSidedContacts(np.array([1, -1]), np.zeros((1, 1)), np.full((1, 2, 1), element.stiffness),
-                            np.zeros((1, 2, 1, 3)))
+    return OneSidedContacts(np.array([1, -1]), np.zeros(2, int), np.zeros((1, 1)),
+                            np.full((1, 2, 1), element.stiffness), np.zeros((1, 2, 1, 3)))
 
 
 @lru_cache(maxsize=256)
 def _mean_of(mesh: Mesh) -> float:
-    found = mesh.contacts()
+    found = mesh.contacts(on_path=True)
     length = np.diff(found.edges[0], append=1.0)
     return float(found.stiffness[0][found.sides > 0].sum(axis=0) @ length)
 
 
 def mean_stiffness(element: Element) -> float:
-    """The stiffness of an element, the mean of a mesh over its cycle without gaps."""
+    """The stiffness of an element, the mean of a mesh over its cycle on its path without gaps."""
     return element.stiffness if element.mesh is None else _mean_of(element.mesh)
 
 
@@ -576,7 +576,7 @@ def _over_period(one: OneSidedContacts, cycles: int, phase: float) -> OneSidedCo
     factors = np.array([1.0, cycles, cycles**2])
     a, b, c = (one.gap[0][:, piece, k] * factors[k] for k in range(3))
     gap = np.stack([a + begun * (b + begun * c), b + 2 * begun * c, c], axis=-1)
-    return OneSidedContacts(one.sides, np.maximum(starts, 0.0)[None], one.stiffness[:, :, piece], gap[None])
+    return one._replace(edges=np.maximum(starts, 0.0)[None], stiffness=one.stiffness[:, :, piece], gap=gap[None])
 
 
 def _merged(edges: list[np.ndarray]) -> np.ndarray:

@@ -307,10 +307,12 @@ class Mesh:
             return replace(self, stiffness=replace(self.stiffness, levels=levels))
         return replace(self, stiffness=mean)
 
-    def contacts(self) -> OneSidedContacts:
-        """The contacts of one mesh cycle, stiffnesses in N/m and gaps in m."""
+    def contacts(self, on_path: bool = False) -> OneSidedContacts:
+        """The contacts of one mesh cycle, stiffnesses in N/m and gaps in m; of tooth pairs also those on their path
+        alone."""
         if self.tooth_pairs is not None:
-            in_si = SimpleNamespace(tooth_pairs=self.tooth_pairs, half_backlash=1.0, c0=1.0)
+            pairs_given = replace(self.tooth_pairs, corner=None) if on_path else self.tooth_pairs
+            in_si = SimpleNamespace(tooth_pairs=pairs_given, half_backlash=1.0, c0=1.0)
             pairs: Any = ToothPairStiffness.from_pair(in_si)
             return ToothPairStiffness.contacts(pairs.numbers(), 1)
         levels: tuple[float, ...] = (self.stiffness,)
@@ -321,7 +323,8 @@ class Mesh:
         if starts[0] > 0:  # until then the last level of the cycle before lasts on
             levels, starts = (levels[-1], *levels), (0.0, *starts)
         both = np.array([levels, levels], float)[None]
-        found = OneSidedContacts(np.array([1, -1]), np.array([starts], float), both, np.zeros((*both.shape, 3)))
+        found = OneSidedContacts(np.array([1, -1]), np.zeros(2, int), np.array([starts], float), both,
+                                 np.zeros((*both.shape, 3)))
         return as_pairs(found, self.contact_ratio) if self.uneven else found
 
     @property

@@ -94,12 +94,13 @@ def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:
     pairs that are in contact by the contact ratio have equal shares of its stiffness."""
     last = contact_ratio % 1.0
     edges = np.union1d(one.edges[0], [last])
-    age = np.arange(math.ceil(contact_ratio - 1e-12))[:, None]
+    age = np.arange(math.ceil(contact_ratio - 1e-12))
     middle = (edges + np.append(edges[1:], 1.0)) / 2
     total = one.stiffness[0, 0, np.searchsorted(one.edges[0], middle, side="right") - 1]
-    carries = middle + age < contact_ratio
+    carries = middle + age[:, None] < contact_ratio
     share = np.tile(np.where(carries, total / carries.sum(axis=0), 0.0), (2, 1))
-    return OneSidedContacts(np.repeat([1, -1], len(age)), edges[None], share[None], np.zeros((1, *share.shape, 3)))
+    return OneSidedContacts(np.repeat([1, -1], len(age)), np.tile(age, 2), edges[None], share[None],
+                            np.zeros((1, *share.shape, 3)))
 
 
 def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int) -> OneSidedContacts:
@@ -107,8 +108,7 @@ def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int) -> OneSidedC
     in each have of their own; stiffnesses in N/m, gaps in m."""
     edges, sides = part.edges[0], part.sides[:, None]
     cycle = np.floor((edges + np.append(edges[1:], 1.0)) / 2 * cycles + mesh.phase / (2 * np.pi)).astype(int)
-    age = np.concatenate([np.arange(np.sum(part.sides == side)) for side in (1, -1)])[:, None]
-    first, second = _wheels(mesh)
+    age, (first, second) = part.age[:, None], _wheels(mesh)
     # behind the tooth n of the first wheel, which pushes n of the second, is n + 1: its back flank touches that
     n1, n2 = (cycle - age) % len(first.kept), (cycle - age + (sides < 0)) % len(second.kept)
     gap = part.gap.copy()

@@ -18,12 +18,13 @@ from gearchaos.quantities import NOT_NEGATIVE, Quantity, Range, Rule
 from gearchaos.validation import check_rule, to_float, to_floats
 
 _POSITIVE = Rule(lambda v: v > 0, "must be greater than 0", "A level is the stiffness of one tooth pair over c0.")
-_SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
-_ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
-_PHASE = Rule(_ON_PATH.holds, _ON_PATH.text, "It is a share of the mesh period.")
+SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
+ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
+PHASE = Rule(ON_PATH.holds, ON_PATH.text, "It is a share of the mesh period.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
 _CORNER_TOLERANCE = 2e-4  # by how much the gap of corner contact may differ from its polynomial, half backlashes
+_LOOKS = 64  # positions beyond the path at which its gap is looked at
 _SHORT = 1e-14  # length of a piece in mesh periods that is a rounding error
 SHAPES = {"linear": 1.0, "parabolic": 2.0}
 """Exponents of the shapes of a relief."""
@@ -104,8 +105,8 @@ class ToothPairStiffness(Stiffness):
         replace(_RELIEF, name="relief1", symbol="C_a1", tex=r"C_{a1}", members=(), rule=NOT_NEGATIVE),
         replace(_RELIEF, name="relief2", symbol="C_a2", tex=r"C_{a2}", members=(), rule=NOT_NEGATIVE),
         _LENGTH,
-        replace(_LENGTH, name="relief_length1", symbol="l_a1", tex=r"l_{a1}", members=(), rule=_SHARE),
-        replace(_LENGTH, name="relief_length2", symbol="l_a2", tex=r"l_{a2}", members=(), rule=_SHARE),
+        replace(_LENGTH, name="relief_length1", symbol="l_a1", tex=r"l_{a1}", members=(), rule=SHARE),
+        replace(_LENGTH, name="relief_length2", symbol="l_a2", tex=r"l_{a2}", members=(), rule=SHARE),
         Quantity("crowning", "C_α", r"C_\alpha", title="profile crowning", unit="delta",
                  range=Range(0.0, 1.0, 0.0, 10.0), rule=NOT_NEGATIVE, toml_table=_TABLE),
         next(row for row in TwoLevelStiffness.rows if row.name == "contact_ratio"),
@@ -125,17 +126,14 @@ class ToothPairStiffness(Stiffness):
             raise InputError("stiffness.starts", rule, self.starts,
                              "Stiffness of one tooth pair on parts of its path of contact, from entry on.")
         check_rule("stiffness.levels", np.array(self.levels), _POSITIVE)
-        check_rule("stiffness.starts", np.array(self.starts), _ON_PATH)
+        check_rule("stiffness.starts", np.array(self.starts), ON_PATH)
         if np.any(np.diff(self.starts) <= 0):
             raise InputError("stiffness.starts", "must increase strictly", self.starts)
         check_rule("relief_exponent", np.array(self.relief_exponent), _EXPONENT)
-        check_rule("back_phase", np.array(self.back_phase), _PHASE)
+        check_rule("back_phase", np.array(self.back_phase), PHASE)
         for n in (1, 2):
-            length, gap = getattr(self, f"corner_length{n}"), getattr(self, f"corner{n}")
-            check_rule(f"corner_length{n}", np.array(length), _ON_PATH)
-            if (length > 0) != bool(gap):
-                rule = f"must have coefficients where corner_length{n} is greater than 0, and none elsewhere"
-                raise InputError(f"stiffness.corner{n}", rule, gap, "The gap beyond the path is their polynomial.")
+            check_corner((f"corner_length{n}", self.corner_length1 if n == 1 else self.corner_length2),
+                         (f"corner{n}", self.corner1 if n == 1 else self.corner2))
         self.check_together({f.name: getattr(self, f.name) for f in self.fields()}, np.zeros((0, 1)), np.zeros((0, 1)))
 
     @classmethod
@@ -151,17 +149,14 @@ class ToothPairStiffness(Stiffness):
         v = {n: np.broadcast_to(np.asarray(values[n], float), size)[:, None, None]
              for n in ("contact_ratio", "relief1", "relief2", "relief_length1", "relief_length2", "crowning",
                        "corner_length1", "corner_length2")}
-        ratio, back, after, before = v["contact_ratio"], float(values["back_phase"]), *(v[f"corner_length{n}"]
-                                                                                       for n in (1, 2))
-        early, late, late_back, early_back = (float((ratio * reach).max()) for reach in (
-            before, 1 + after, 1 + before, after))
-        front = np.arange(-math.ceil(early - 1e-12), math.ceil(late - 1e-12))
-        rear = np.arange(-math.ceil(early_back - back - 1e-12), math.ceil(late_back + back - 1e-12))
-        sides = np.array([1] * len(front) + [-1] * len(rear))
+        ratio, back, after, before = (
+            v["contact_ratio"], float(values["back_phase"]), v["corner_length1"], v["corner_length2"])
+        front = _ages(ratio * before, ratio * (1 + after), 0.0)  # back flanks pass their path the other way
+        rear = _ages(ratio * after, ratio * (1 + before), back)
+        sides, age = np.repeat([1, -1], [len(front), len(rear)]), np.concatenate([front, rear])
         # the position of contact e on its path at the phase φ is first_e + φ slope_e, (P, M, 1)
         slope = sides[None, :, None] / ratio
-        first = np.where(sides[None, :, None] > 0, np.concatenate([front, rear])[None, :, None] / ratio,
-                         1 + (back - np.concatenate([front, rear])[None, :, None]) / ratio)
+        first = np.where(sides[None, :, None] > 0, age[None, :, None] / ratio, 1 + (back - age[None, :, None]) / ratio)
         # without a relief its mark is the end of the path, so that a point has the same pieces beside any others
         marks = [np.zeros_like(ratio), np.ones_like(ratio), np.where(v["relief2"] > 0, v["relief_length2"], 0.0),
                  np.where(v["relief1"] > 0, 1 - v["relief_length1"], 1.0),
@@ -173,24 +168,31 @@ class ToothPairStiffness(Stiffness):
         begin = first + slope * edges[:, None, :]
         level = np.searchsorted(values["starts"], middle, side="right") - 1
         stiffness = np.where((middle > -before) & (middle < 1 + after), np.array(values["levels"])[level.clip(0)], 0.0)
+        gap = cls._gaps(values, v, begin, middle, slope, np.diff(edges, axis=1, append=1.0)[:, None, :])
+        return OneSidedContacts(sides, age, edges, stiffness, np.where(stiffness[..., None] > 0, gap, 0.0))
+
+    @staticmethod
+    def _gaps(values: Mapping[str, Any], v: Mapping[str, np.ndarray], begin: np.ndarray, middle: np.ndarray,
+              slope: np.ndarray, duration: np.ndarray) -> np.ndarray:
+        """Coefficients (P, M, N, 3) in the time since each piece began of the gaps by relief, crowning and corners;
+        ``begin`` and ``middle`` are the positions on the path, (P, M, N)."""
         gap = np.zeros((*middle.shape, 3))
         ends = ((v["relief2"], v["relief_length2"], v["relief_length2"] - begin, -slope),
                 (v["relief1"], v["relief_length1"], begin - (1 - v["relief_length1"]), slope))
         for amount, over, distance, rate in ends:
             t, dt = distance / over, rate / over
-            relieved = t + dt * (np.diff(edges, axis=1, append=1.0) / 2)[:, None, :] > 0
+            relieved = t + dt * (duration / 2) > 0
             linear = (t, dt + 0 * t, 0 * t)
             powers = linear if values["relief_exponent"] == 1 else (t * t, 2 * t * dt, dt * dt + 0 * t)
             gap += np.stack([np.where(relieved, amount * p, 0.0) for p in powers], axis=-1)
         t, dt = 2 * begin - 1, 2 * slope
         gap += np.stack([v["crowning"] * p for p in (t * t, 2 * t * dt, dt * dt + 0 * t)], axis=-1)
-        duration = np.diff(edges, axis=1, append=1.0)[:, None, :]
         for n, beyond, way, rate in ((1, middle > 1, begin - 1, slope), (2, middle < 0, -begin, -slope)):
             if values[f"corner{n}"]:
                 corner = np.stack(_corner_gap(values[f"corner{n}"], way, rate, duration), axis=-1)
                 corner[..., 0] += v[f"relief{n}"] + v["crowning"]
                 gap = np.where(beyond[..., None], corner, gap)
-        return OneSidedContacts(sides, edges, stiffness, np.where(stiffness[..., None] > 0, gap, 0.0))
+        return gap
 
     @classmethod
     def parts(cls, values: Mapping[str, Any]) -> tuple[tuple[Any, Any], ...]:
@@ -240,6 +242,23 @@ class ToothPairStiffness(Stiffness):
         return f"tooth pairs, contact ratio {self.contact_ratio:.4g}, {relief}"
 
 
+def check_corner(length: tuple[str, float], gap: tuple[str, Sequence[float]]) -> None:
+    """Raise `InputError` for a gap of corner contact that is none; both are a field and its value."""
+    check_rule(length[0], np.array(length[1]), ON_PATH)
+    if (length[1] > 0) != bool(gap[1]):
+        raise InputError(gap[0], f"must have coefficients where {length[0]} is greater than 0, and none elsewhere",
+                         list(gap[1]), "The gap beyond the path is their polynomial.")
+    if np.any(np.polynomial.Polynomial([0.0, 0.0, *gap[1]])(np.linspace(0.0, length[1], _LOOKS)) < 0):
+        raise InputError(gap[0], f"must make a gap that is nowhere negative up to {length[0]}", list(gap[1]),
+                         "Teeth open beyond their path.")
+
+
+def _ages(before: np.ndarray, until: np.ndarray, late: float) -> np.ndarray:
+    """Of the pairs that may touch in a mesh period: from ``before`` their path begins until some periods after, (P,);
+    all ``late`` by a share of a period."""
+    return np.arange(-math.ceil(before.max() - late - 1e-12), math.ceil(until.max() + late - 1e-12))
+
+
 def _corner_marks(values: Mapping[str, Any], wheel: int) -> np.ndarray:
     """Ends of the pieces on which a quadratic is as good as the gap of corner contact, as shares of how far it goes on.
 
@@ -250,7 +269,7 @@ def _corner_marks(values: Mapping[str, Any], wheel: int) -> np.ndarray:
     if not coefficients or not length:
         return np.zeros(0)
     third = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(3)
-    steepest = np.abs(third(np.linspace(0.0, length, 64))).max()
+    steepest = np.abs(third(np.linspace(0.0, length, _LOOKS))).max()
     count = max(math.ceil(length * (steepest / (72 * math.sqrt(3) * _CORNER_TOLERANCE)) ** (1 / 3)), 1)
     return np.arange(1, count + 1) / count
 
