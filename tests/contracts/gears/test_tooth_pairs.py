@@ -100,7 +100,7 @@ def test_a_study_file_has_tooth_pairs_and_takes_other_values_of_them(tmp_path):
 
 @pytest.mark.parametrize("gears", [
     GearPair(**PAIR, tooth_pairs=PAIRS), of_design(tip_relief=TIP_RELIEF),
-    of_design(load_sharing="tooth pairs").to_pair(),
+    of_design(load_sharing="tooth pairs", corner_contact=True).to_pair(),
     of_design(blank=["solid", {"rim": "9 mm", "web": "12 mm"}]),
 ], ids=["pair", "design", "pair of a design", "blank"])
 def test_gears_are_made_again_from_json(gears):
@@ -114,7 +114,9 @@ def test_gears_are_made_again_from_json(gears):
     lambda view: view.with_stiffness("steps").with_stiffness("tooth pairs")], ids=["plain", "relief", "torque", "kind"])
 @pytest.mark.parametrize("gears", [
     GearPair(**PAIR, tooth_pairs=PAIRS), GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}),
-    of_design(tip_relief=TIP_RELIEF)], ids=["relief", "no relief", "design"])
+    of_design(tip_relief=TIP_RELIEF), of_design(tip_relief=TIP_RELIEF, corner_contact=True),
+    of_design(load_sharing="tooth pairs", corner_contact=True).to_pair(),
+], ids=["relief", "no relief", "design", "corners", "pair with corners"])
 def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_tooth_pairs(gears, change, tmp_path):
     first = view_of(operating_model(gears))
     view, path, made = change(first), tmp_path / "study.toml", {}
@@ -126,6 +128,7 @@ def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_too
         assert found.stiffness.kind == "tooth pairs"
         assert found.parameters() == pytest.approx(model.parameters(), rel=1e-12)
         assert found.stiffness.levels == pytest.approx(model.stiffness.levels, rel=1e-12)
+        assert found.stiffness.corner1 == pytest.approx(model.stiffness.corner1, rel=1e-9)
 
 
 def test_a_pair_with_a_changed_relief_is_a_pair_again():
