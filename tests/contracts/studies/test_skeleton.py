@@ -96,7 +96,7 @@ def test_the_number_of_workers_changes_nothing():
 
 def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkeypatch):
     """What is finished is in the file before the next curve is followed, even where the process is killed then."""
-    out, kept, found = tmp_path / "s.nc", tmp_path / "s.nc.part", []
+    out, kept, found, whole = tmp_path / "s.nc", tmp_path / "s.nc.part", [], quick()
     command = ["skeleton", "--set", "q0=0.1", "--axis", WINDOW["x"], "--axis", WINDOW["y"], "--period", 1, "--lines", 1,
                1, "--starts", 0, "--workers", 1, "--out", out]
 
@@ -110,8 +110,8 @@ def test_an_interrupted_command_goes_on_and_removes_its_journal(tmp_path, monkey
     assert sorted(found) == ["line 0 0", "line 1 0"] and kept.exists() and not out.exists()
     monkeypatch.setattr(algorithm, "line_seeds", lambda line: pytest.fail("all lines are finished"))
     curves = run_json(*command)["curves"]
-    assert gc.load(out).identical(quick()) and not kept.exists()
-    assert sum(each["count"] for each in curves) == quick().sizes["number"]
+    assert gc.load(out).identical(whole) and not kept.exists()
+    assert sum(each["count"] for each in curves) == whole.sizes["number"]
 
 
 def test_agreement_names_the_cause_of_every_side():
