@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from typing import Any
 
 import heyoka as hy
@@ -31,6 +32,9 @@ from gearchaos.model.switched import SwitchedAffine, switched_system
 
 LANES, FEW, ROUNDS = 512, 16, 5
 PAIRS = ToothPairStiffness((0.7,), (0.0,), 1.6, relief_length1=0.25, relief_length2=0.25)
+# the gap of 50/50 teeth, in half backlashes of 60 µm and shares of the path, up to 90 µm
+CORNERS = replace(PAIRS, corner1=(38.8, 22.6), corner2=(38.8, 22.6), corner_length1=0.19, corner_length2=0.19)
+_OF = 6  # parameters of heyoka's integrator for each contact
 CASES: dict[str, MeshModel] = {
     "one spring, always": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05),
     "one spring, contact": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact"),
@@ -39,6 +43,8 @@ CASES: dict[str, MeshModel] = {
                                      stiffness=PAIRS),
     "pairs, relief": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
                                   stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
+    "pairs, corner contact": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
+                                          stiffness=CORNERS),
     "pairs, full contact": MeshModel.of(kind="single", zeta=0.15, q0=1.5, damping_law="contact",
                                         stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
 }
@@ -68,11 +74,11 @@ hy.set_logger_level_error()
 
 
 class Contacts:
-    """heyoka's Taylor integrator for contacts with constant stiffness and linear gaps on pieces of the period.
+    """heyoka's Taylor integrator for contacts with constant stiffness and quadratic gaps on pieces of the period.
 
-    Parameters of the integrator: of each contact whether it is closed, its stiffness, its gap when the piece began, the
-    rate of that, and when it began; of each mesh whether it is damped; ω, when the piece ends, and the harmonics of
-    the forcing.
+    Parameters of the integrator: of each contact whether it is closed, its stiffness, the three coefficients of its gap
+    from when the piece began, and when it began; of each mesh whether it is damped; ω, when the piece ends, and the
+    harmonics of the forcing.
     """
 
     def __init__(self, system: SwitchedAffine) -> None:
@@ -80,17 +86,21 @@ class Contacts:
         meshes, sides = contacts.meshes.tolist(), contacts.sides.tolist()
         (k, d), m = contacts.rows.shape, len(sides)
         w, par = hy.make_vars(*(f"w{i}" for i in range(d))), hy.par
-        self.damped = range(5 * m, 5 * m + k)
-        omega, until = par[5 * m + k], par[5 * m + k + 1]
+        first = _OF * m
+        self.damped = range(first, first + k)
+        omega, until = par[first + k], par[first + k + 1]
         self.forced = [(j, i) for j in range(len(contacts.orders)) for i in range(d)
                        if contacts.f_cos[:, j, i].any() or contacts.f_sin[:, j, i].any()]
-        self.forcing = range(5 * m + k + 2, 5 * m + k + 2 + 2 * len(self.forced))
+        self.forcing = range(first + k + 2, first + k + 2 + 2 * len(self.forced))
         displacement, velocity = ([_dot(row, w) for row in rows] for rows in (contacts.rows, contacts.rates))
-        gaps = [side * displacement[n] - par[5 * e + 2] - par[5 * e + 3] * (hy.time - par[5 * e + 4])
-                for e, (n, side) in enumerate(zip(meshes, sides, strict=True))]
+        gaps = []
+        for e, (n, side) in enumerate(zip(meshes, sides, strict=True)):
+            a, b, c, begin = (par[_OF * e + i] for i in range(2, _OF))
+            since = hy.time - begin
+            gaps.append(side * displacement[n] - a - since * (b + since * c))
         forces = [par[self.damped[n]] * contacts.damping[0, n] * velocity[n] for n in range(k)]
         for e, (n, side) in enumerate(zip(meshes, sides, strict=True)):
-            forces[n] = forces[n] + par[5 * e] * par[5 * e + 1] * side * gaps[e]
+            forces[n] = forces[n] + par[_OF * e] * par[_OF * e + 1] * side * gaps[e]
         right = []
         for i in range(d):
             total = hy.expression(float(system.f0[0, i])) + _dot(system.A[0, i], w)
@@ -140,16 +150,16 @@ class Contacts:
         begin = (self.number // len(self.pieces) + start) * period
         displacement = contacts.rows @ ta.state
         for e, side in enumerate(contacts.sides.tolist()):
-            a, b, _ = contacts.offset[p, e, n]
+            a, b, c = contacts.offset[p, e, n]
             stiffness = contacts.stiffness[p, e, n]
             closed = side * displacement[contacts.meshes[e]] - a > 0 and stiffness > 0
-            ta.pars[5 * e : 5 * e + 5] = closed, stiffness, a, b / period, begin
+            ta.pars[_OF * e : _OF * e + _OF] = closed, stiffness, a, b / period, c / period**2, begin
         ta.pars[self.damped.stop + 1] = begin + (end - start) * period
         self.damp(ta)
 
     def damp(self, ta: Any) -> None:
         contacts = self.system.contacts
-        closed = ta.pars[: 5 * len(contacts.sides) : 5] > 0
+        closed = ta.pars[: _OF * len(contacts.sides) : _OF] > 0
         for n, at in enumerate(self.damped):
             ta.pars[at] = float(contacts.in_contact[n] and closed[contacts.meshes == n].any())
 
@@ -166,11 +176,11 @@ class _Flip:
 
     def __call__(self, ta: Any, sign: int) -> bool:
         contacts, one = self.peer.system.contacts, self.contact
-        own = ta.pars[5 * one + 2 : 5 * one + 5]
+        own = ta.pars[_OF * one + 2 : _OF * one + _OF]
         for e, (mesh, side) in enumerate(zip(contacts.meshes, contacts.sides, strict=True)):
             same = mesh == contacts.meshes[one] and side == contacts.sides[one]
-            if same and np.array_equal(ta.pars[5 * e + 2 : 5 * e + 5], own):
-                ta.pars[5 * e] = float(sign > 0 and ta.pars[5 * e + 1] > 0)
+            if same and np.array_equal(ta.pars[_OF * e + 2 : _OF * e + _OF], own):
+                ta.pars[_OF * e] = float(sign > 0 and ta.pars[_OF * e + 1] > 0)
         self.peer.damp(ta)
         return True
 

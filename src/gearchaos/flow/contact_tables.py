@@ -1,10 +1,12 @@
-"""Points of systems with several one-sided contacts, for the kernels; see `kernels.contact_sets`."""
+"""Points of systems with several one-sided contacts, for the kernels; see `kernels.contact_arrays`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.contact_sets import OFFSETS, ContactPoints, StepTables, new_tables
+from gearchaos.flow.kernels.arrays import aligned
+from gearchaos.flow.kernels.constants import WIDTH
+from gearchaos.flow.kernels.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables
 from gearchaos.flow.step_tables import orthonormalisations
 from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
 
@@ -34,7 +36,8 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     counts = np.maximum(counts, 1)
     rows = contacts.rows
     forces = np.concatenate([system.f0[:, None], contacts.f_cos, contacts.f_sin, contacts.pushes], axis=1)
-    integral = np.full(d, -1)
+    integral, sides = np.full(d, -1), aligned(-(-len(contacts.sides) // WIDTH) * WIDTH)
+    sides[: len(contacts.sides)] = contacts.sides
     for i in range(d):
         if np.count_nonzero(system.A[:, i].any(axis=0)) == 1 and not forces[:, :, i].any():
             (j,) = np.flatnonzero(system.A[:, i].any(axis=0))
@@ -42,7 +45,7 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
         integral, rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
-        contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), edges,
+        contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))

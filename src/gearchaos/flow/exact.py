@@ -17,8 +17,8 @@ from gearchaos.flow.contact_tables import prepare_contacts
 from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.constants import SLOTS, WIDTH
+from gearchaos.flow.kernels.contact_arrays import new_contact_work
 from gearchaos.flow.kernels.contact_motion import advance_contact_sets
-from gearchaos.flow.kernels.contact_sets import new_contact_work
 from gearchaos.flow.kernels.measure import FIRST, Measure
 from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem, contact_states

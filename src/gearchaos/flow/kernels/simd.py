@@ -43,10 +43,10 @@ class _Model(models.PrimitiveModel):
         super().__init__(dmm, fe_type, _DOUBLES if fe_type is vector else _BITS)
 
 
-def _call(builder, name, args):
-    """Call an LLVM intrinsic on vectors."""
-    kind = ir.FunctionType(_DOUBLES, [_DOUBLES] * len(args))
-    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+def _call(builder, name, args, of=_DOUBLES, suffix=f"v{WIDTH}f64"):
+    """Call an LLVM intrinsic on vectors, or on numbers of another type."""
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(of, [of] * len(args)), f"llvm.{name}.{suffix}")
     return builder.call(function, args)
 
 
@@ -219,6 +219,8 @@ bits = _operation(lambda b, x: b.zext(_emit_bits(b, x), ir.IntType(64)), types.i
 # the elements of the second where the mask is true, else those of the third
 select = _operation(ir.IRBuilder.select, vector, mask, vector, vector)
 vfma = _operation(lambda b, *x: _call(b, "fma", x), vector, vector, vector, vector)
+# a b + c of floats, rounded once
+fma = _operation(lambda b, *x: _call(b, "fma", x, ir.DoubleType(), "f64"), *4 * [types.float64])
 vsqrt, vabs = (_operation(lambda b, x, name=name: _call(b, name, [x]), vector, vector) for name in ("sqrt", "fabs"))
 
 
@@ -291,6 +293,7 @@ if config.DISABLE_JIT:
     load_scalar, store_scalar = (lambda array, index: array.reshape(-1)[index]), _numpy_store_scalar
     store_bytes = _numpy_store_bytes
     vfma, vsqrt, vabs = (lambda a, b, c: a * b + c), np.sqrt, np.abs
+    fma = vfma
 
     def broadcast(value):
         return np.full(WIDTH, float(value))

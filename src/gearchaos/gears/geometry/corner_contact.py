@@ -8,6 +8,7 @@ Palmer 1999. On back flanks the mirrored wheels do the same.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,7 @@ class CornerGap(NamedTuple):
     gap: tuple[float, ...]  # 1/m, 1/m², ...
 
 
+@lru_cache(maxsize=64)  # designs at other speeds and torques have the same
 def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerGap:
     """The gap of `corner_gap` as a polynomial, up to where it is `DEEPEST` modules or the involute ends.
 
