@@ -260,3 +260,15 @@ def test_corners_change_neither_the_mean_stiffness_of_a_train_nor_which_teeth_ar
             for found in (few, many) for piece in [np.searchsorted(found.edges[0], phase, side="right") - 1])
         for contact in own:
             assert np.abs(np.array(all_) - contact).max(axis=1).min() < 1e-9, phase
+
+
+def test_a_train_has_the_gaps_of_its_pair():
+    """The wear of one tooth, by a hair, makes a train of it; with this backlash the gap has the same pieces."""
+    design = replace(SPUR, speed=2000, torque=300, transmission_error="none", backlash={
+        "value": f"{2.0**-12} m", "of": "line of action, total"})
+    train = replace(design, faults=[{"wheel": 1, "tooth": 1, "wear": "1e-15 m"}])
+    found = [gc.simulate(as_model(each), transient=transient, periods=1, samples=samples)
+             for each, transient, samples in ((design, 200, 16), (train, 4, 16 * 50))]  # periods of a turn
+    alone, among = (np.abs(each["mesh_force"].values) for each in found)
+    assert np.ptp(alone) > 0.05 * alone.mean()
+    np.testing.assert_allclose(among.ravel()[:16] / among.mean(), alone / alone.mean(), rtol=1e-6)

@@ -26,6 +26,7 @@ STEPS = 48
 """Steps in which a Fourier series of a mesh stiffness is followed."""
 
 _MOST_PAIRS = 8  # in contact at the same time
+_GAP_UNIT = 2.0**-13  # m, about half a backlash, of which gaps beyond the path are exact; a power of 2 rounds nothing
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 
 
@@ -312,9 +313,10 @@ class Mesh:
         alone."""
         if self.tooth_pairs is not None:
             pairs_given = replace(self.tooth_pairs, corner=None) if on_path else self.tooth_pairs
-            in_si = SimpleNamespace(tooth_pairs=pairs_given, half_backlash=1.0, c0=1.0)
-            pairs: Any = ToothPairStiffness.from_pair(in_si)
-            return ToothPairStiffness.contacts(pairs.numbers(), 1)
+            scaled = SimpleNamespace(tooth_pairs=pairs_given, half_backlash=_GAP_UNIT, c0=1.0)
+            pairs: Any = ToothPairStiffness.from_pair(scaled)
+            found = ToothPairStiffness.contacts(pairs.numbers(), 1)
+            return found._replace(gap=found.gap * _GAP_UNIT)
         levels: tuple[float, ...] = (self.stiffness,)
         starts: tuple[float, ...] = (0.0,)
         stepped = self.stiffness.steps if isinstance(self.stiffness, SeriesStiffness) else self.stiffness
