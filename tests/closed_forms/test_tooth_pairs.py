@@ -173,7 +173,7 @@ def test_the_peak_at_a_jump_is_the_force_of_all_pairs_that_touch_there():
 
 @pytest.mark.parametrize(("values", "field"), [
     ({"relief1": -0.1}, "relief1"), ({"relief1": 0.3, "relief_length1": 1.0, "relief2": 0.1}, "relief_length"),
-    ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 2.5}, "contact_ratio"),
+    ({"relief_exponent": 3}, "relief_exponent"), ({"contact_ratio": 4.1}, "contact_ratio"),
     ({"levels": (0.7, 0.0), "starts": (0.0, 0.5)}, "stiffness.levels"), ({"starts": (0.2,)}, "stiffness.starts")])
 def test_bad_pairs_are_refused(values, field):
     with pytest.raises(gc.InputError) as caught:

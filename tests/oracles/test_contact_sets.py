@@ -44,6 +44,29 @@ def test_random_contacts_agree_with_an_independent_integration(seed):
     assert out.status[0] == OK and np.abs(out.w[:, 0] - after_periods(mesh, start, 2)).max() < 1e-11 * growth
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "corner"), [
+    (2.0, 0.0), (2.3, 0.0), (2.4, 0.25), (3.0, 0.15), (3.4, 0.0), (3.7, 0.25)])
+@pytest.mark.parametrize("law", ["always", "contact"])
+def test_three_and_four_pairs_at_a_time_agree_with_an_independent_integration(ratio, corner, law):
+    """Pairs on their path, and up to thirteen with corner contact; on both flanks."""
+    rng = np.random.default_rng(int(100 * ratio))
+    pairs = ToothPairStiffness(
+        (0.3, 0.4), (0.0, 0.35), ratio, *rng.uniform(0.02, 0.2, 2), relief_exponent=2.0, crowning=0.03, back_phase=0.41,
+        corner1=(8.0,) * (corner > 0), corner2=(11.0,) * (corner > 0), corner_length1=corner, corner_length2=corner)
+    found = pairs.contacts(pairs.numbers(), 1)
+    mesh = Mesh(Contacts(found.sides.astype(float), found.edges[0], found.stiffness[0], found.gap[0]),
+                float(rng.uniform(0.7, 1.4)), 0.05, 0.25, 0.05, law)
+    at_once = (found.stiffness[0] > 0)[found.sides > 0].sum(axis=0).max()
+    assert at_once >= np.ceil(ratio) and (len(found.sides) > 8) == (corner > 0)  # contacts are computed by eights
+    flow = ExactFlow(system_of(mesh))
+    for start in ([1.3, 0.2], [-1.2, 0.9]):
+        out = flow.advance(np.array(start)[:, None], 1, tangent=np.eye(2)[:, :, None])
+        growth = max(1.0, np.abs(out.tangent).max())
+        assert out.status[0] == OK
+        assert np.abs(out.w[:, 0] - after_periods(mesh, np.array(start), 1)).max() < 1e-11 * growth
+
+
 def test_equal_contacts_are_one_spring():
     contacts = Contacts(np.array([1.0, 1.0, -1.0]), np.array([0.0, 0.4]),
                         np.array([[0.6, 0.5], [0.4, 0.3], [1.0, 0.8]]), np.zeros((3, 2, 3)))

@@ -174,7 +174,8 @@ class Answer:
             return ""
         if not any(best.value):
             single = " / ".join(f"{1e3 * d:.5g}" for d in self.design.geometry.single_contact_diameter)
-            return f"; at rest no relief from these diameters lessens it, single contact begins at {single} mm"
+            least = self.design.geometry.least_contact
+            return f"; at rest no relief from these diameters lessens it, {least} begins at {single} mm"
         amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
         least = self._value("best_loaded_error_peak_to_peak")
         return f"; at rest least with a relief of {amounts} {best.unit}: {least}"

@@ -171,8 +171,8 @@ class _Results:
         if found is None:
             first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
             raise _NoValueError("There is no tip relief that tooth pairs have. Give any amount: design.tip_relief = "
-                                f"{{ amount = '10 um', start_diameter = ['{first}', '{second}'] }}. Single contact "
-                                "begins at these diameters.", True)
+                                f"{{ amount = '10 um', start_diameter = ['{first}', '{second}'] }}. "
+                                f"{self.geometry.least_contact.capitalize()} begins at these diameters.", True)
         return found
 
     @property
@@ -276,7 +276,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "under the torque, mean over the mesh cycle", _MODEL),
         "two_pairs_from": _row(
             "two_pairs_from", "", "N m", 1.0, "torque at wheel 1 from which two tooth pairs touch at rest at every "
-            "position", _MODEL),
+            "position; 0 where any torque does, as at contact ratios from 2 on without relief", _MODEL),
         "corner_gap_coefficient": _row(
             "corner_gap_coefficient", "", "1/mm", 1e-3, "gap at a small way x beyond the path, leaving and "
             "entering: this times x²", _MODEL),

@@ -23,6 +23,7 @@ _CYCLE = np.arange(_POSITIONS) / _POSITIONS
 _LARGEST_RELIEF = 4.0  # amount up to which a relief is varied, over the deflection of one pair that carries all
 _AMOUNTS = 33  # amounts that are tried before the search between two of them
 _TORQUES = 1e-4  # to which a torque is found, relative
+_LIGHT = 1e-5  # torque that counts as any, over the largest: gaps of corner contact are not known to its deflection
 _NO_GAIN = 1e-3  # by less than this share of the variation without relief no relief lessens it
 
 
@@ -66,7 +67,8 @@ def contact_ratio_under_load(design: GearDesign) -> float:
 def two_pairs_from(design: GearDesign) -> float | None:
     """The torque at wheel 1, N m, from which at least two tooth pairs touch at rest at every position, by bisection.
 
-    None where no torque does so that the teeth can bear.
+    0 where any torque does: at contact ratios from 2 on, where no relief keeps pairs apart. None where no torque does
+    so that the teeth can bear.
     """
     def always(torque: float) -> bool:
         return bool(_pairs_in_contact(design, torque).min() >= 2)
@@ -75,6 +77,8 @@ def two_pairs_from(design: GearDesign) -> float | None:
     low, high = 0.0, design.mesh_stiffness.reference * deepest * design.geometry.base_diameter[0] / 2
     if not always(high):
         return None
+    if always(_LIGHT * high):
+        return 0.0
     while high - low > _TORQUES * high:
         middle = (low + high) / 2
         low, high = (low, middle) if always(middle) else (middle, high)

@@ -14,7 +14,7 @@ from gearchaos.gears.fields import Record, each, name_of, number, one, read_by, 
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.model import MAX_LEVELS
-from gearchaos.model.stiffness.tooth_pairs import PHASE, SHAPES, SHARE, check_corner
+from gearchaos.model.stiffness.tooth_pairs import CONTACT_RATIO, PHASE, SHAPES, SHARE, check_corner
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
 
@@ -74,7 +74,7 @@ class ToothPairs(Record):
 
     stiffness: Any = field(metadata=read_by(_levels))
     starts: Any = field(default=(0.0,), metadata=read_by(_starts))
-    contact_ratio: float = field(metadata=read_by(number()))
+    contact_ratio: float = field(metadata=read_by(number(CONTACT_RATIO)))
     relief: Any = field(default=None, metadata=read_by(record(Relief)))
     crowning: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
     back_phase: float = field(default=0.5, metadata=read_by(number(PHASE)))

@@ -102,8 +102,8 @@ def improvements(design: GearDesign) -> Iterator[Change]:
     elif not design.helix_angle:
         deflection = design.torque / (design.geometry.base_diameter[0] / 2) / design.mesh_stiffness.reference
         for factor in _NEW_RELIEF:
-            yield Change("tip relief", "none", f"{_in_um([factor * deflection])} from the beginning of single contact, "
-                         "tooth pairs sharing the load", {"tip_relief": {
+            yield Change("tip relief", "none", f"{_in_um([factor * deflection])} from the beginning of "
+                         f"{design.geometry.least_contact}, tooth pairs sharing the load", {"tip_relief": {
                              "amount": factor * deflection,
                              "start_diameter": list(design.geometry.single_contact_diameter)}})
     yield from _backlash(design)

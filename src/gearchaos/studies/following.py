@@ -81,12 +81,13 @@ def check_is_parameter(model: MeshModel, axis: Axis, field: str = "axis") -> Non
 
 
 def check_inside(model: MeshModel, *axes: Axis) -> None:
-    """Raise `InputError` unless the model's own values of all parameters lie on their axes."""
+    """Raise `InputError` unless the model's own values of all parameters lie on their axes, whose ends it accepts."""
     for axis in axes:
         family = ParameterFamily(model, (axis.name,))
         error = outside(family, float(family.start[0]), (axis.start, axis.stop))
         if error is not None:
             raise error
+        family.check(np.array([[axis.start], [axis.stop]]))
 
 
 def section_variables(

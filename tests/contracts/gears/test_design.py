@@ -332,6 +332,6 @@ def test_every_computed_value_has_a_symbol_a_unit_a_formula_and_a_source():
             assert formula.symbol and formula.text and formula.source, name
     computed = {name for name, value in vars(Geometry).items() if isinstance(value, (property, cached_property))}
     assert computed - set(GEOMETRY_FORMULAS) == {
-        "common_face_width", "single_contact_diameter", "tangent_length", "tip_tangents"}
+        "common_face_width", "least_contact", "single_contact_diameter", "tangent_length", "tip_tangents"}
     assert GEOMETRY_FORMULAS["working_pressure_angle"].factor * full.geometry.working_pressure_angle == pytest.approx(
         21.0661, abs=5e-5)

@@ -26,6 +26,8 @@ TIP_RELIEF = {"amount": ["30 um", "18 um"], "start_diameter": ["76 mm", "112 mm"
 FZG = {**GIVEN, "teeth": [16, 24], "module": "4.5 mm", "face_width": "14 mm", "centre_distance": "91.5 mm",
        "profile_shift": [0.182, 0.171], "tip_diameter": ["82.46 mm", "118.36 mm"]}
 HIGH = {"teeth": [50, 60], "rack": {"addendum": 1.35, "dedendum": 1.6, "root_radius": 0.1}}  # contact ratio 2.316
+HIGHEST = {"teeth": [100, 100], "pressure_angle": "16 deg", "centre_distance": None,
+           "rack": {"addendum": 2.0, "dedendum": 2.15, "root_radius": 0.02}}
 
 
 def of_design(**changes):
@@ -67,8 +69,8 @@ def test_one_value_of_a_relief_holds_for_both_wheels_and_none_is_none():
     ({"starts": []}, "starts", "must rise from 0"), ({"starts": "0"}, "starts", "must be a list of numbers"),
     ({"stiffness": []}, "stiffness", "must have 1 to 64 values; got 0"),
     ({"stiffness": ["1e8 N/m", "-1 N/m"], "starts": [0, 0.5]}, "stiffness[1]", "must be greater than 0; got '-1 N/m'"),
-    ({"contact_ratio": 2.3}, "contact_ratio", "must lie in [1, 2]; got 2.3"),
-    ({"contact_ratio": 0.9}, "contact_ratio", "must lie in [1, 2]; got 0.9"),
+    ({"contact_ratio": 4.3}, "contact_ratio", "must lie in [1, 4]; got 4.3. Below 1 contact is lost"),
+    ({"contact_ratio": 0.9}, "contact_ratio", "must lie in [1, 4]; got 0.9"),
     ({"back_phase": 1}, "back_phase", "must lie in [0, 1); got 1"),
     ({"back_phase": -0.1}, "back_phase", "must lie in [0, 1); got -0.1"),
     ({"crowning": "-3 um"}, "crowning", "must not be negative"),
@@ -116,7 +118,8 @@ def test_gears_are_made_again_from_json(gears):
     GearPair(**PAIR, tooth_pairs=PAIRS), GearPair(**PAIR, tooth_pairs={**PAIRS, "relief": None}),
     of_design(tip_relief=TIP_RELIEF), of_design(tip_relief=TIP_RELIEF, corner_contact=True),
     of_design(load_sharing="tooth pairs", corner_contact=True).to_pair(),
-], ids=["relief", "no relief", "design", "corners", "pair with corners"])
+    of_design(load_sharing="tooth pairs", corner_contact=True, **HIGH),
+], ids=["relief", "no relief", "design", "corners", "pair with corners", "high contact ratio"])
 def test_the_explorer_writes_addresses_study_files_and_scripts_of_gears_with_tooth_pairs(gears, change, tmp_path):
     first = view_of(operating_model(gears))
     view, path, made = change(first), tmp_path / "study.toml", {}
@@ -142,7 +145,7 @@ def test_a_pair_with_a_changed_relief_is_a_pair_again():
     ({"tip_relief": "20 um", "transmission_error": "none"}, False), ({"load_sharing": "tooth pairs"}, True),
     ({"load_sharing": "prescribed"}, False), ({"tip_relief": TIP_RELIEF, "stiffness": "potential energy"}, True),
     ({"tip_relief": TIP_RELIEF, "helix_angle": "10 deg"}, False),
-    ({**HIGH, "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, False),
+    ({**HIGH, "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, True),
 ])
 def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
     design = of_design(**changes)
@@ -154,7 +157,8 @@ def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes
     ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "load_sharing", "on one spring it would do nothing"),
     ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "load_sharing", "helical teeth enter contact bit by"),
     ({"load_sharing": "shared"}, "load_sharing", "must be one of prescribed, tooth pairs"),
-    ({"load_sharing": "tooth pairs", **HIGH}, "load_sharing", "the contact ratio is 2.316"),
+    ({"load_sharing": "tooth pairs", **HIGHEST}, "load_sharing",
+     "the contact ratio is 4.017, and tooth pairs need 1 to 4"),
     ({"load_sharing": "tooth pairs", "stiffness": {"table": "c.csv"}}, "load_sharing",
      "a table has the stiffness of all pairs together"),
     ({"load_sharing": "tooth pairs", "tip_relief": "20 um"}, "tip_relief.start_diameter", "must be given"),
@@ -238,7 +242,8 @@ def test_pairs_by_potential_energy_have_the_means_of_their_own_curve(given):
     assert mean == pytest.approx(design.to_pair().c0, rel=1e-4)
 
 
-@pytest.mark.parametrize("given", [GIVEN, FZG, {**GIVEN, "profile_shift": [0.4, -0.4]}], ids=["24/36", "FZG", "V0"])
+@pytest.mark.parametrize("given", [GIVEN, FZG, {**GIVEN, "profile_shift": [0.4, -0.4]}, {**GIVEN, **HIGH}],
+                         ids=["24/36", "FZG", "V0", "high contact ratio"])
 @pytest.mark.parametrize("phase", [0.05, 0.4, 0.8])
 def test_back_flanks_are_where_the_outline_of_wheel_1_crosses_their_line_of_action(given, phase):
     geometry = GearDesign(**given).geometry

@@ -34,6 +34,7 @@ from gearchaos.gears.transmission_error.tables import from_table as error_from_t
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, unrelieved_length
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
+from gearchaos.model.stiffness.tooth_pairs import CONTACT_RATIO
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 _NO_RELIEF = 1e-13  # length over the path of contact of a relief of no depth
@@ -192,8 +193,8 @@ class Drawing:
         """Why the mesh can only be one spring, in words; empty if tooth pairs can share the load."""
         if self.helix_angle:
             return "helical teeth enter contact bit by bit"
-        if not 1 <= self.geometry.contact_ratio <= 2:
-            return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 2"
+        if not CONTACT_RATIO.holds(self.geometry.contact_ratio):
+            return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 4"
         if self._one_pair is None:
             return "a table has the stiffness of all pairs together"
         return ""

@@ -110,10 +110,16 @@ class Geometry:
         return self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel])
 
     @property
+    def least_contact(self) -> str:
+        """What there is where the fewest tooth pairs of spur gears are on the path of contact, in words."""
+        fewest = math.floor(self.contact_ratio)
+        return "single contact" if fewest == 1 else f"contact of {fewest} pairs"
+
+    @property
     def single_contact_diameter(self) -> Pair:
-        """Diameters, m, beyond which two tooth pairs of spur gears share the load: the highest points of single
-        contact. A tip relief from there on reaches over the whole of double contact."""
-        shared = self.path_of_contact - self.base_pitch
+        """Diameters, m, beyond which one tooth pair of spur gears more shares the load: the highest points of single
+        contact, or of `least_contact`. A tip relief from there on reaches over the whole of double contact."""
+        shared = self.path_of_contact - math.floor(self.contact_ratio) * self.base_pitch
         first, second = (2 * math.hypot(d / 2, tip - shared)
                          for d, tip in zip(self.base_diameter, self.tip_tangents, strict=True))
         return first, second

@@ -260,14 +260,21 @@ def from_iso(geometry: Geometry, mesh_stiffness: float, *, tolerance: float = TO
 
 
 def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """c′ b alone, and half of what two pairs have by the law of `from_iso` where there are two, over c_γα b."""
+    """The stiffness of one pair over c_γα b, and where on its path each part begins.
+
+    Where n pairs are on the path it is an nth of what they have together by the law of `from_iso`, c′ b
+    (0.75 + 0.25/n): c′ b alone, 0.875 c′ b beside one other, 0.833 c′ b beside two. So the mean of the sum over the
+    mesh period is c_γα b at every contact ratio.
+    """
     ratio = design.geometry.contact_ratio
-    single = 1 / (0.75 * ratio + 0.25)
-    parts = [(0.0, 0.875 * single), ((ratio - 1) / ratio, single), (1 / ratio, 0.875 * single)]
-    ends = [start for start, _ in parts[1:]] + [1.0]
-    kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > _SAME_POSITION]
+    single, fewest = 1 / (0.75 * ratio + 0.25), math.floor(ratio)
+    # one pair more is on the path from the beginning of each mesh period until the first one leaves
+    parts = [(at / ratio, (0.75 + 0.25 / pairs) * single) for k in range(fewest + 1) for at, pairs in (
+        (k, fewest + 1), (k + (ratio - fewest), fewest))]
+    ends = [start for start, _ in parts[1:]]  # the last part would begin at the end of the path
+    kept = [part for part, end in zip(parts, ends, strict=False) if end - part[0] > _SAME_POSITION]
     starts, levels = zip(*kept, strict=True)
-    return levels, starts
+    return levels, (0.0, *starts[1:])
 
 
 METHOD = StiffnessMethod(

@@ -30,6 +30,7 @@ Train = Any
 _RANK = 1e-9  # relative size of what is left of a row that depends on others
 _SAME = 1e-9  # relative difference of instants and errors that coincide
 _SMALLEST_LENGTH = 1e-6  # unit of length where no mesh has backlash, m
+_MOST_CONTACTS = 62  # a set of closed contacts is a whole number with a bit for each
 
 Value = Callable[[str, str, float], np.ndarray]
 """A parameter of a part, by the name of that, its field, and the value of the train: (P,)."""
@@ -510,6 +511,12 @@ class Assembly:
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
         """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""
         parts = [self._over_period(element) for element in self.found.contacts]
+        if (count := sum(len(part.sides) for part in parts)) > _MOST_CONTACTS:
+            most = max(zip(parts, self.found.contacts, strict=True), key=lambda each: len(each[0].sides))
+            raise InputError(
+                "meshes", f"must have at most {_MOST_CONTACTS} tooth pairs and stops that may touch, of both flanks",
+                count, f"{most[1].name} alone has {len(most[0].sides)}. Without corner contact tooth pairs are fewer, "
+                "and a mesh with the stiffness of all pairs together has two.")
         edges = _merged([part.edges[0] for part in parts])
         length = np.diff(edges, append=1.0)
         stiffness, offset, meshes, sides = [], [], [], []

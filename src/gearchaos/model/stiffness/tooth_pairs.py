@@ -21,6 +21,10 @@ _POSITIVE = Rule(lambda v: v > 0, "must be greater than 0", "A level is the stif
 SHARE = Rule(lambda v: (v > 0) & (v <= 1), "must lie in (0, 1]", "It is a share of the path of contact.")
 ON_PATH = Rule(lambda v: (v >= 0) & (v < 1), "must lie in [0, 1)", "It is a share of the path of contact.")
 PHASE = Rule(ON_PATH.holds, ON_PATH.text, "It is a share of the mesh period.")
+CONTACT_RATIO = Rule(
+    lambda v: (v >= 1) & (v <= 4), "must lie in [1, 4]",
+    "Below 1 contact is lost between two tooth pairs; more than four pairs at a time are not followed. Change the "
+    "addenda or the centre distance.")
 _EXPONENT = Rule(lambda v: (v == 1) | (v == 2), "must be 1 or 2", "1 is a linear relief, 2 a parabolic one.")
 _TABLE = "[model.stiffness]"
 _CORNER_TOLERANCE = 2e-4  # by how much the gap of corner contact may differ from its polynomial, half backlashes
@@ -52,7 +56,7 @@ class ToothPairStiffness(Stiffness):
     starts : tuple of float
         Where each part begins, as a share of the path; the first is 0.
     contact_ratio : float
-        α, from 1 to 2: the length of the path in mesh periods.
+        α, from 1 to 4: the length of the path in mesh periods, and so the tooth pairs on it on the average.
     relief1, relief2 : float
         Tip relief of the wheels: the gap at the end of the path, and at its beginning.
     relief_length1, relief_length2 : float
@@ -138,6 +142,7 @@ class ToothPairStiffness(Stiffness):
 
     @classmethod
     def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+        check_rule("contact_ratio", values["contact_ratio"], CONTACT_RATIO)
         total = sum(np.where(np.asarray(values[f"relief{n}"]) > 0, values[f"relief_length{n}"], 0.0) for n in (1, 2))
         if np.any(total > 1 + 1e-12):
             raise InputError("relief_length", "must have a sum of both wheels of at most 1, the path of contact",

@@ -6,14 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.quantities import Quantity, Range, Rule
-from gearchaos.validation import to_float
+from gearchaos.validation import check_rule, to_float
 
 _STIFF_PART = Rule(lambda v: v > -1, "must be greater than -1", "The mesh stiffness 1 + chi1 must stay positive.")
 _SOFT_PART = Rule(lambda v: v < 1, "must be less than 1", "The mesh stiffness 1 - chi2 must stay positive.")
-_CONTACT_RATIO = Rule(
-    lambda v: (v >= 1) & (v <= 2), "must lie in [1, 2]", "One or two tooth pairs share the load, (2.16).")
+CONTACT_RATIO = Rule(
+    lambda v: (v >= 1) & (v <= 2), "must lie in [1, 2]",
+    "One or two tooth pairs share the load, (2.16). A ToothPairStiffness has up to four.")
 _TABLE = "[model.stiffness]"
 _STEP = Quantity("chi0", "χ₀", r"\chi_0", title="stiffness step", range=Range(-0.5, 0.75, -0.95, 0.95),
                  members=("chi1", "chi2"), toml_table=_TABLE)
@@ -58,8 +61,8 @@ class TwoLevelStiffness(Stiffness):
         _STEP,
         replace(_STEP, name="chi1", symbol="χ₁", tex=r"\chi_{1}", members=(), rule=_STIFF_PART),
         replace(_STEP, name="chi2", symbol="χ₂", tex=r"\chi_{2}", members=(), rule=_SOFT_PART),
-        Quantity("contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 2.0),
-                 rule=_CONTACT_RATIO, toml_table=_TABLE),
+        Quantity("contact_ratio", "α", r"\alpha", title="contact ratio", range=Range(1.0, 2.0, 1.0, 4.0),
+                 toml_table=_TABLE),  # each kind of stiffness has a rule of its own
     )
     level_names = ("chi1", "chi2")
     part_marks = (("$T_1$", r"$1+\chi_1$"), ("$T_2$", r"$1-\chi_2$"))
@@ -68,6 +71,11 @@ class TwoLevelStiffness(Stiffness):
     def __post_init__(self) -> None:
         for f in self.fields():
             object.__setattr__(self, f.name, to_float(f.name, getattr(self, f.name)))
+        self.check_together({f.name: getattr(self, f.name) for f in self.fields()}, np.zeros((0, 1)), np.zeros((0, 1)))
+
+    @classmethod
+    def check_together(cls, values: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
+        check_rule("contact_ratio", values["contact_ratio"], CONTACT_RATIO)
 
     @classmethod
     def parts(cls, values: Mapping[str, Any]) -> tuple[tuple[Any, Any], ...]:
