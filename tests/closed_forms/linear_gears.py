@@ -9,9 +9,9 @@ import gearchaos as gc
 from gearchaos.gears.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
-from tests import EXAMPLES
+from tests import ONE_SPRING
 
-PAIR_FILE = EXAMPLES / "spur_50_50.toml"
+PAIR_FILE = ONE_SPRING
 PAIR = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": 0.03524, "R2": 0.056384, "c0": 4e8, "k": 2000.0,
         "backlash": 1.2e-4, "M10": 85.0, "speed": 4000.0}
 LINEAR = gc.GearPair(**PAIR, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)
@@ -19,7 +19,7 @@ LINEAR = gc.GearPair(**PAIR, error_amplitudes=[2e-7], chi1=0.0, chi2=0.0)
 SPUR = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque="300 N*m",
     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
-    quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    load_sharing="prescribed", quality={"standard": "ISO 1328-1:1995", "grade": 6})
 
 
 def steady_force(gears: gc.GearPair, speeds: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from gearchaos.studies.followed_motions import FollowedMotions
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST, reach
 from gearchaos.studyfile import load_design, load_study
-from tests import EXAMPLES
+from tests import EXAMPLES, ONE_SPRING
 
 SPEEDS = np.array([0.8, 1.4, 2.1])
 
@@ -69,7 +69,7 @@ def test_a_motion_that_reaches_a_known_orbit_is_the_one_of_its_own_verdict(probl
 
 @pytest.mark.slow
 def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch):
-    design = load_design(EXAMPLES / "spur_50_50.toml")
+    design = load_design(ONE_SPRING)
     scan = {"speed": "780:900:2", "torque": 100.0, "starts": 24, "spacing": 0.02}
     found = gc.speeds_to_avoid(design, **scan)
     assert found.windows and max(each.random_states.fraction for each in found.windows) < 1

@@ -18,7 +18,7 @@ from tests.closed_forms.linear_gears import SPUR
 
 DESIGN = gc.GearDesign(
     teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.31255, 0.31255),
-    bore="15 mm", damping_ratio=0.05, transmission_error="from quality", torque="180 N*m",
+    bore="15 mm", damping_ratio=0.05, transmission_error="from quality", torque="180 N*m", load_sharing="prescribed",
     quality={"standard": "ISO 1328-1:1995", "grade": 7},
     backlash={"value": "0.15 mm", "of": "line of action, total"})
 

@@ -9,7 +9,7 @@ from gearchaos.gears.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests import EXAMPLES, ONE_SPRING
 from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE, steady_force
 from tests.commands import ask
 
@@ -19,9 +19,9 @@ CONSTANT = {"time": [0.0, 3.0, 8.0], "torque": [60.0, 60.0, 60.0]}
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "speeds"), [
-    ("spur_50_50.toml", "speed=1240:1270"), ("train_idler.toml", "speed=500:505")])
+    (ONE_SPRING, "speed=1240:1270"), (EXAMPLES / "train_idler.toml", "speed=500:505")])
 def test_a_constant_profile_gives_the_bits_of_that_torque(file, speeds):
-    model = load_study(EXAMPLES / file).model
+    model = load_study(file).model
     profile = gc.runup(model, speeds, 0.5, down=True, torque=CONSTANT).drop_vars("torque")
     plain = gc.runup(model.with_values({"torque": 60.0}), speeds, 0.5, down=True)
     xr.testing.assert_identical(profile.drop_attrs(), plain.drop_attrs())

@@ -4,13 +4,13 @@ import numpy as np
 
 import gearchaos as gc
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.oracles import scipy_oracle
 
 
 def test_positions_and_velocities_of_the_wheels_stay_where_the_torque_steps():
     """c0, ω0 and ζ of this design depend on the torque. Teeth separate in some of the periods."""
-    model = load_study(EXAMPLES / "spur_50_50.toml").model
+    model = load_study(ONE_SPRING).model
     speeds, duration, rows = (7000.0, 7100.0), 0.019, [30.0, 270.0, 60.0, 210.0, 40.0]
     times = np.linspace(0, 0.02, len(rows))
     study = gc.RunUp(model, f"speed={speeds[0]}:{speeds[1]}", duration, torque={"time": times, "torque": rows},

@@ -17,7 +17,7 @@ from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import from_query
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests import ONE_SPRING
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 NEEDED = pytest.mark.skipif(CHROMIUM is None, reason="make test installs chromium")
@@ -35,7 +35,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inh
 main()
 """
 COMMAND = (sys.executable, "-c", _MAIN, "explore", "--no-open", "--port", "0")
-DESIGN = str(EXAMPLES / "spur_50_50.toml")
+DESIGN = str(ONE_SPRING)
 SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
 MAP = "x=omega=0.2:3.0&y=eps1=0.0:0.3"
 CALM = "x=omega=0.9:1.1&y=eps1=0.0:0.02"

@@ -91,7 +91,7 @@ def test_a_missing_input_is_named_where_a_quantity_needs_it(tmp_path):
 
 
 def test_the_pair_of_a_design_has_its_values():
-    design = load_design(SPUR)
+    design = load_design(SPUR, {"design.load_sharing": "prescribed"})
     pair, geometry = design.to_pair(), design.geometry
     assert (pair.n1, pair.R1, pair.M10, pair.speed) == (50, geometry.base_diameter[0] / 2, 100.0, 3000.0)
     assert pair.c0 == design.tooth_stiffness.mesh_stiffness * 0.02 and pair.backlash == pytest.approx(1.2e-4, rel=1e-15)

@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.interchange.scripts import TEMPLATES
 from gearchaos.model import SteppedStiffness
 from gearchaos.studyfile import load_design
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.commands import ask, refused
 
 sympy = pytest.importorskip("sympy")
@@ -84,7 +84,7 @@ def test_scripts_have_lines_of_at_most_120_characters_and_no_gaps(model):
 
 
 def test_a_script_of_gears_says_what_its_units_are():
-    pair = load_design(EXAMPLES / "spur_50_50.toml", {"damping_law": "always"})
+    pair = load_design(ONE_SPRING, {"damping_law": "always"})
     scales = pair.to_pair().scales
     for tool in TEMPLATES:
         assert f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s." in gc.script(pair, tool)

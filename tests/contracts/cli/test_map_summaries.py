@@ -5,12 +5,12 @@ import pytest
 
 import gearchaos as gc
 from gearchaos import plot
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.commands import ask, run_json
 from tests.contracts.model.test_damping_law import PAIR
 from tests.pictures import legend_words
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 MAP = ("map", SPUR, "--speed", "1500:4500:7", "--torque", "60:400:4")
 
 

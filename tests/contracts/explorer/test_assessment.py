@@ -15,12 +15,12 @@ from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
 
 pytestmark = pytest.mark.slow
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 VIEW = GEARS.zoomed((786.0, 822.0), (50.0, 150.0)).moved(788.0, 100.0)
 LINE = SpeedLine(VIEW)
 

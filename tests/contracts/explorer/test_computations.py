@@ -19,10 +19,10 @@ from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.web.session import Session
 from gearchaos.studies.assess import Assessment
 from gearchaos.studyfile import load_study
-from tests import EXAMPLES
+from tests import EXAMPLES, ONE_SPRING
 
 PAPER = presets()["2"].view
-GEARS = view_of(load_study(EXAMPLES / "spur_50_50.toml").model)
+GEARS = view_of(load_study(ONE_SPRING).model)
 PAIR = view_of(load_study(EXAMPLES / "physical_pair.toml").model)
 TRAIN = view_of(load_study(EXAMPLES / "train_idler.toml").model)
 NOTHING = np.zeros(0)

@@ -18,10 +18,10 @@ from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.explorer.web.page import Page
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studyfile import load_design, load_study
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 DESIGN = load_design(SPUR)
 VIEW = GEARS.moved(3000.0, 100.0)
 ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "backlash=0.084:0.156 mm")

@@ -13,11 +13,11 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
 from tests.commands import ask, run_json
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 TRIPLE = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
 
 

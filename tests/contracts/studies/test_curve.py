@@ -11,13 +11,13 @@ import pytest
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.branches import PAIR
 from tests.commands import ask, run_json
 from tests.event_curves import FULL, SINGLE, axes, folds
 
 SET = ["--set", "kind=single", "--set", "zeta=0.025", "--set", "q0=0.1", "--set", "eps1=0.05", "--set", "omega=1.0"]
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 PLANE = ["--axis", "omega=0.5:1.2", "--axis", "eps1=0.02:0.08"]
 FOLD = ["--event", "fold", "--period", "1", *PLANE]
 

@@ -17,11 +17,11 @@ from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.dynamic_factor.iso_method_b import of_design as method_b
 from gearchaos.gears.units import RPM
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.branches import axes
 from tests.contracts.plot.figures import cut
 
-GEARS = tomllib.loads((EXAMPLES / "spur_50_50.toml").read_text())["design"] | {"torque": "300 N*m"}
+GEARS = tomllib.loads(ONE_SPRING.read_text())["design"] | {"torque": "300 N*m"}
 DESIGN = gc.GearDesign(**GEARS)
 
 

@@ -14,7 +14,7 @@ from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.commands import ask, run_json
 
 KEYS = {"n1": 25, "n2": 40, "I1": 4.88e-4, "I2": 3.2e-3, "R1": "35.24 mm", "R2": "56.38 mm", "c0": "400 N/um",
@@ -87,7 +87,7 @@ def test_a_record_has_all_of_a_fit(tmp_path):
     assert from_record(to_record(made)) == made
 
 
-DESIGN = (EXAMPLES / "spur_50_50.toml").read_text().replace('speed = "3000 rpm"\n', "")  # those measured count
+DESIGN = ONE_SPRING.read_text().replace('speed = "3000 rpm"\n', "")  # those measured count
 
 
 def measured_of(design: gc.GearDesign, error1: float) -> str:
