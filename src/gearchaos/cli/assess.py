@@ -46,7 +46,8 @@ Torques = Annotated[
 ]
 Factor = Annotated[
     float | None,
-    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor over the quasi-static one above F."),
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
+                 "stiffness jumps, above F times the quasi-static one."),
 ]
 Page = Annotated[Path | None, typer.Option("--out", metavar="FILE.html", help="Report as a page.", readable=False)]
 Print = Annotated[Path | None, typer.Option("--pdf", metavar="FILE.pdf", help="Report for printing.", readable=False)]

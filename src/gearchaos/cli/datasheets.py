@@ -64,13 +64,14 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
 
     First of all are those in which a motion diverges.
     """
+    from gearchaos.studies.quasi_static import ratio_in_words
     from gearchaos.studies.speed_windows import CRITERION, MOTIONS
 
     most -= len(speeds.windows) > most
-    forces = len({each.criterion for each in speeds.windows}) > 1
+    forces, ratio = len({each.criterion for each in speeds.windows}) > 1, ratio_in_words(speeds.quasi_static_ratio)
     table = plain_table(
         "from\nrpm", "to\nrpm", "factor\nfrom rest", "speed\nrising", "speed\nfalling", "other\nstarts",  # MOTIONS
-        "largest\nat rpm", "quasi-\nstatic", *(["teeth"] * forces), left=["teeth"])
+        "largest\nat rpm", *(["quasi-\nstatic"] * bool(ratio)), *(["teeth"] * forces), left=["teeth"])
     by_factor = sorted(speeds.windows, key=lambda each: -math.inf if any(
         math.isnan(motion.dynamic_factor) for motion in each.reached) else -each.dynamic_factor)
     shown_ones = sorted(by_factor[:most], key=lambda each: each.start)
@@ -78,8 +79,7 @@ def _print_windows(speeds: SpeedsToAvoid, most: int) -> None:
         reached = {r.motion: factor_and_share(r) for r in each.reached}
         factors = (reached.get(words, "-") for words in MOTIONS.values())
         teeth = "apart" if each.criterion == CRITERION else "touch"
-        table.add_row(*edges(each), *factors, each.largest_at,
-                      measured(speeds.quasi_static_ratio, 3), *([teeth] * forces))
+        table.add_row(*edges(each), *factors, each.largest_at, *([ratio] * bool(ratio)), *([teeth] * forces))
     print_table(table)
     if hidden := [edges(each) for each in sorted(by_factor[most:], key=lambda each: each.start)]:
         named = ", ".join(map(" to ".join, hidden))
@@ -120,8 +120,8 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
         print(f"(computed: mesh damping {DAMPING_LAWS[answer.design.damping_law]})")
         ds = answer.speeds.dataset
         largest = ds["dynamic_factor"].max("motion")
-        columns = {"computed": largest, "over quasi-static": largest / answer.speeds.quasi_static_ratio,
-                   **{each.heading: ds[each.name] for each in standards()}}
+        over = {"over quasi-static": largest / answer.speeds.quasi_static_ratio} if answer.quasi_static else {}
+        columns = {"computed": largest, **over, **{each.heading: ds[each.name] for each in standards()}}
         table = plain_table("rpm", *columns)
         speeds = ds["speed"].values
         apart = (speeds[-1] - speeds[0]) / _SHOWN_SPEEDS

@@ -37,7 +37,8 @@ Torques = Annotated[
 ]
 Factor = Annotated[
     float | None,
-    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor over the quasi-static one above F."),
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
+                 "stiffness jumps, above F times the quasi-static one."),
 ]
 FactorAlone = Annotated[
     bool, typer.Option("--factor-alone", help="With --factor: its speeds alone, whether the teeth separate or not.")

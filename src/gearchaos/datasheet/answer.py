@@ -129,12 +129,19 @@ class Answer:
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
             yield (f"Elsewhere: {contact}, largest factor {measured(outside.dynamic_factor, 3)} at "
                    f"{outside.largest_at} rpm.")
-        if (ratio := measured(self.speeds.quasi_static_ratio, 3)) != "1":
+        if ratio := self.quasi_static:
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
         sharing = "" if self.design.corner_contact else (
             "contact beyond the path, " if self.design.shares_load else "load sharing, ")
         yield f"Left out: {sharing}{ending}other meshes, friction."
+
+    @property
+    def quasi_static(self) -> str:
+        """The quasi-static ratio where speeds were looked through and it is not 1; else empty."""
+        from gearchaos.studies.quasi_static import ratio_in_words  # here, since a datasheet alone needs none of it
+
+        return "" if self.speeds is None else ratio_in_words(self.speeds.quasi_static_ratio)
 
     @property
     def notes(self) -> tuple[str, ...]:

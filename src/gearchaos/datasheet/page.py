@@ -57,7 +57,7 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     return {
         "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,
         "notes": notes, "problem": answer.problem,
-        "ratio": "" if answer.speeds is None else measured(answer.speeds.quasi_static_ratio, 3),
+        "ratio": answer.quasi_static,
         "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
         "picture": None if (speeds := answer.speeds) is None else picture(
             f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed "

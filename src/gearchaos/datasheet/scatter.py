@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.datasets import model_from_json
 from gearchaos.gears.units import measured
+from gearchaos.studies.beside_factors import beside_factors
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_results import AIMS, OUTCOMES, OUTPUTS
 from gearchaos.studies.scattered_models import DEVIATIONS, STARTS
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 _CERTAIN = 0.99  # probability from which on, and to 1 less it, another aim says more
 _TOLD = 5e-4  # least share of a distribution beyond its limits that is told
+QUASI_STATIC = "quasi-static peak"  # that over which the limit of the force is where the stiffness jumps
+_OF_STIFFNESS = {"stiffness", "load_sharing", "corner_contact", "tip_relief"}  # inputs that may make it jump
 _NOTHING = 1e-3  # share of the larger end of a range below which the other end is 0
 
 
@@ -33,10 +37,18 @@ def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
     return {
         "designs": int(dataset.sizes["sample"]), "impossible": float(dataset["impossible"]),
         "impossible_because": dataset.attrs["impossible_because"], "undecided": float(dataset["undecided_share"]),
-        "start": settings["start"], "factor": settings["factor"], "along": along, "inputs": inputs,
+        "start": settings["start"], "factor": settings["factor"], "force_over": _force_over(dataset), "along": along,
+        "inputs": inputs,
         along: dataset[along].values.tolist(), "indices_refused": dataset.attrs["indices_refused"],
         "correlations": settings["correlations"],
         "torques": [_at_torque(dataset.isel(torque=t), torque) for t, torque in enumerate(torques)]}
+
+
+def _force_over(dataset: xr.Dataset) -> str:
+    """The force that its limit is a multiple of, in words: with no jump of the stiffness the peak is the static one."""
+    varied = {name.rpartition(".")[2] for name in dataset["varied"].values.tolist()}
+    jumps = beside_factors(model_from_json(dataset.attrs["model"]), varied).get("quasi-static ratio")
+    return QUASI_STATIC if jumps or varied & _OF_STIFFNESS else "static force"
 
 
 def _at_torque(one: xr.Dataset, torque: float | None) -> dict[str, Any]:
@@ -80,7 +92,7 @@ def answer(content: dict[str, Any], one: dict[str, Any]) -> list[str]:
                      f"{high:.5g}); of all designs, share of the speeds {_percent(share[1])} ({_percent(share[0])} to "
                      f"{_percent(share[2])})")
     words = {OUTCOMES[1]: "both flanks hit", OUTCOMES[2]: "no repetition",
-             OUTCOMES[3]: f"force over {content['factor']:g} times the quasi-static peak"}
+             OUTCOMES[3]: f"force over {content['factor']:g} times the {content['force_over']}"}
     found.append(("there: " if single else "at one or more: ") + ", ".join(
         f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()
         if np.isfinite(one["anywhere"][n]["value"])))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gearchaos.datasheet.answer import edges, listed, pair_title
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
+from gearchaos.studies.quasi_static import ratio_in_words
 from gearchaos.studies.speed_windows import CONTACT_WORDS, INWARDS, UNBOUNDED, ends_in_words, range_in_words
 
 if TYPE_CHECKING:
@@ -171,8 +172,9 @@ def rows(at: SpeedsToAvoid) -> list[Row]:
 
 
 def at_no_speed(at: SpeedsToAvoid) -> str:
-    """The dynamic factor that the jumps of the stiffness make at any speed; empty where it is not known."""
-    return "" if math.isnan(at.quasi_static_ratio) else f"dynamic factor {at.quasi_static_ratio:.3g} at speed 0"
+    """The dynamic factor that the jumps of the stiffness make at any speed; empty where it is 1, or not known."""
+    ratio = ratio_in_words(at.quasi_static_ratio)
+    return f"dynamic factor {ratio} at speed 0" if ratio else ""
 
 
 def _row(window: Window) -> Row:

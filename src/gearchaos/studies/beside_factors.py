@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 from gearchaos.datasets import model_from_json
 from gearchaos.dynamics.response import MESH, Response
-from gearchaos.gears.units import measured
 from gearchaos.model import DAMPING_LAWS, MeshModel
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,8 +26,8 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = ()) -> dict[str, st
         return found
     load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()
     if (model.q1 or model.q2) and not {*varied} & {*model.stiffness.parameter_names(), *load}:
-        ratio = measured(quasi_static_ratio(model), 3)
-        found |= {"quasi-static ratio": ratio} if ratio != "1" else {}
+        ratio = ratio_in_words(quasi_static_ratio(model))
+        found |= {"quasi-static ratio": ratio} if ratio else {}
     return found
 
 

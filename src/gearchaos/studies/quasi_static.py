@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.units import measured
 from gearchaos.model import ToothPairStiffness, vary
 from gearchaos.model.static import static_jumps
 from gearchaos.model.switched import SwitchedAffine, switched_system
@@ -49,6 +50,11 @@ def quasi_static_ratio(model: AnyModel) -> float:
     jumps = zip((np.roll(level, 1) + smooth).tolist(), (level + smooth).tolist(), strict=True)
     peaks = [_peak_after(system, before, after) for before, after in jumps if before != after]
     return max([1.0, *(peak / static for peak in peaks)])
+
+
+def ratio_in_words(ratio: float) -> str:
+    """A quasi-static ratio to three digits; empty where it is 1, or not known, NaN: nothing is to be divided by it."""
+    return "" if math.isnan(ratio) or (words := measured(ratio, 3)) == "1" else words
 
 
 def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:

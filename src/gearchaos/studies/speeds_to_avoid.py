@@ -38,7 +38,7 @@ from gearchaos.studies.followed_motions import (
     side_by_side,
 )
 from gearchaos.studies.known_orbits import LONGEST
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
 from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis
 from gearchaos.studies.speed_windows import (
     CONTACT_WORDS,
@@ -103,7 +103,7 @@ class Criteria:
 
     def words(self, ratio: float) -> str:
         """They as words, where the quasi-static ratio is this, or not known, NaN."""
-        over = "" if np.isnan(ratio) else " over the quasi-static ratio"
+        over = " over the quasi-static ratio" * bool(ratio_in_words(ratio))
         return ", or ".join([CRITERION] * self.separation + ([] if self.factor is None else [
             f"the dynamic factor{over} exceeds {self.factor:g}"]))
 

@@ -1,6 +1,7 @@
 """The command `gear`: the answer first, in lines of 80 columns, for one torque or several, and what cannot be given."""
 
 import json
+import math
 import re
 from dataclasses import replace
 from itertools import product
@@ -8,25 +9,27 @@ from itertools import product
 import pytest
 import xarray as xr
 
-from gearchaos.cli.datasheets import _print_windows, print_answers
+from gearchaos.cli.datasheets import _print_windows, print_answers, print_datasheets
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import Answer, default_speeds, edges
+from gearchaos.datasheet.page import sheet_html
+from gearchaos.datasheet.verdict import at_no_speed
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.units import RPM, measured
-from gearchaos.studies.speeds_to_avoid import Reached, Window, speeds_to_avoid
+from gearchaos.studies.speeds_to_avoid import Criteria, Reached, Window, speeds_to_avoid
 from gearchaos.studyfile import load_design
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.commands import ask
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 SCAN = ("--speed", "1500:2000:2")
 WIDTH = 80
 SHIFTED = GearDesign(
     teeth=(23, 81), module="2.5 mm", face_width="22 mm", centre_distance="131.5 mm", profile_shift=(0.35, 0.2751),
     bore=("20 mm", "40 mm"), quality={"standard": "ISO 1328-1:1995", "grade": 7}, damping_ratio=0.05,
     transmission_error="from quality", backlash={"value": "0.15 mm", "of": "line of action, total"},
-    damping_law="always")
+    damping_law="always", load_sharing="prescribed")
 
 
 @pytest.fixture(autouse=True)
@@ -82,7 +85,7 @@ def test_a_range_has_rounded_edges_its_factor_the_quasi_static_one_and_the_motio
     scan = ("--speed", "4000:6000:2", "--torque", 900)
     found = json.loads(gear(SPUR, *scan, "--json").stdout)["speeds_to_avoid"]
     *_, window = found["ranges"]
-    row = gear(SPUR, *scan).stdout.splitlines()[7 + len(found["ranges"])].split()
+    row = gear(SPUR, *scan).stdout.splitlines()[8 + len(found["ranges"])].split()
     assert row[:2] == ["≤", "4000"] and row[-2:] == [measured(window["speed_of_largest"], 3), "1.75"]
     assert window["stop"] <= float(row[2]) < window["stop"] + window["stop_resolution"] + 10
     motions = {each["motion"]: each for each in window["reached"]}
@@ -258,6 +261,26 @@ def test_of_many_ranges_those_with_the_largest_factors_are_shown_and_a_few_other
     _print_windows(replace(found, windows=windows[:4]), 2)
     named = capsys.readouterr().out
     assert "and with smaller factors" in named and all(end in named for each in windows[:4] for end in edges(each))
+
+
+@pytest.mark.parametrize(("ratio", "words"), [(1.75, "1.75"), (1.0004, ""), (1.0, "")])
+def test_the_quasi_static_factor_is_named_where_it_is_not_1(ratio, words, capsys):
+    design = load_design(SPUR)
+    found = replace(speeds_to_avoid(design, "1000:1100:2", starts=0), quasi_static_ratio=ratio, windows=(replace(
+        window(1000.0, 1010.0, 1.0, 1.0), reached=(Reached("from rest", 1.0, 2.5),)),))
+    _print_windows(found, 5)
+    header, below, row = (line.split() for line in capsys.readouterr().out.splitlines())
+    assert ("quasi-" in header) is ("static" in below) is bool(words) and row[-1] == (words or "1000")
+    answer = Answer.of(design, found)
+    assert any("quasi-static" in text for text in answer.basis) is bool(words)
+    assert ("<th>Quasi-static</th>" in sheet_html([answer])) is bool(words)
+    assert at_no_speed(found) == f"dynamic factor {words} at speed 0" * bool(words)
+    over = " over the quasi-static ratio" * bool(words)
+    criteria = Criteria.checked(1.5, False, 0, 0.1, 0, None)
+    assert criteria.words(ratio) == f"the dynamic factor{over} exceeds 1.5"
+    assert criteria.words(math.nan) == "the dynamic factor exceeds 1.5"
+    print_datasheets([answer])
+    assert ("over quasi-static" in capsys.readouterr().out) is bool(words)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.scatter import _most
+from gearchaos.datasheet.scatter import _most, answer, scatter_document
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
@@ -18,14 +18,14 @@ from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter import torques_of
 from gearchaos.studies.scatter_results import OUTPUTS
-from tests import EXAMPLES
+from tests import ONE_SPRING
 from tests.commands import ask
 from tests.contracts.studies.test_fit import PAIR
 
 DESIGN = gc.GearDesign(
     teeth=(25, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100,
     backlash={"value": "0.12 mm", "of": "line of action, total"}, transmission_error="from quality",
-    quality={"standard": "ISO 1328-1:1995", "grade": 6})
+    load_sharing="prescribed", quality={"standard": "ISO 1328-1:1995", "grade": 6})
 MODEL = gc.MeshModel.of(kind="single", omega=0.8, q0=0.1, chi0=0, zeta=0.05, eps1=0.045)
 OF_MODEL = {"model": MODEL, "speed": "omega=0.7:0.9:2"}
 VARY, SPEED, WITHIN = ["damping_ratio=0.03:0.1"], "speed=1000:3000:2", "quality.deviations=within the grade"
@@ -227,7 +227,7 @@ def test_records_and_stores_hold_what_the_study_finds(tmp_path):
     assert "correlated" in found.attrs["indices_refused"]
 
 
-TOML = re.sub(r"centre.*\n", "", (EXAMPLES / "spur_50_50.toml").read_text()).replace("[50, 50]", "[25, 50]") + """
+TOML = re.sub(r"centre.*\n", "", ONE_SPRING.read_text()).replace("[50, 50]", "[25, 50]") + """
 [study]
 kind = "scatter"
 vary = ["quality.grade=5:8", { name = "damping_ratio", distribution = "normal", mean = 0.05, sd = 0.01, low = 0.02 }]
@@ -285,6 +285,15 @@ def test_options_of_the_command_take_the_place_of_the_study(command):
     command.path.write_text(TOML.partition("[study]")[0])
     assert "speed must be given" in command("scatter", "--vary", VARY[0], code=2)
     assert "--vary" in command("scatter", "--speed", "1000:2000:2", code=2)
+
+
+@pytest.mark.parametrize(("options", "over"), [
+    ({}, "quasi-static peak"), ({"vary": ["load_sharing=prescribed,tooth pairs"]}, "quasi-static peak"),
+    ({"vary": ["eps1=0.04:0.05"], **OF_MODEL}, "static force")], ids=["design", "some of them", "constant stiffness"])
+def test_the_limit_of_the_force_is_over_the_quasi_static_peak_where_there_is_one(options, over):
+    content = scatter_document(study(**options).run())
+    assert content["force_over"] == over
+    assert any(f"force over 1.5 times the {over}" in text for text in answer(content, content["torques"][0]))
 
 
 def test_the_picture_has_probabilities_and_indices():

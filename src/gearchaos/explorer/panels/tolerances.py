@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource, Scatter, Span
 
-from gearchaos.datasheet.scatter import answer, scatter_document, tried
+from gearchaos.datasheet.scatter import QUASI_STATIC, answer, scatter_document, tried
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.explorer.jobs.tolerances import SPREAD, Cloud
 from gearchaos.explorer.panels.style import Legend, Panel, SetAttributes
@@ -49,7 +49,8 @@ class CloudFigure(Panel):
         known = own is not None and bool(np.isfinite(found.factor))
         self._set(self.own, data={"x": [own], "y": [found.factor]} if known else {"x": [], "y": []})
         self._limit(_ends(x, own), _ends(y, found.factor))
-        self._label(_words(ds, number), "dynamic factor / quasi-static ratio")
+        over = " / quasi-static ratio" * (scatter_document(ds)["force_over"] == QUASI_STATIC)
+        self._label(_words(ds, number), f"dynamic factor{over}")
 
 
 def most_followed(ds: xr.Dataset) -> int:
@@ -113,8 +114,9 @@ def cloud_text(found: Cloud, view: View) -> CloudText:
     contact = CONTACT_CLASSES[CONTACTS.index(found.contact)].name
     at_limit = any(name.startswith(DEVIATIONS) and own is None for name, own in zip(
         content["inputs"], found.values, strict=True))
+    times = " times the quasi-static ratio" * (content["force_over"] == QUASI_STATIC)
     own = f"the gears as they are{', at the upper limit of the grade' * at_limit}: {contact}" + (
-        f", dynamic factor {found.factor:.2f} times the quasi-static ratio" if np.isfinite(found.factor) else "")
+        f", dynamic factor {found.factor:.2f}{times}" if np.isfinite(found.factor) else "")
     sentences = [f"{text[0].upper()}{text[1:]}." for text in (*answer(content, one), own)]
     source = "The inputs and their scatter are those of the study file." if view.vary else (
         f"The scatter is assumed: {100 * SPREAD:g} % either way of damping and backlash. A study file with "
