@@ -113,7 +113,7 @@ def test_a_polynomial_is_the_gap_up_to_what_teeth_can_bend(leaving):
 def test_no_contact_below_the_form_circle():
     geometry = spur((15, 60))  # the tip of wheel 2 enters below where the involute of wheel 1 begins
     assert np.isnan(corner_gap(geometry, np.zeros(1), leaving=False)) and corner_contact(geometry, leaving=True).length
-    with pytest.raises(InputError, match="off the involute of its mate; got 'the tip of wheel 2'"):
+    with pytest.raises(InputError, match="the tip corner of wheel 2 is off the involute of its mate"):
         corner_contact(geometry, leaving=False)
 
 
@@ -194,6 +194,7 @@ def test_without_corner_contact_the_path_is_the_nominal_one():
 @pytest.mark.parametrize(("changes", "words"), [
     ({"corner_contact": 1}, "corner_contact must be true or false"),
     ({"load_sharing": "prescribed"}, "must be left out where the mesh is one spring"),
+    ({"load_sharing": "prescribed", "corner_contact": False}, "must be left out where the mesh is one spring"),
     ({"helix_angle": 0.2, "load_sharing": None, "centre_distance": None},
      "Helical teeth enter contact bit by bit")])
 def test_bad_input_names_what_to_do(changes, words):
@@ -207,11 +208,11 @@ def test_the_datasheet_says_how_many_pairs_touch():
     assert found["contact_ratio_under_load"].value == pytest.approx(2.012, abs=3e-3)
     assert found["two_pairs_from"].value == pytest.approx(234.3, abs=0.1)
     assert found["corner_gap_coefficient"].value == pytest.approx((0.0097, 0.0097), abs=5e-5)
-    path = datasheet(replace(SPUR, corner_contact=False))
+    path = datasheet(replace(SPUR, torque=300.0, corner_contact=False))
     assert path["contact_ratio_under_load"].value == pytest.approx(SPUR.geometry.contact_ratio, abs=1e-3)
     for name, words in (("two_pairs_from", "No torque that the teeth can bear"), ("corner_gap_coefficient", "nominal")):
         assert path[name].value is None and words in path[name].reason
-    spring = datasheet(replace(SPUR, corner_contact=False, load_sharing="prescribed"))
+    spring = datasheet(replace(SPUR, corner_contact=None, load_sharing="prescribed"))
     assert "The mesh is one spring" in spring["contact_ratio_under_load"].reason
 
 

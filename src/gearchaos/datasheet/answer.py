@@ -80,11 +80,11 @@ class Answer:
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {method_in_words(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
-        if d.shares_load:
-            variation = self._value("loaded_error_peak_to_peak")
-            corners = " with corner contact" * d.corner_contact
-            yield "load sharing", (
-                f"tooth pairs{corners}, loaded transmission error {variation} peak to peak{self._best_relief}")
+        variation = ""
+        if d.shares_load and self.entries["loaded_error_peak_to_peak"].value is not None:
+            deflection = self._value("loaded_error_peak_to_peak")
+            variation = f", mesh deflection {deflection} peak to peak{self._best_relief}"
+        yield "load sharing", f"{d.sharing_in_words}{variation}"
         yield "assumed", f"stiffness {method_in_words(d.stiffness)}, {error}{damping}: vary each"
         if d.turning:
             yield "left out", LIKE_TEETH
@@ -132,7 +132,7 @@ class Answer:
         if ratio := self.quasi_static:
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
-        sharing = "" if self.design.corner_contact else (
+        sharing = "" if self.design.has_corner_contact else (
             "contact beyond the path, " if self.design.shares_load else "load sharing, ")
         yield f"Left out: {sharing}{ending}other meshes, friction."
 
@@ -175,7 +175,7 @@ class Answer:
 
     @property
     def _best_relief(self) -> str:
-        """The tip relief with the least loaded transmission error, after what it is now; empty without a relief."""
+        """The tip relief with which the deflection varies least, after what it is now; empty without a relief."""
         best = self.entries["best_tip_relief"]
         if not isinstance(best.value, tuple):
             return ""

@@ -32,9 +32,9 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         picture("stiffness", "Mesh stiffness", "Along the line of action, over the whole face width; thin lines are "
                  "the means. Accepted methods differ, and none is validated by measurements here.", 4.0,
                  lambda ax: plot.mesh_stiffness(design, ax)),
-        *([picture("loaded", "Loaded transmission error", "By how much the mesh gives way at rest, of teeth that are "
+        *([picture("loaded", "Mesh deflection", "By how much the mesh gives way at rest, of teeth that are "
                     "exact but for their relief: the gaps of the tooth pairs, and their springs.", 4.0,
-                    lambda ax: plot.harris_map(design, ax=ax))] if design.shares_load else []),
+                    lambda ax: plot.harris_map(design, ax=ax))] if design.shares_load and design.torque else []),
         picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
                  lambda ax: plot.transmission_error(design, ax))]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]

@@ -17,7 +17,6 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
-from gearchaos.gears.geometry.corner_contact import corner_contact
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
 from gearchaos.gears.mechanics import MeshLoad
@@ -166,7 +165,7 @@ class _Results:
 
     @cached_property
     def best_relief(self) -> tuple[tuple[float, float], float]:
-        """The tip relief with the least loaded transmission error; raises `_NoValueError` without a relief to vary."""
+        """The tip relief with which the deflection varies least; raises `_NoValueError` without a relief to vary."""
         found = best_relief(self.design)
         if found is None:
             first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
@@ -179,7 +178,9 @@ class _Results:
     def sharing(self) -> GearDesign:
         """The design; raises `_NoValueError` where the mesh is one spring."""
         if not self.design.shares_load:
-            raise _NoValueError("The mesh is one spring. load_sharing = 'tooth pairs' gives each pair its own.", True)
+            reason = f", since {self.design.one_spring}" if self.design.one_spring else (
+                ". load_sharing = 'tooth pairs' gives each pair its own")
+            raise _NoValueError(f"The mesh is one spring{reason}.", True)
         return self.design
 
     @property
@@ -192,11 +193,11 @@ class _Results:
     @property
     def corner_gap_coefficient(self) -> tuple[float, float]:
         """1/m, leaving and entering; raises `_NoValueError` without corner contact."""
-        if not self.design.corner_contact:
-            raise _NoValueError("Contact is on the nominal path alone. corner_contact = true goes beyond it where "
-                                "tooth pairs share the load.", True)
-        leaving, entering = (corner_contact(self.geometry, leaving=leaving).gap for leaving in (True, False))
-        return leaving[0], entering[0]
+        if not self.sharing.has_corner_contact:
+            reason = self.design.no_corner_contact or "corner_contact = true goes beyond it."
+            raise _NoValueError(f"Contact is on the nominal path alone. {reason}", True)
+        leaving, entering = self.design.corner_gaps
+        return leaving.gap[0], entering.gap[0]
 
     def factor(self, standard: Standard) -> DynamicFactor:
         """The dynamic factor by a standard, in method B without running-in; raises `_NoValueError` if there is none."""
@@ -268,8 +269,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                                           "root mean square error of steps or harmonics over the mean", _MODEL)},
     "Load sharing": {
         "loaded_error_peak_to_peak": _row(
-            lambda results: peak_to_peak(results.design), "", "µm", 1e6, "loaded transmission error at the torque, "
-            "peak to peak: deflection of the mesh at rest, of teeth exact but for a relief that tooth pairs have",
+            lambda results: peak_to_peak(results.design), "", "µm", 1e6, "mesh deflection at rest under the "
+            "torque, peak to peak: loaded transmission error of teeth exact but for a relief that tooth pairs have",
             _MODEL),
         "contact_ratio_under_load": _row(
             lambda results: contact_ratio_under_load(results.sharing), "", "", 1.0, "tooth pairs in contact at rest "
@@ -282,11 +283,11 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "entering: this times x²", _MODEL),
         "best_tip_relief": _row(
             lambda results: results.best_relief[0], "C_a", "µm", 1e6, "amounts in the given ratio, over the given "
-            "lengths, up to four times what one pair bends, with which the loaded transmission error at the torque "
-            "varies least", _MODEL),
+            "lengths, up to four times what one pair bends, with which the mesh deflection under the torque varies "
+            "least", _MODEL),
         "best_loaded_error_peak_to_peak": _row(
-            lambda results: results.best_relief[1], "", "µm", 1e6, "loaded transmission error at the torque with "
-            "that relief, peak to peak", _MODEL)},
+            lambda results: results.best_relief[1], "", "µm", 1e6, "mesh deflection under the torque with that "
+            "relief, peak to peak", _MODEL)},
     "Supports": {
         "support_frequency": _row("support_frequencies", "f_n", "Hz", 1 / (2 * math.pi), "√(c_n/m_n)/(2π): each wheel "
                                   "on its support, without the mesh", "Łuczko 2008, (2.1)")},

@@ -1,4 +1,4 @@
-"""The loaded transmission error: by how much the mesh gives way at rest under the torque, over the mesh cycle."""
+"""The mesh deflection, the loaded transmission error of exact teeth: by how much the mesh gives way at rest."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def own_torque(gears: GearPair | GearDesign) -> float:
 
 
 def peak_to_peak(gears: GearPair | GearDesign) -> float:
-    """The loaded transmission error at the torque of the gears from its least to its greatest value, m."""
+    """The mesh deflection under the torque of the gears from its least to its greatest value, m."""
     return float(np.ptp(loaded_error(gears, None, _CYCLE)))
 
 
@@ -93,8 +93,8 @@ def _pairs_in_contact(design: GearDesign, torque: float) -> np.ndarray:
 
 
 def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:
-    """Tip relief of both wheels, m, with which the loaded transmission error at the torque varies least, and by how
-    much it then varies, m.
+    """Tip relief of both wheels, m, with which the mesh deflection under the torque varies least, and by how much it
+    then varies, m.
 
     The amounts are in the ratio of those of the design, over the same lengths and in the same shape, and at most four
     times what one pair alone bends. They are 0 where no relief lessens the variation. None without a relief that tooth

@@ -304,9 +304,9 @@ _TORQUES = LinearSegmentedColormap.from_list("torques", ["#a9bbdc", INK])  # fro
 
 def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | None = None,
                ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw the loaded transmission error over one mesh period for several torques, in µm along the line of action.
+    """Draw the mesh deflection over one mesh period for several torques, in µm along the line of action.
 
-    It is the deflection of the mesh at rest, of teeth that are exact but for their relief and crowning: the
+    It is the loaded transmission error at rest of teeth that are exact but for their relief and crowning: the
     transmission error of the unloaded gears is left out. The period begins when a tooth pair enters contact. The curve
     of the torque of the gears is red. The map is that of S. L. Harris (Proc. Inst. Mech. Eng. 172, 1958).
 
@@ -333,7 +333,7 @@ def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | No
     Examples
     --------
     >>> import gearchaos as gc
-    >>> design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm", load_sharing="tooth pairs",
+    >>> design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm",
     ...                        tip_relief={"amount": "15 um", "start_diameter": "153.5 mm"})
     >>> ax = gc.plot.harris_map(design, [100, 200, 300])
     >>> len(ax.lines)
@@ -352,7 +352,7 @@ def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | No
         label = f"{torque:.4g} N m: {np.ptp(curve):.3g} µm"
         handles.append(Line2D([], [], label=label, **style))
     ax.set(xlim=(0, 1), ylim=vertical_limits(np.array([0.0, *np.ravel(curves)]), 1.0),
-           xlabel="fraction of the mesh period", ylabel="loaded transmission error [µm]")
+           xlabel="fraction of the mesh period", ylabel="mesh deflection [µm]")
     second_axis_below(ax, 360 / (gears.n1 if isinstance(gears, GearPair) else gears.teeth[0]),
                       "roll angle of wheel 1 [deg]")
     if legend:

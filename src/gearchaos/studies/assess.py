@@ -102,7 +102,7 @@ class Assessment:
             out = [f"mesh stiffness {method_in_words(gears.stiffness)}",
                    f"transmission error: {first.transmission_error}",
                    f"damping ratio {gears.damping_ratio:g} {DAMPING_LAWS[gears.damping_law]}", *gears.assumptions]
-            out += [] if gears.shares_load else ["the load is not shared between the tooth pairs by their deflection"]
+            out.append(f"load sharing: {gears.sharing_in_words}")
         if self.like_teeth:
             out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")
         out.append("friction is left out, and all that is not among the inputs")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -86,9 +87,19 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
     for method in methods():
         if method != given:
             yield Change("mesh stiffness", given, method, {"stiffness": method})
-    if not design.shares_load and not design.one_spring:
-        yield Change("load sharing", "prescribed", "tooth pairs", {"load_sharing": "tooth pairs"})
+    yield from _load_sharing(design)
     yield from _backlash(design)
+
+
+def _load_sharing(design: GearDesign) -> Iterator[Change]:
+    """The other ways in which the tooth pairs of a design can share its load; one spring has no relief."""
+    relieved = design.tip_relief is not None and any(design.tip_relief.amount)
+    for sharing, corners in ((None, True), (None, False), *[("prescribed", None)] * (not relieved)):
+        with suppress(InputError):  # teeth that cannot have it
+            fields: dict[str, Any] = {"load_sharing": sharing, "corner_contact": corners}
+            other = replace(design, **fields)
+            if other.sharing_in_words != design.sharing_in_words:
+                yield Change("load sharing", design.sharing_in_words, other.sharing_in_words, fields)
 
 
 def improvements(design: GearDesign) -> Iterator[Change]:
@@ -103,7 +114,8 @@ def improvements(design: GearDesign) -> Iterator[Change]:
         deflection = design.torque / (design.geometry.base_diameter[0] / 2) / design.mesh_stiffness.reference
         for factor in _NEW_RELIEF:
             yield Change("tip relief", "none", f"{_in_um([factor * deflection])} from the beginning of "
-                         f"{design.geometry.least_contact}, tooth pairs sharing the load", {"tip_relief": {
+                         f"{design.geometry.least_contact}{', tooth pairs sharing the load' * (not design.shares_load)}",
+                         {"load_sharing": None, "tip_relief": {
                              "amount": factor * deflection,
                              "start_diameter": list(design.geometry.single_contact_diameter)}})
     yield from _backlash(design)

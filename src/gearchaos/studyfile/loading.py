@@ -99,6 +99,8 @@ def load_study(
     """
     tables = _read(Path(path)) if path is not None else StudyFile()
     of_gears, model_values = _separated(values or {}) if tables.train is None else (_NONE, dict(values or {}))
+    if tables.design is not None and "damping_law" in model_values:  # the load sharing of a design depends on it
+        of_gears["design"]["damping_law"] = model_values.pop("damping_law")
     kind = model_values.pop("kind", None)
     given = {n: v for n, v in model_values.items() if n in OPERATING_NAMES}
     gears = _gears_of(tables, of_gears, Path(path or ".").parent, given)

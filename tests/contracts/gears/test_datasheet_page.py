@@ -144,7 +144,7 @@ def test_what_is_expected_to_lack_a_value_is_no_alert():
     alone = page_of(design)
     assert '<tr id="q-support_frequency">' in alone and '<tr id="q-Kv_AGMA" class="missing">' in alone
     along = page_of(design, speeds_to_avoid(design, "1000:2000:2", starts=0))
-    assert along.count("<svg ") == 4 and "Dynamic factor along the speed" in along
+    assert along.count("<svg ") == 5 and "Dynamic factor along the speed" in along and "Mesh deflection" in along
     assert '<tr id="q-Kv_AGMA">' in along and "speed must be given" not in along
     row = " ".join(Page(along).rows["q-Kv_AGMA"].split())
     assert row.startswith("dynamic factor by AGMA 2001-D04 Kv – depends on speed: see the curve")

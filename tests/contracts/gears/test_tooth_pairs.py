@@ -34,6 +34,7 @@ def of_design(**changes):
     return GearDesign(**{**GIVEN, **changes})
 
 
+CORNERS = "tooth pairs with corner contact"
 ACTIVE, TIP = list(of_design().geometry.start_of_active_profile), of_design().geometry.tip_diameter[0]
 
 
@@ -140,21 +141,53 @@ def test_a_pair_with_a_changed_relief_is_a_pair_again():
     assert found is not None and found.tooth_pairs.relief.amount == pytest.approx((15e-6, 30e-6))
 
 
-@pytest.mark.parametrize(("changes", "shared"), [
-    ({}, False), ({"tip_relief": TIP_RELIEF}, True), ({"tip_relief": {**TIP_RELIEF, "amount": "0 um"}}, False),
-    ({"tip_relief": "20 um", "transmission_error": "none"}, False), ({"load_sharing": "tooth pairs"}, True),
-    ({"load_sharing": "prescribed"}, False), ({"tip_relief": TIP_RELIEF, "stiffness": "potential energy"}, True),
-    ({"tip_relief": TIP_RELIEF, "helix_angle": "10 deg"}, False),
-    ({**HIGH, "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}}, True),
+@pytest.mark.parametrize(("changes", "words"), [
+    ({}, CORNERS), ({"tip_relief": TIP_RELIEF}, CORNERS), ({"tip_relief": {**TIP_RELIEF, "amount": "0 um"}}, CORNERS),
+    ({"tip_relief": "20 um", "transmission_error": "none"}, CORNERS), ({"tip_relief": "0 um"}, CORNERS),
+    ({"load_sharing": "tooth pairs"}, CORNERS), ({"stiffness": "potential energy"}, CORNERS),
+    ({"corner_contact": True}, CORNERS), ({"corner_contact": False}, "tooth pairs on their nominal path alone"),
+    ({"load_sharing": "prescribed"}, "prescribed, one spring"),
+    ({"tip_relief": TIP_RELIEF, "helix_angle": "10 deg"}, "one spring, since helical teeth enter contact bit by bit"),
+    ({**HIGH, "tip_relief": {"amount": "20 um", "start_diameter": ["156 mm", "186 mm"]}},
+     "one spring, since the contact ratio is 2.316, and tooth pairs need 1 to 2"),
 ])
-def test_a_relief_that_a_model_can_have_makes_tooth_pairs_share_the_load(changes, shared):
-    design = of_design(**changes)
-    assert design.shares_load is shared and (design.to_model().stiffness.kind == "tooth pairs") is shared
-    assert (design.to_pair().tooth_pairs is not None) is shared
+def test_tooth_pairs_share_the_load_wherever_a_model_can_have_that(changes, words):
+    design, shared = of_design(**changes), "tooth pairs " in words.partition(",")[0]
+    pairs = design.to_pair().tooth_pairs
+    assert design.sharing_in_words == words and design.shares_load is shared
+    assert (design.to_model().stiffness.kind == "tooth pairs") is shared and (pairs is not None) is shared
+    assert design.has_corner_contact is (words == CORNERS) is (pairs is not None and pairs.corner is not None)
+
+
+def test_teeth_whose_corners_leave_the_involute_touch_on_their_path_alone_and_a_warning_says_so():
+    """Wheel 2 of these is undercut, and the path of contact ends at its base circle."""
+    bare = {"teeth": (55, 15), "module": "5 mm", "face_width": "20 mm", "profile_shift": (0.05, 0.44),
+            "pressure_angle": "14.5 deg"}
+    for design in (GearDesign(**bare), GearDesign(**{**GIVEN, **bare})):
+        assert design.shares_load and design.tooth_pairs.corner is None and not design.has_corner_contact
+        (text,) = [each for each in design.warnings if "without corner contact" in each]
+        assert text.endswith("the gap of the tip corner of wheel 1 is no polynomial of 8 terms.")
+        assert not [each for each in replace(design, corner_contact=False).warnings if "corner contact" in each]
+    assert GearDesign(**{**GIVEN, **bare}).to_model().stiffness.corner1 == ()
+    with pytest.raises(InputError, match="corner_contact must be false or left out for these teeth") as refusal:
+        GearDesign(**bare, corner_contact=True)
+    assert refusal.value.field == "corner_contact" and "tip corner of wheel 1" in refusal.value.advice
+
+
+def test_a_relief_of_nothing_and_no_relief_are_the_same():
+    """So what the best relief says where none lessens the variation is what a design with a relief of 0 does."""
+    none = of_design(tip_relief=None)
+    for relief in ({**TIP_RELIEF, "amount": "0 um"}, "0 um", {**TIP_RELIEF, "amount": ["0 um", "0 um"]}):
+        design = of_design(tip_relief=relief)
+        assert design.to_model() == none.to_model() and design.to_pair() == none.to_pair()
 
 
 @pytest.mark.parametrize(("changes", "field", "words"), [
     ({"tip_relief": TIP_RELIEF, "load_sharing": "prescribed"}, "load_sharing", "on one spring it would do nothing"),
+    *(({"load_sharing": "prescribed", "corner_contact": given}, "corner_contact",
+       "Tip corners meet where each tooth pair has a gap: load_sharing = 'tooth pairs'") for given in (True, False)),
+    *(({"helix_angle": "10 deg", "corner_contact": given}, "corner_contact", "Helical teeth enter contact bit by bit")
+      for given in (True, False)), ({**HIGH, "corner_contact": True}, "corner_contact", "The contact ratio is 2.316"),
     ({"helix_angle": "10 deg", "load_sharing": "tooth pairs"}, "load_sharing", "helical teeth enter contact bit by"),
     ({"load_sharing": "shared"}, "load_sharing", "must be one of prescribed, tooth pairs"),
     ({"load_sharing": "tooth pairs", **HIGHEST}, "load_sharing",
@@ -186,7 +219,7 @@ def test_a_relief_acts_through_tooth_pairs_and_not_through_the_transmission_erro
     for changes, words in (
             ({"transmission_error": {"orders": str(path)}}, "must be that of teeth without relief"),
             ({"tip_relief": "20 um", "transmission_error": "none"},
-             "give its start_diameter, so that tooth pairs can share the load")):
+             "tip_relief has no effect on the motion: give its start_diameter, where it begins.")):
         (text,) = [each for each in replace(relieved, **changes).warnings if each.startswith("tip_relief")]
         assert words in text
 

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.datasets import model_from_json, model_json
+from gearchaos.errors import InputError
 from gearchaos.explorer.view.models import own_model
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
@@ -92,6 +94,23 @@ def test_study_files_and_values_over_them(law, tmp_path):
         assert found.damping_law == found.gears.damping_law == "unilateral"
         assert load_design(path, {name: "unilateral"}).damping_law == "unilateral"
     assert gears_from_json(gears_json(model.gears)) == model.gears
+
+
+def test_a_design_whose_load_sharing_depends_on_the_law_takes_it_in_the_design_alone(tmp_path):
+    """Another law for the model alone would leave a stiffness that is not that of its gears."""
+    path = tmp_path / "study.toml"
+    for law, other in (("contact", "unilateral"), ("unilateral", "contact")):
+        path.write_text(with_law(law) + "[operation]\nspeed = 1500\ntorque = 100\n")
+        model = load_study(path).model
+        assert model.gears.shares_load is model.stiffness.shared is (law == "contact")
+        with pytest.raises(InputError, match="damping_law must be set in the design"):
+            model.with_values({"damping_law": other})
+        assert load_study(path, {"damping_law": other}).model.stiffness.shared is (law == "unilateral")
+    assert load_design(path).sharing_in_words.startswith("one spring, since with the damping law unilateral each")
+    pinned = replace(load_design(path), load_sharing="prescribed")
+    assert operating_model(pinned).with_values({"damping_law": "contact"}).gears.damping_law == "contact"
+    with pytest.raises(InputError, match="load_sharing must be prescribed or left out: with the damping law unilat"):
+        replace(pinned, load_sharing="tooth pairs")
 
 
 def test_of_gears_the_law_stays_at_every_operating_point():

@@ -29,10 +29,10 @@ from gearchaos.studies.changed_designs import Changed, assess_changes, assumptio
 from gearchaos.studies.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
 from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
 from gearchaos.studyfile import load_design, load_study
-from tests import EXAMPLES
+from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, run_json
 
-SPUR = EXAMPLES / "spur_50_50.toml"
+SPUR = ONE_SPRING
 SCAN = ("--speed", "500:700:8", "--starts", 0)
 WIDTH = 80
 
@@ -263,7 +263,8 @@ def test_each_assumed_input_is_varied_alone():
     assert [(each.name, each.value) for each in changes] == [
         ("damping ratio", "0.03"), ("damping ratio", "0.08"), ("accuracy grade", "5"), ("accuracy grade", "7"),
         ("transmission error", "from quality (typical)"), ("mesh stiffness", "potential energy"),
-        ("load sharing", "tooth pairs"), ("backlash", "0.084 mm"), ("backlash", "0.156 mm")]
+        ("load sharing", "tooth pairs with corner contact"),
+        ("load sharing", "tooth pairs on their nominal path alone"), ("backlash", "0.084 mm"), ("backlash", "0.156 mm")]
     typical = list(assumptions(replace(design, transmission_error="from quality (typical)")))
     assert [(each.name, each.value) for each in typical if each.name in ("accuracy grade", "transmission error")] == [
         ("accuracy grade", "5"), ("accuracy grade", "7"), ("transmission error", "from quality")]
@@ -272,15 +273,27 @@ def test_each_assumed_input_is_varied_alone():
     assert [each.value for each in of_known] == ["5", "7"]  # their error is not assumed
     assert all(replace(known, **each.fields).quality.deviations == (0.5, -0.2) for each in of_known)
     for each in changes:
-        other, (name,) = replace(design, **each.fields), each.fields
-        assert getattr(other, name) != getattr(design, name)
-        assert replace(other, **{name: getattr(design, name)}) == design
+        other = replace(design, **each.fields)
+        assert other != design and replace(other, **{name: getattr(design, name) for name in each.fields}) == design
     assert replace(design, **changes[-1].fields).backlash_line_of_action == pytest.approx(1.3 * 0.12e-3)
     assert {each.name for each in improvements(design)} == {
         "tip relief", "backlash", "profile shift", "addendum in modules"}
     for each in improvements(design):
         assert replace(design, **each.fields).geometry.centre_distance == design.geometry.centre_distance
-    relieved = replace(design, tip_relief="10 um")
+    shared = replace(design, load_sharing=None)
+    of_shared = [(each.given, each.value) for each in assumptions(shared) if each.name == "load sharing"]
+    assert of_shared == [("tooth pairs with corner contact", value) for value in (
+        "tooth pairs on their nominal path alone", "prescribed, one spring")]
+    relieved = replace(shared, tip_relief={"amount": "10 um", "start_diameter": "152.3 mm"})
+    assert [each.value for each in assumptions(relieved) if each.name == "load sharing"] == [
+        "tooth pairs on their nominal path alone"]  # one spring has no relief
+    helical = replace(shared, helix_angle=0.2, centre_distance=None)
+    assert "load sharing" not in {each.name for each in assumptions(helical)}
+    for given, words in ((design, ", tooth pairs sharing the load"), (shared, "")):
+        new = [each for each in improvements(given) if each.name == "tip relief"]
+        assert len(new) == 2 and all(each.value.endswith(f"single contact{words}") for each in new)
+        assert all(replace(given, **each.fields).shares_load for each in new)
+    relieved = replace(shared, tip_relief="10 um")
     assert [each.value for each in improvements(relieved)][:3] == ["0 µm", "7 µm", "13 µm"]
 
 

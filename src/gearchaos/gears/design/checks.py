@@ -70,12 +70,12 @@ def check_load_sharing(design: Drawing) -> None:
     """Raise `InputError` for tooth pairs that a model cannot have, and for a relief that would have no effect."""
     if design.load_sharing == "tooth pairs" and design.one_spring:
         raise InputError("load_sharing", f"must be prescribed or left out: {design.one_spring}", design.load_sharing)
-    if design.corner_contact and not design.shares_load:
+    if design.corner_contact is not None and not design.shares_load:
         raise InputError("corner_contact", "must be left out where the mesh is one spring", design.corner_contact,
                          f"{design.one_spring.capitalize()}." if design.one_spring else
                          "Tip corners meet where each tooth pair has a gap: load_sharing = 'tooth pairs'.")
     if design.corner_contact:
-        _ = design.tooth_pairs  # raises where a corner is off the involute
+        _ = design.corner_gaps  # raises where a corner is off the involute
     relief = design.tip_relief
     if design.load_sharing == "prescribed" and relief is not None and any(relief.amount) and not design.one_spring:
         raise InputError("load_sharing", "must not be prescribed beside a tip_relief", design.load_sharing,
@@ -137,6 +137,8 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
         if load > HIGH_LOAD:
             found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
+    if design.shares_load and design.corner_contact is None and (reason := design.no_corner_contact):
+        found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")
     if any(design.blanks) and design.stiffness != ISO:
         found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
                      "the method of the design. It counts in K_v of the standards.")
@@ -200,7 +202,9 @@ def _error_warnings(design: Drawing) -> list[str]:
     if design.quality is not None and design.transmission_error is None:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
-    if design.shares_load and any(getattr(design.tip_relief, "amount", ())) and isinstance(
+    if design.relief_left_out:
+        found.append("tip_relief has no effect on the motion: give its start_diameter, where it begins.")
+    elif design.shares_load and any(getattr(design.tip_relief, "amount", ())) and isinstance(
             design.transmission_error, ErrorFile):
         found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must "
                      "be that of teeth without relief.")
@@ -209,10 +213,7 @@ def _error_warnings(design: Drawing) -> list[str]:
         effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
                   "dynamic factor, and more so the longer it is, where it lowers that of real gears.")
         with suppress(InputError):  # reported by what needs the transmission error
-            if not design.one_spring:
-                effect = ("tip_relief has no effect on the motion: give its start_diameter, so that tooth pairs can "
-                          "share the load.")
-            elif design.exact:
+            if design.exact:
                 effect = ("tip_relief has no effect on the motion, since the teeth are taken to be exact: "
                           f"transmission_error is {design.transmission_error or 'left out'}.")
             elif design.transmission_error not in FROM_QUALITY:

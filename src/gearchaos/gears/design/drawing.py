@@ -17,7 +17,7 @@ from gearchaos.gears.design import values
 from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
 from gearchaos.gears.fields import name_of, number, one, read_by, record, two
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
-from gearchaos.gears.geometry.corner_contact import corner_contact
+from gearchaos.gears.geometry.corner_contact import CornerGap, corner_contact
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
@@ -79,7 +79,7 @@ class Drawing:
     damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
     stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
     load_sharing: str | None = field(default=None, metadata=read_by(name_of("prescribed", "tooth pairs")))
-    corner_contact: bool = field(default=False, metadata=read_by(values.yes_or_no))
+    corner_contact: bool | None = field(default=None, metadata=read_by(values.yes_or_no))
     transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
         values.Choice(("none", *FROM_QUALITY), OrdersFile, ErrorTable)))
     eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
@@ -180,13 +180,10 @@ class Drawing:
 
     @property
     def shares_load(self) -> bool:
-        """Whether each tooth pair is a spring with a gap of its own: as ``load_sharing`` says; left out, where a tip
-        relief makes gaps that a model can have.
+        """Whether each tooth pair is a spring with a gap of its own: as ``load_sharing`` says; left out, where a model
+        can have that.
         """
-        if self.load_sharing is not None:
-            return self.load_sharing == "tooth pairs"
-        relief = self.tip_relief
-        return relief is not None and any(relief.amount) and relief.start_diameter is not None and not self.one_spring
+        return not self.one_spring if self.load_sharing is None else self.load_sharing == "tooth pairs"
 
     @property
     def one_spring(self) -> str:
@@ -197,7 +194,38 @@ class Drawing:
             return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 4"
         if self._one_pair is None:
             return "a table has the stiffness of all pairs together"
+        if self.damping_law == "unilateral":
+            return "with the damping law unilateral each tooth pair would need a damper of its own"
         return ""
+
+    @property
+    def has_corner_contact(self) -> bool:
+        """Whether tooth pairs touch beyond their path: as ``corner_contact`` says; left out, where corners can."""
+        if not self.shares_load:
+            return False
+        return not self.no_corner_contact if self.corner_contact is None else self.corner_contact
+
+    @property
+    def no_corner_contact(self) -> str:
+        """Why tooth pairs cannot touch beyond their path, in words; empty if they can."""
+        try:
+            _ = self.corner_gaps
+        except InputError as error:
+            return error.advice
+        return ""
+
+    @cached_property
+    def corner_gaps(self) -> tuple[CornerGap, CornerGap]:
+        """Gaps beyond the path, leaving and entering; raises `InputError` where the corners do not meet involutes."""
+        leaving, entering = (corner_contact(self.geometry, leaving=each) for each in (True, False))
+        return leaving, entering
+
+    @property
+    def sharing_in_words(self) -> str:
+        """How the tooth pairs share the load, and why by one spring where they cannot have springs of their own."""
+        if self.shares_load:
+            return f"tooth pairs {'with corner contact' if self.has_corner_contact else 'on their nominal path alone'}"
+        return f"one spring, since {self.one_spring}" if self.one_spring else "prescribed, one spring"
 
     @property
     def _one_pair(self) -> Callable[[Any], tuple[tuple[float, ...], tuple[float, ...]]] | None:
@@ -209,21 +237,28 @@ class Drawing:
         """The tooth pairs that share the load, None for one spring; raises `InputError` where an input is missing."""
         if not self.shares_load or self._one_pair is None:
             return None
-        path, relief = self.geometry.contact_ratio * self.geometry.base_pitch, self.path_relief
+        path, given = self.geometry.contact_ratio * self.geometry.base_pitch, self.tip_relief
         levels, starts = self._one_pair(self)
         found = None
-        if relief is not None and any(relief.amount):
+        left_out = given is None or not any(given.amount) or self.relief_left_out
+        if (relief := None if left_out else self.path_relief) is not None:
             unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
             lengths = [min(length / path, 1.0) or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
         stiffness = [level * self.mesh_stiffness.reference for level in levels]
         corner = None
-        if self.corner_contact:
-            ends = [corner_contact(self.geometry, leaving=leaving) for leaving in (True, False)]
-            corner = CornerContact(length=[end.length / path for end in ends], gap=[
-                [a * path ** (k + 2) for k, a in enumerate(end.gap)] for end in ends])
+        if self.has_corner_contact:
+            corner = CornerContact(length=[end.length / path for end in self.corner_gaps], gap=[
+                [a * path ** (k + 2) for k, a in enumerate(end.gap)] for end in self.corner_gaps])
         return ToothPairs(stiffness=stiffness, starts=starts, contact_ratio=self.geometry.contact_ratio, relief=found,
                           back_phase=back_phase(self.geometry), corner=corner)
+
+    @property
+    def relief_left_out(self) -> bool:
+        """Whether tooth pairs, which share the load by default, have no relief since nothing says where it begins."""
+        relief = self.tip_relief
+        return (self.shares_load and self.load_sharing is None and relief is not None and any(relief.amount)
+                and relief.start_diameter is None)
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:

@@ -71,7 +71,7 @@ class GearDesign(Drawing, HasCard):
         Tip diameters of the drawing, instead of a tip alteration.
     tip_relief : length, one or two, ReliefDimensions or table, optional
         C_a, or a table with the amount and the diameter where the relief begins; none by default. It acts where tooth
-        pairs share the load; elsewhere a warning says what the model leaves out of it.
+        pairs share the load and the diameter is given; elsewhere a warning says what the model leaves out of it.
     material : str, Material or table, one or two, optional
         By default ``"steel"``: E = 206 GPa, ν = 0.3 (ISO 6336-2:2006), 7830 kg/m³ (ISO 6336-1:2006).
     bore : length, one or two, optional
@@ -100,11 +100,11 @@ class GearDesign(Drawing, HasCard):
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
     load_sharing : {"prescribed", "tooth pairs"}, optional
-        Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own, as
-        a tip relief makes it. By default ``"tooth pairs"`` for spur gears with a relief whose beginning is given.
+        Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own. By
+        default ``"tooth pairs"`` for spur gears with a contact ratio up to 2 and a stiffness that is not from a table.
     corner_contact : bool, optional
         Whether tooth pairs touch with their tip corners before their path begins and after it ends, as bent teeth do.
-        By default they do not.
+        By default they do; where the corners of these teeth cannot, a warning says so.
     transmission_error : str or table, optional
         ``"none"``, ``"from quality"``, an upper limit of the grade, ``"from quality (typical)"``, a third of that,
         ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and ``wheel`` for an error that is the

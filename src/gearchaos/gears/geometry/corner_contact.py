@@ -20,6 +20,8 @@ DEEPEST = 0.03
 """Gap over the normal module up to which corner contact is followed: teeth that deflect as much are broken."""
 _TOLERANCE = 2e-8  # by how much the polynomial may differ from the gap, m
 _MOST_TERMS = 8
+_SHORTEST = 1e-6  # way beyond the path, over the base pitch, that the corner goes on the involute at least
+_RULE = "must be false or left out for these teeth"
 _POSITIONS = np.linspace(0.0, 1.0, 257)[1:]  # from which it is fitted, shares of how far it goes on
 
 
@@ -60,16 +62,15 @@ class CornerGap(NamedTuple):
 def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerGap:
     """The gap of `corner_gap` as a polynomial, up to where it is `DEEPEST` modules or the involute ends.
 
-    Raises `InputError` where the corner leaves the involute of its mate at once.
+    Raises `InputError` where the corner leaves the involute of its mate at once, or no polynomial has the gap.
     """
     def near(x: float) -> bool:
         return bool(corner_gap(geometry, np.array([x]), leaving=leaving)[0] < DEEPEST * geometry.normal_module)
 
-    if not near(0.0):
-        raise InputError("corner_contact", "must be left out where a tip corner is off the involute of its mate",
-                         f"the tip of wheel {1 if leaving else 2}", "Less addendum or more profile shift of the mate "
-                         "brings the end of the path onto the involute.")
-    closed, open_ = 0.0, geometry.base_pitch
+    corner, (closed, open_) = f"the tip corner of wheel {1 if leaving else 2}", (0.0, geometry.base_pitch)
+    if not near(_SHORTEST * geometry.base_pitch):
+        raise InputError("corner_contact", _RULE, True,
+                         f"Where the path of contact ends, {corner} is off the involute of its mate.")
     for _ in range(50):
         middle = (closed + open_) / 2
         closed, open_ = (middle, open_) if near(middle) else (closed, middle)
@@ -80,6 +81,6 @@ def corner_contact(geometry: Geometry, *, leaving: bool) -> CornerGap:
         if np.abs(powers @ found - gap).max() < _TOLERANCE:
             break
     else:
-        raise InputError("corner_contact", "must be left out of these teeth", True,
-                         f"Their gap is no polynomial of {_MOST_TERMS} terms.")
+        raise InputError("corner_contact", _RULE, True, f"The path of contact ends near the base circle, where the gap "
+                         f"of {corner} is no polynomial of {_MOST_TERMS} terms.")
     return CornerGap(closed, tuple((found / closed ** np.arange(2, terms + 2)).tolist()))
