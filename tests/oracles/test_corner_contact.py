@@ -31,8 +31,8 @@ def spur(teeth, shifts=(0.0, 0.0), module=3e-3, degrees=20.0):
 
 
 def random_spur(rng):
-    return spur(rng.integers(22, 120, 2).tolist(), rng.uniform(-0.1, 0.4, 2).tolist(), rng.uniform(1e-3, 8e-3),
-                rng.choice([20, 22.5, 25]))
+    return spur(tuple(rng.integers(22, 120, 2).tolist()), tuple(rng.uniform(-0.1, 0.4, 2).tolist()),
+                rng.uniform(1e-3, 8e-3), rng.choice([20, 22.5, 25]))
 
 
 def turned(point, centre, angle):

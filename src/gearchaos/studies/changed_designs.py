@@ -112,9 +112,10 @@ def improvements(design: GearDesign) -> Iterator[Change]:
                 "tip_relief": replace(relief, amount=amount) if any(amount) else None})
     elif not design.helix_angle:
         deflection = design.torque / (design.geometry.base_diameter[0] / 2) / design.mesh_stiffness.reference
+        shared = "" if design.shares_load else ", tooth pairs sharing the load"
         for factor in _NEW_RELIEF:
             yield Change("tip relief", "none", f"{_in_um([factor * deflection])} from the beginning of "
-                         f"{design.geometry.least_contact}{', tooth pairs sharing the load' * (not design.shares_load)}",
+                         f"{design.geometry.least_contact}{shared}",
                          {"load_sharing": None, "tip_relief": {
                              "amount": factor * deflection,
                              "start_diameter": list(design.geometry.single_contact_diameter)}})
