@@ -81,7 +81,7 @@ class Answer:
         error = "no transmission error" if d.exact else f"error {method_in_words(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
         variation = ""
-        if d.shares_load and self.entries["loaded_error_peak_to_peak"].value is not None:
+        if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
             deflection = self._value("loaded_error_peak_to_peak")
             variation = f", mesh deflection {deflection} peak to peak{self._best_relief}"
         yield "load sharing", f"{d.sharing_in_words}{variation}"
@@ -132,8 +132,11 @@ class Answer:
         if ratio := self.quasi_static:
             yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
-        sharing = "" if self.design.has_corner_contact else (
-            "contact beyond the path, " if self.design.shares_load else "load sharing, ")
+        sharing = "contact beyond the path, " if self.design.shares_load else "load sharing, "
+        if self.design.in_strips:
+            sharing = "contact of teeth that do not carry the full load, "
+        elif self.design.has_corner_contact:
+            sharing = ""
         yield f"Left out: {sharing}{ending}other meshes, friction."
 
     @property

@@ -34,7 +34,11 @@ def sheet_html(answers: Sequence[Answer]) -> str:
                  lambda ax: plot.mesh_stiffness(design, ax)),
         *([picture("loaded", "Mesh deflection", "By how much the mesh gives way at rest, of teeth that are "
                     "exact but for their relief: the gaps of the tooth pairs, and their springs.", 4.0,
-                    lambda ax: plot.harris_map(design, ax=ax))] if design.shares_load and design.torque else []),
+                    lambda ax: plot.harris_map(design, ax=ax))]
+          if design.torque and (design.shares_load or design.in_strips) else []),
+        *([picture("pattern", "Contact pattern", "Force per width between two teeth at rest under the torque, along "
+                   "the path of contact and across the face width. Beyond the dashed lines tip corners touch.", 4.0,
+                   lambda ax: plot.contact_pattern(design, ax))] if design.under_load else []),
         picture("error", "Transmission error", "Of the unloaded gears; positive where wheel 2 lags behind.", 3.3,
                  lambda ax: plot.transmission_error(design, ax))]
     differing = [(f"{each.design.torque:.6g}", _groups(each.differing(first))) for each in others]

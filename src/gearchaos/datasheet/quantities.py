@@ -18,6 +18,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.helical import AtRest
 from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
 from gearchaos.gears.mechanics import MeshLoad
 from gearchaos.gears.stiffness import MeshStiffness
@@ -175,8 +176,23 @@ class _Results:
         return found
 
     @property
+    def loaded(self) -> GearDesign:
+        """The design; raises `_NoValueError` where nothing is known of its teeth under load."""
+        return self.design if self.design.under_load else self.sharing
+
+    @property
+    def strips(self) -> AtRest:
+        """The strips of a helical pair at rest; raises `_NoValueError` where there are none."""
+        if not self.design.under_load:
+            raise _NoValueError("Strips across the width are those of helical gears under a torque.", True)
+        return self.design.strips.cycle
+
+    @property
     def sharing(self) -> GearDesign:
-        """The design; raises `_NoValueError` where the mesh is one spring."""
+        """The design; raises `_NoValueError` where tooth pairs are no springs of their own."""
+        if self.design.in_strips:
+            raise _NoValueError("Helical gears have it along the width, not at one instant." if self.design.torque
+                                else "No torque is given.", True)
         if not self.design.shares_load:
             reason = f", since {self.design.one_spring}" if self.design.one_spring else (
                 ". load_sharing = 'tooth pairs' gives each pair its own")
@@ -193,7 +209,7 @@ class _Results:
     @property
     def corner_gap_coefficient(self) -> tuple[float, float]:
         """1/m, leaving and entering; raises `_NoValueError` without corner contact."""
-        if not self.sharing.has_corner_contact:
+        if not (self.design.in_strips or self.sharing) or not self.design.has_corner_contact:
             reason = self.design.no_corner_contact or "corner_contact = true goes beyond it."
             raise _NoValueError(f"Contact is on the nominal path alone. {reason}", True)
         leaving, entering = self.design.corner_gaps
@@ -273,8 +289,14 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "torque, peak to peak: loaded transmission error of teeth exact but for a relief that tooth pairs have",
             _MODEL),
         "contact_ratio_under_load": _row(
-            lambda results: contact_ratio_under_load(results.sharing), "", "", 1.0, "tooth pairs in contact at rest "
+            lambda results: contact_ratio_under_load(results.loaded), "", "", 1.0, "tooth pairs in contact at rest "
             "under the torque, mean over the mesh cycle", _MODEL),
+        "width_in_contact": _row(
+            lambda results: float(results.strips.width.mean()), "", "%", 100.0, "share of the face width on which "
+            "tooth pairs touch at rest under the torque, mean over the mesh cycle", _MODEL),
+        "largest_line_load": _row(
+            lambda results: float(results.strips.line_load.max()), "", "N/mm", 1e-3, "largest force per width between "
+            "two teeth at rest under the torque, along the line of action", _MODEL),
         "two_pairs_from": _row(
             "two_pairs_from", "", "N m", 1.0, "torque at wheel 1 from which two tooth pairs touch at rest at every "
             "position; 0 where any torque does, as at contact ratios from 2 on without relief", _MODEL),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearchaos.gears import units
 from gearchaos.gears.geometry.corner_contact import DEEPEST
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.tooth_pairs import ToothPairs
+from gearchaos.gears.tooth_pairs import PairsAlone
 from gearchaos.model import Stiffness, ToothPairStiffness
 from gearchaos.model.static import static_contacts, static_deflection
 from gearchaos.quantities import POSITIVE
@@ -27,14 +27,6 @@ _LIGHT = 1e-5  # torque that counts as any, over the largest: gaps of corner con
 _NO_GAIN = 1e-3  # by less than this share of the variation without relief no relief lessens it
 
 
-class _Mesh(NamedTuple):
-    """What the deflection of a design depends on, under the names of a `GearPair`; the scale of lengths is any."""
-
-    c0: float
-    tooth_pairs: ToothPairs
-    half_backlash: float = 1e-4
-
-
 def loaded_error(gears: GearPair | GearDesign, torque: float | str | None, positions: np.ndarray) -> np.ndarray:
     """Deflection of the mesh along the line of action at rest, m, at positions (n,) in the mesh cycle.
 
@@ -44,6 +36,8 @@ def loaded_error(gears: GearPair | GearDesign, torque: float | str | None, posit
     """
     given = own_torque(gears) if torque is None else torque
     moment = units.to_si("torque", given, units.TORQUE, POSITIVE)
+    if not isinstance(gears, GearPair) and gears.under_load:
+        return gears.at(torque=moment).strips.at(positions).deflection
     stiffness, c0, length, radius = _mesh(gears, moment)
     return (static_deflection(stiffness, moment / (radius * c0 * length), positions) - 1) * length
 
@@ -55,12 +49,18 @@ def own_torque(gears: GearPair | GearDesign) -> float:
 
 def peak_to_peak(gears: GearPair | GearDesign) -> float:
     """The mesh deflection under the torque of the gears from its least to its greatest value, m."""
+    if not isinstance(gears, GearPair) and gears.under_load:
+        return float(np.ptp(gears.strips.cycle.deflection))
     return float(np.ptp(loaded_error(gears, None, _CYCLE)))
 
 
 def contact_ratio_under_load(design: GearDesign) -> float:
     """How many tooth pairs touch at rest under the torque, the mean over the mesh cycle; of pairs that share the load.
+
+    Of helical pairs a part of the width counts as that part of a pair.
     """
+    if design.under_load:
+        return float(design.strips.cycle.pairs.mean())
     return float(_pairs_in_contact(design, own_torque(design)).mean())
 
 
@@ -129,7 +129,5 @@ def _mesh(gears: GearPair | GearDesign, torque: float) -> tuple[Stiffness, float
     mesh, pairs, radius = design.mesh_stiffness, design.tooth_pairs, design.geometry.base_diameter[0] / 2
     if pairs is None:
         return mesh.waveform, mesh.reference, 1.0, radius
-    found = _Mesh(mesh.reference, pairs)
-    stiffness = ToothPairStiffness.from_pair(found)
-    assert stiffness is not None
-    return stiffness, found.c0, found.half_backlash, radius
+    found = PairsAlone(mesh.reference, pairs)
+    return found.stiffness, found.c0, found.half_backlash, radius

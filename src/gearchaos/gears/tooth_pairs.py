@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.fields import Record, each, name_of, number, one, read_by, record, two
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.tooth_root import involute
-from gearchaos.model import MAX_LEVELS
+from gearchaos.model import MAX_LEVELS, ToothPairStiffness
 from gearchaos.model.stiffness.tooth_pairs import CONTACT_RATIO, PHASE, SHAPES, SHARE, check_corner
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
@@ -85,6 +85,20 @@ class ToothPairs(Record):
         if len(self.starts) != len(self.stiffness):
             raise InputError("starts", f"must have as many values as stiffness ({len(self.stiffness)})", self.starts,
                              "The stiffness of one pair begins to be each of its values there.")
+
+
+class PairsAlone(NamedTuple):
+    """What the stiffness of tooth pairs in a model follows from, by the names of a `GearPair`; any scale of lengths."""
+
+    c0: float
+    tooth_pairs: ToothPairs
+    half_backlash: float = 1e-4
+
+    @property
+    def stiffness(self) -> ToothPairStiffness:
+        found = ToothPairStiffness.from_pair(self)
+        assert found is not None
+        return found
 
 
 def back_phase(geometry: Geometry) -> float:

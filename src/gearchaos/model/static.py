@@ -48,7 +48,7 @@ def static_deflection(stiffness: Stiffness, force: ArrayLike, phases: ArrayLike)
         raise InputError("phases", "must be a list of positions in the mesh cycle", at.tolist())
     if not isinstance(stiffness, ToothPairStiffness):
         return 1.0 + forces / stiffness.at(at, 2 * np.pi)
-    return 1.0 + _deflection(*_springs_at(stiffness, at), forces)
+    return 1.0 + shared_deflection(*springs_at(stiffness, at), forces)
 
 
 def _finite(name: str, value: ArrayLike) -> np.ndarray:
@@ -63,8 +63,8 @@ def _finite(name: str, value: ArrayLike) -> np.ndarray:
 
 def static_contacts(stiffness: ToothPairStiffness, force: float, phases: np.ndarray) -> np.ndarray:
     """How many tooth pairs touch at rest on the front flank under a force over c0 Δ, at positions (n,); (n,) int."""
-    acting, gap = _springs_at(stiffness, np.mod(phases, 1.0))
-    return np.asarray((gap < _deflection(acting, gap, np.array(force))[:, None]).sum(axis=1))
+    acting, gap = springs_at(stiffness, np.mod(phases, 1.0))
+    return np.asarray((gap < shared_deflection(acting, gap, np.array(force))[:, None]).sum(axis=1))
 
 
 def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[float, float, float, float]]:
@@ -73,9 +73,9 @@ def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[floa
     contacts = stiffness.contacts(stiffness.numbers(), 1)
     edges, n = contacts.edges[0], np.arange(contacts.edges.shape[1])
     length = np.diff(edges, append=1.0)
-    ends = _deflection(*_springs(contacts, n, length), np.array(force))
+    ends = shared_deflection(*_springs(contacts, n, length), np.array(force))
     acting, gap = _springs(contacts, n, 0 * length)
-    begins = _deflection(acting, gap, np.array(force))
+    begins = shared_deflection(acting, gap, np.array(force))
     closed = np.where(gap < begins[:, None], acting, 0.0).sum(axis=1)
     before = np.roll(ends, 1)
     pushing = (acting * np.maximum(0.0, before[:, None] - np.where(np.isfinite(gap), gap, 0.0))).sum(axis=1)
@@ -83,7 +83,7 @@ def static_jumps(stiffness: ToothPairStiffness, force: float) -> list[tuple[floa
             if abs(before[i] - begins[i]) > 1e-12]
 
 
-def _springs_at(stiffness: ToothPairStiffness, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def springs_at(stiffness: ToothPairStiffness, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and gap (n, pairs) of the pairs on the front flank, at positions (n,) in [0, 1) of the mesh cycle."""
     contacts = stiffness.contacts(stiffness.numbers(), 1)
     piece = np.searchsorted(contacts.edges[0], at, side="right") - 1
@@ -98,7 +98,7 @@ def _springs(contacts: OneSidedContacts, piece: np.ndarray, u: np.ndarray) -> tu
     return stiffness, np.where(stiffness > 0, gap, np.inf)
 
 
-def _deflection(stiffness: np.ndarray, gap: np.ndarray, force: np.ndarray) -> np.ndarray:
+def shared_deflection(stiffness: np.ndarray, gap: np.ndarray, force: np.ndarray) -> np.ndarray:
     """y (..., n) with Σ stiffness max(0, y − gap) = force, from pairs (n, pairs): with the k closest pairs closed
     y = (force + Σ stiffness gap)/Σ stiffness, and the right k is that of the least y."""
     order = np.argsort(gap, axis=1)

@@ -4,6 +4,7 @@
 """
 
 from gearchaos.plot._assessment import assessment
+from gearchaos.plot._contact_pattern import contact_pattern
 from gearchaos.plot._datasets import save_with_data
 from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
@@ -26,8 +27,8 @@ from gearchaos.plot.theme import style
 __all__ = [
     "CONTACT_CLASSES", "MOTION_CLASSES", "MotionClass", "agreement", "assessment", "attractor_legend",
     "attractor_names", "attractors", "backlash", "basins", "bifurcation", "branch", "campbell", "class_legend",
-    "dynamic_factor", "fit", "flanks", "gear_pair", "harris_map", "history", "level", "lyapunov", "manifolds",
-    "mesh_stiffness", "modes", "motion", "motion_class", "motion_strip", "orders", "phase", "portrait", "response",
-    "response_curve", "result", "runup", "save_with_data", "scatter", "schematic", "separation_line", "skeleton",
-    "spectrum", "stiffness", "style", "train", "transmission_error", "zones",
+    "contact_pattern", "dynamic_factor", "fit", "flanks", "gear_pair", "harris_map", "history", "level", "lyapunov",
+    "manifolds", "mesh_stiffness", "modes", "motion", "motion_class", "motion_strip", "orders", "phase", "portrait",
+    "response", "response_curve", "result", "runup", "save_with_data", "scatter", "schematic", "separation_line",
+    "skeleton", "spectrum", "stiffness", "style", "train", "transmission_error", "zones",
 ]

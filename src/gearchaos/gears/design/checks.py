@@ -69,11 +69,26 @@ def check_inputs(design: Drawing) -> None:
 def check_load_sharing(design: Drawing) -> None:
     """Raise `InputError` for tooth pairs that a model cannot have, and for a relief that would have no effect."""
     if design.load_sharing == "tooth pairs" and design.one_spring:
-        raise InputError("load_sharing", f"must be prescribed or left out: {design.one_spring}", design.load_sharing)
-    if design.corner_contact is not None and not design.shares_load:
+        other = "" if design.no_tooth_pairs else "under load, "
+        raise InputError("load_sharing", f"must be {other}prescribed or left out: {design.one_spring}",
+                         design.load_sharing)
+    if design.load_sharing == "under load" and (not design.helix_angle or design.no_tooth_pairs):
+        raise InputError("load_sharing", "must be left out or prescribed for these teeth", design.load_sharing,
+                         f"{design.no_tooth_pairs.capitalize()}." if design.no_tooth_pairs else
+                         "Strips across the width are for helical teeth; spur teeth share the load as tooth pairs.")
+    gaps = design.shares_load or design.in_strips
+    if design.corner_contact is not None and not gaps:
+        reason = design.no_tooth_pairs
         raise InputError("corner_contact", "must be left out where the mesh is one spring", design.corner_contact,
-                         f"{design.one_spring.capitalize()}." if design.one_spring else
-                         "Tip corners meet where each tooth pair has a gap: load_sharing = 'tooth pairs'.")
+                         f"{reason.capitalize()}." if reason else
+                         "Tip corners meet where each tooth pair has a gap: leave load_sharing out.")
+    for name in ("lead_crowning", "lead_slope"):
+        if getattr(design, name) and not design.in_strips:
+            raise InputError(name, "must be left out where the mesh is not in strips across the width",
+                             units.Shown(getattr(design, name), getattr(design, name)),
+                             "It acts on helical pairs, by load_sharing = 'under load', their default.")
+        check_plausible(name, abs(getattr(design, name)), 0.0, design.module / 5,
+                        "It is at most a fifth of a module.")
     if design.corner_contact:
         _ = design.corner_gaps  # raises where a corner is off the involute
     relief = design.tip_relief
@@ -137,7 +152,8 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
         if load > HIGH_LOAD:
             found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
-    if design.shares_load and design.corner_contact is None and (reason := design.no_corner_contact):
+    shares = design.shares_load or design.in_strips
+    if shares and design.corner_contact is None and (reason := design.no_corner_contact):
         found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")
     if any(design.blanks) and design.stiffness != ISO:
         found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
@@ -202,13 +218,14 @@ def _error_warnings(design: Drawing) -> list[str]:
     if design.quality is not None and design.transmission_error is None:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
+    shares = design.shares_load or design.in_strips
     if design.relief_left_out:
         found.append("tip_relief has no effect on the motion: give its start_diameter, where it begins.")
-    elif design.shares_load and any(getattr(design.tip_relief, "amount", ())) and isinstance(
+    elif shares and any(getattr(design.tip_relief, "amount", ())) and isinstance(
             design.transmission_error, ErrorFile):
         found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must "
                      "be that of teeth without relief.")
-    elif design.tip_relief is not None and any(design.tip_relief.amount) and not design.shares_load:
+    elif design.tip_relief is not None and any(design.tip_relief.amount) and not shares:
         # the model has no tooth pairs, which relief spares an impact under load
         effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
                   "dynamic factor, and more so the longer it is, where it lowers that of real gears.")

@@ -1,172 +1,42 @@
-"""`Drawing`: the inputs of a gear design, how each is read, and what follows from them alone."""
+"""`Drawing`: what follows from the inputs of a gear design: load sharing, stiffness, transmission error."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import InitVar, dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import mechanics
 from gearchaos.gears.design import values
-from gearchaos.gears.design.values import ErrorFile, ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
-from gearchaos.gears.fields import name_of, number, one, read_by, record, two
-from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
+from gearchaos.gears.design.inputs import Inputs
+from gearchaos.gears.design.values import ErrorFile, OrdersFile, TableFile
 from gearchaos.gears.geometry.corner_contact import CornerGap, corner_contact
-from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
-from gearchaos.gears.stiffness import MeshStiffness, methods, other_methods
-from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
+from gearchaos.gears.helical import Strips
+from gearchaos.gears.stiffness import MeshStiffness, methods
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.tooth_pairs import CornerContact, Relief, ToothPairs, back_phase
-from gearchaos.gears.train.parts import terms
 from gearchaos.gears.train.teeth import Fault
-from gearchaos.gears.transmission_error import Quality, tolerances
-from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY, ErrorHarmonics, from_quality
+from gearchaos.gears.transmission_error import tolerances
+from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, added, from_quality
 from gearchaos.gears.transmission_error.pitch import drawn_pitch
 from gearchaos.gears.transmission_error.tables import from_orders
 from gearchaos.gears.transmission_error.tables import from_table as error_from_table
 from gearchaos.gears.transmission_error.tip_relief import TipRelief, from_tip_relief, unrelieved_length
-from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
 from gearchaos.model.stiffness.tooth_pairs import CONTACT_RATIO
-from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 _NO_RELIEF = 1e-13  # length over the path of contact of a relief of no depth
 NO_ERROR = ErrorHarmonics(amplitudes=(), phases=(), source="none: the gears are taken to be exact")
-TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
-_LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, POSITIVE))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawing:
-    """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm. Each field
-    says how its value is read, and what to write where a result needs it and it was left out.
-    """
-
-    teeth: Any = field(metadata=read_by(TEETH))
-    module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
-    diametral_pitch: InitVar[Any] = None
-    face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
-    pressure_angle: Any = field(default=values.PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
-    helix_angle: Any = field(default=0.0, metadata=read_by(lambda name, value: abs(to_si(name, value, ANGLE))))
-    centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
-    profile_shift: Any = field(default=None, metadata=read_by(
-        two(number(), "must be a list of two: x1 and x2, in normal modules")))
-    rack: Rack | Any = field(default=values.PROFILE_A, metadata=read_by(record(Rack)))
-    tip_alteration: Any = field(default=(0.0, 0.0), metadata=read_by(values.tip_alterations))
-    tip_diameter: Any = field(default=None, metadata=read_by(_POSITIVE_LENGTHS))
-    tip_relief: ReliefDimensions | Any = field(default=None, metadata=read_by(values.read_tip_relief))
-    material: Any = field(default="steel", metadata=read_by(two(mechanics.read_material)))
-    bore: Any = field(default=None, metadata=read_by(
-        _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
-    blank: Any = field(default=values.SOLID, metadata=read_by(two(values.read_blank)))
-    inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
-    mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
-    quality: Quality | Any = field(default=None, metadata=read_by(
-        values.read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
-    backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
-        backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
-    damping_ratio: float | None = field(default=None, metadata=read_by(
-        number(values.BELOW_ONE),
-        "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "
-        "Mech. Des. 103, 1981. It is the least known input, so there is no default."))
-    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS)))
-    stiffness: str | TableFile | Any = field(default=ISO, metadata=read_by(values.Choice(tuple(methods()), TableFile)))
-    load_sharing: str | None = field(default=None, metadata=read_by(name_of("prescribed", "tooth pairs")))
-    corner_contact: bool | None = field(default=None, metadata=read_by(values.yes_or_no))
-    transmission_error: str | OrdersFile | ErrorTable | Any = field(default=None, metadata=read_by(
-        values.Choice(("none", *FROM_QUALITY), OrdersFile, ErrorTable)))
-    eccentricity: Any = field(default=(0.0, 0.0), metadata=read_by(_LENGTHS))
-    pitch_errors: Any = field(default=((), ()), metadata=read_by(values.read_pitch_errors))
-    faults: Any = field(default=(), metadata=read_by(terms(Fault)))
-    supports: Supports | Any = field(default=None, metadata=read_by(record(Supports)))
-    application_factor: float = field(default=1.0, metadata=read_by(number(POSITIVE)))
-    speed: Any = field(default=None, metadata=read_by(
-        one(SPEED, POSITIVE), "It is the speed of wheel 1, e.g. '360 rpm'."))
-    torque: Any = field(default=None, metadata=read_by(
-        one(TORQUE, NOT_NEGATIVE), "It is the torque at wheel 1, e.g. '9000 N*m'."))
-
-    def given(self, name: str) -> Any:
-        """The value of an input that a result needs; raises `InputError` with advice if it was left out."""
-        self.require([name])
-        return getattr(self, name)
-
-    def require(self, names: Iterable[str]) -> None:
-        """Raise one `InputError`, with advice on each, if some of these inputs were left out."""
-        missing = [name for name in names if getattr(self, name) is None]
-        if missing:
-            *others, last = missing
-            subject = f"{', '.join(others)} and {last}" if others else last
-            known = {f.name: f.metadata["advice"] for f in fields(self)}
-            raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
-
-    @cached_property
-    def geometry(self) -> Geometry:
-        values = {
-            "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
-            "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
-            "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius}
-        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
-
-    @property
-    def backlash_line_of_action(self) -> float:
-        """Total backlash in the transverse plane along the line of action, m; raises `InputError` if none is given."""
-        return check_backlash(self.given("backlash"), self.geometry)
-
-    @property
-    def masses(self) -> Pair:
-        """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
-        if self.mass is not None:
-            return self.mass
-        diameters, bores = mechanics.disc_diameter(self.geometry), self.given("bore")
-        first, second = (mechanics.disc_mass(d, bore, width, material.density) for d, bore, width, material in zip(
-            diameters, bores, self.face_width, self.material, strict=True))
-        return first, second
-
-    @property
-    def inertias(self) -> Pair:
-        """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
-        if self.inertia is not None:
-            return self.inertia
-        discs = zip(mechanics.disc_diameter(self.geometry), self.bore or (0.0, 0.0), self.masses, strict=True)
-        first, second = (mechanics.disc_inertia(*each) for each in discs)
-        return first, second
-
-    @property
-    def equivalent_mass(self) -> float:
-        """Mass of the pair along the line of action, kg, (2.9); over the face width it is m_red of ISO 6336-1."""
-        base1, base2 = self.geometry.base_diameter
-        return mechanics.equivalent_mass(self.inertias, (base1 / 2, base2 / 2))
-
-    @property
-    def load(self) -> mechanics.MeshLoad:
-        """Tangential force, line load and pitch line velocity; raises `InputError` without speed or torque."""
-        return mechanics.mesh_load(
-            self.geometry, self.given("speed") * RPM, self.given("torque"), self.application_factor)
-
-    @property
-    def blanks(self) -> tuple[Blank | None, Blank | None]:
-        """Rim and web of each wheel; None for a solid disc."""
-        first, second = (each if isinstance(each, Blank) else None for each in self.blank)
-        return first, second
-
-    @property
-    def tooth_stiffness(self) -> ToothStiffness:
-        """c′ and c_γα by ISO 6336-1 at the torque of the design; at 100 N/mm and above if it has none."""
-        load = None if self.torque is None else mechanics.mesh_load(
-            self.geometry, 0.0, self.torque, self.application_factor).line_load  # whatever the speed
-        if load == 0:
-            raise InputError("torque", "must be greater than 0 for a mesh stiffness by ISO 6336-1", self.torque,
-                             "By the rule for low loads, (90), the stiffness vanishes with the load. Other methods do "
-                             f"not depend on the load. {other_methods(ISO, self.geometry)}")
-        first, second = (material.E for material in self.material)
-        return tooth_stiffness(self.geometry, line_load=load, youngs_modulus=(first, second), blanks=self.blanks)
+class Drawing(Inputs):
+    """The inputs of a `gearchaos.GearDesign`, which describes and checks them, and what follows from them."""
 
     @property
     def mesh_stiffness(self) -> MeshStiffness:
@@ -174,6 +44,11 @@ class Drawing:
 
         That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
         """
+        return self.strips.stiffness if self.under_load else self._nominal_stiffness
+
+    @property
+    def _nominal_stiffness(self) -> MeshStiffness:
+        """That of teeth on their nominal path, whatever the load makes of it."""
         if isinstance(self.stiffness, TableFile):
             return _table_stiffness(self.stiffness, self.teeth[0], self.geometry.common_face_width)
         return methods()[self.stiffness].compute(self)
@@ -186,10 +61,30 @@ class Drawing:
         return not self.one_spring if self.load_sharing is None else self.load_sharing == "tooth pairs"
 
     @property
+    def in_strips(self) -> bool:
+        """Whether a helical pair is one spring whose stiffness and error are those of strips at rest under a torque: as
+        ``load_sharing`` says; left out, where a model can have that.
+        """
+        if self.load_sharing is None:
+            return bool(self.helix_angle) and not self.no_tooth_pairs
+        return self.load_sharing == "under load"
+
+    @property
+    def under_load(self) -> bool:
+        """Whether the strips are at rest under the torque of the design; without one it is that of teeth on their path.
+        """
+        return self.in_strips and bool(self.torque)
+
+    @property
     def one_spring(self) -> str:
         """Why the mesh can only be one spring, in words; empty if tooth pairs can share the load."""
         if self.helix_angle:
             return "helical teeth enter contact bit by bit"
+        return self.no_tooth_pairs
+
+    @property
+    def no_tooth_pairs(self) -> str:
+        """Why nothing is known of single tooth pairs, in words; empty if it is."""
         if not CONTACT_RATIO.holds(self.geometry.contact_ratio):
             return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 4"
         if self._one_pair is None:
@@ -201,7 +96,7 @@ class Drawing:
     @property
     def has_corner_contact(self) -> bool:
         """Whether tooth pairs touch beyond their path: as ``corner_contact`` says; left out, where corners can."""
-        if not self.shares_load:
+        if not (self.shares_load or self.in_strips):
             return False
         return not self.no_corner_contact if self.corner_contact is None else self.corner_contact
 
@@ -223,8 +118,11 @@ class Drawing:
     @property
     def sharing_in_words(self) -> str:
         """How the tooth pairs share the load, and why by one spring where they cannot have springs of their own."""
+        contact = "with corner contact" if self.has_corner_contact else "on their nominal path alone"
         if self.shares_load:
-            return f"tooth pairs {'with corner contact' if self.has_corner_contact else 'on their nominal path alone'}"
+            return f"tooth pairs {contact}"
+        if self.in_strips:
+            return f"under load, in strips across the width {contact}"
         return f"one spring, since {self.one_spring}" if self.one_spring else "prescribed, one spring"
 
     @property
@@ -235,7 +133,21 @@ class Drawing:
     @property
     def tooth_pairs(self) -> ToothPairs | None:
         """The tooth pairs that share the load, None for one spring; raises `InputError` where an input is missing."""
-        if not self.shares_load or self._one_pair is None:
+        return self._pairs(self.mesh_stiffness.reference) if self.shares_load else None
+
+    @cached_property
+    def strips(self) -> Strips:
+        """A helical pair in strips under its torque; raises `InputError` where an input is missing."""
+        reference, geometry = self._nominal_stiffness.reference, self.geometry
+        pairs = self._pairs(reference)
+        assert pairs is not None
+        return Strips(pairs=pairs, reference=reference, overlap=geometry.overlap_ratio,
+                      face_width=geometry.common_face_width, crowning=self.lead_crowning, slope=self.lead_slope,
+                      force=self.given("torque") / (geometry.base_diameter[0] / 2))
+
+    def _pairs(self, reference: float) -> ToothPairs | None:
+        """The tooth pairs of the transverse section, with the mean stiffness ``reference``, N/m, on their path."""
+        if self._one_pair is None:
             return None
         path, given = self.geometry.contact_ratio * self.geometry.base_pitch, self.tip_relief
         levels, starts = self._one_pair(self)
@@ -245,7 +157,7 @@ class Drawing:
             unrelieved_length(self.geometry, relief)  # raises where the reliefs overlap
             lengths = [min(length / path, 1.0) or _NO_RELIEF for length in relief.length]
             found = Relief(amount=relief.amount, length=lengths, shape=relief.shape)
-        stiffness = [level * self.mesh_stiffness.reference for level in levels]
+        stiffness = [level * reference for level in levels]
         corner = None
         if self.has_corner_contact:
             corner = CornerContact(length=[end.length / path for end in self.corner_gaps], gap=[
@@ -257,8 +169,8 @@ class Drawing:
     def relief_left_out(self) -> bool:
         """Whether tooth pairs, which share the load by default, have no relief since nothing says where it begins."""
         relief = self.tip_relief
-        return (self.shares_load and self.load_sharing is None and relief is not None and any(relief.amount)
-                and relief.start_diameter is None)
+        return ((self.shares_load or self.in_strips) and self.load_sharing is None and relief is not None
+                and any(relief.amount) and relief.start_diameter is None)
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
@@ -331,20 +243,17 @@ class Drawing:
         if self.exact:
             return NO_ERROR
         quality = self.given("quality")
-        found: list[ErrorHarmonics] = [
-            from_quality(self.geometry, quality, tolerances(quality, self.geometry), method=method)]
-        if self.shares_load or self.path_relief is None:
-            return found[0]
-        found.append(from_tip_relief(self.geometry, self.path_relief))
-        total = np.zeros(max(len(part.amplitudes) for part in found), complex)
-        for part in found:
-            total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
-        return ErrorHarmonics(amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
-                              source="; ".join(part.source for part in found),
-                              residual_rms=math.hypot(*(part.residual_rms for part in found)),
-                              residual_peak=sum(part.residual_peak for part in found),
-                              warnings=tuple(warning for part in found for warning in part.warnings),
-                              assumptions=tuple(text for part in found for text in part.assumptions))
+        found = from_quality(self.geometry, quality, tolerances(quality, self.geometry), method=method)
+        if self.shares_load or self.under_load or self.path_relief is None:
+            return found
+        return added([found, from_tip_relief(self.geometry, self.path_relief)])
+
+    @property
+    def mesh_error(self) -> ErrorHarmonics:
+        """The error of the spring of the model: that of the unloaded gears, and under load what load sharing adds."""
+        if not self.under_load:
+            return self.error_harmonics
+        return added([self.strips.error] if self.exact else [self.error_harmonics, self.strips.error])
 
 
 @lru_cache(maxsize=64)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
-from gearchaos.gears.design.drawing import TEETH, Drawing
+from gearchaos.gears.design.drawing import Drawing
+from gearchaos.gears.design.inputs import TEETH
 from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, module_of
 from gearchaos.gears.fields import check_plausible, convert_fields
 from gearchaos.gears.geometry.backlash import check_backlash
@@ -99,9 +100,15 @@ class GearDesign(Drawing, HasCard):
     stiffness : str or table, optional
         Method: ``"ISO 6336-1"`` (the default), ``"potential energy"``, or ``{"table": path}`` for a curve in a file,
         with ``columns`` (headers by the names of columns) and ``speed`` (of the times) where it needs them.
-    load_sharing : {"prescribed", "tooth pairs"}, optional
-        Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own. By
-        default ``"tooth pairs"`` for spur gears with a contact ratio up to 2 and a stiffness that is not from a table.
+    load_sharing : {"prescribed", "tooth pairs", "under load"}, optional
+        Whether the mesh is one spring, whose stiffness is prescribed, or each tooth pair one with a gap of its own, as
+        spur gears have it by default. Helical gears are by default one spring whose stiffness and error are those of
+        strips across the width that share the load at rest under the torque. Both need a contact ratio up to 4 and a
+        stiffness that is not from a table.
+    lead_crowning, lead_slope : length, optional
+        By how much the flanks of helical teeth are apart at both ends of the common face width where they touch in its
+        middle, and at the trailing end (negative: the leading one) where they touch at the other; by default 0. Both
+        are sums of both wheels, along the line of action.
     corner_contact : bool, optional
         Whether tooth pairs touch with their tip corners before their path begins and after it ends, as bent teeth do.
         By default they do; where the corners of these teeth cannot, a warning says so.
@@ -242,7 +249,7 @@ class GearDesign(Drawing, HasCard):
                   *(() if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].needs),
                   "backlash", "damping_ratio", "speed", "torque"]
         self.require(dict.fromkeys(needed))
-        stiffness, error, radii = self.mesh_stiffness, self.error_harmonics, self.geometry.base_diameter
+        stiffness, error, radii = self.mesh_stiffness, self.mesh_error, self.geometry.base_diameter
         reference, supports = stiffness.reference, dict[str, Any]()
         backlash, pairs = self.backlash_line_of_action, self.tooth_pairs
         if self.supports is not None:

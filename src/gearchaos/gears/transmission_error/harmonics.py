@@ -20,6 +20,7 @@ accelerations smaller than those of a mesh harmonic of equal amplitude by the fa
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +56,19 @@ class ErrorHarmonics:
     def at(self, tau: Any) -> np.ndarray:
         """The error, m, at times ``tau`` in mesh periods; an array of the shape of ``tau``."""
         return evaluate(self.amplitudes, self.phases, tau)
+
+
+def added(parts: Sequence[ErrorHarmonics]) -> ErrorHarmonics:
+    """The sum of errors that act together."""
+    total = np.zeros(max(len(part.amplitudes) for part in parts), complex)
+    for part in parts:
+        total[: len(part.amplitudes)] += np.array(part.amplitudes) * np.exp(-1j * np.array(part.phases))
+    return ErrorHarmonics(amplitudes=tuple(np.abs(total).tolist()), phases=tuple((-np.angle(total)).tolist()),
+                          source="; ".join(part.source for part in parts),
+                          residual_rms=math.hypot(*(part.residual_rms for part in parts)),
+                          residual_peak=sum(part.residual_peak for part in parts),
+                          warnings=tuple(warning for part in parts for warning in part.warnings),
+                          assumptions=tuple(text for part in parts for text in part.assumptions))
 
 
 def evaluate(amplitudes: tuple[float, ...], phases: tuple[float, ...], tau: Any) -> np.ndarray:

@@ -1,0 +1,125 @@
+"""Helical gears in strips at rest under load, against closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.gears import helical
+from gearchaos.gears.helical import Strips
+from gearchaos.gears.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.stiffness.iso6336 import relative_length
+from gearchaos.gears.tooth_pairs import ToothPairs
+from gearchaos.model import vary
+from gearchaos.studyfile import load_design
+from tests import EXAMPLES
+
+HELICAL = gc.GearDesign(
+    teeth=(27, 35), module="3 mm", helix_angle="20 deg", face_width="25 mm", torque="200 N*m", speed=3000, bore="30 mm",
+    backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05, transmission_error="none")
+SPUR = load_design(EXAMPLES / "spur_50_50.toml").at(torque=300)
+PHASES = np.linspace(0, 1, 60, endpoint=False) + 0.003
+
+
+def plain(ratio=1.6, **given):
+    """Strips of pairs with one stiffness on their path alone: 1000 N/µm in all where one pair touches."""
+    pairs = ToothPairs(stiffness=1e9, contact_ratio=ratio)
+    return Strips(**{"pairs": pairs, "reference": 1e9, "overlap": 0.7, "face_width": 0.02, "force": 5e3, **given})
+
+
+@pytest.mark.parametrize(("ratio", "overlap"), [(1.6, 0.7), (1.2, 1.3), (2.4, 0.4)])
+def test_without_gaps_the_stiffness_is_that_of_the_contact_lines(ratio, overlap):
+    at = plain(ratio, overlap=overlap).at(PHASES)
+    lines = ratio * relative_length(ratio, overlap)(PHASES)
+    np.testing.assert_allclose(at.pairs, lines, atol=2.1 / helical.STRIPS)  # an end of a line is within a strip
+    np.testing.assert_allclose(at.stiffness, 1e9 * at.pairs, rtol=1e-12)
+    np.testing.assert_allclose(at.deflection, 5e3 / at.stiffness, rtol=1e-12)
+
+
+def test_the_strips_carry_the_force():
+    strips = HELICAL.strips
+    carried = strips.cycle.line_load.sum(axis=(1, 2)) * strips.face_width / helical.STRIPS
+    np.testing.assert_allclose(carried, strips.force, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("crowning", "slope"), [(4e-5, 0.0), (0.0, 3e-5), (0.0, -3e-5)])
+def test_a_lead_that_leaves_ends_open_touches_where_a_parabola_or_a_line_is_within_the_deflection(crowning, slope):
+    """One pair at each instant: F = k (δ u − ∫ gap) over the share u of the width that touches."""
+    at = plain(1.0, overlap=0.0, crowning=crowning, slope=slope).at(PHASES)
+    if crowning:  # gap C (2y − 1)², u = √(δ/C), F = (2/3) k δ u
+        deflection = (1.5 * 5e3 / 1e9 * math.sqrt(crowning)) ** (2 / 3)
+        share = math.sqrt(deflection / crowning)
+    else:  # gap |s| y from either end, u = δ/|s|, F = k δ²/(2 |s|)
+        deflection = math.sqrt(2 * abs(slope) * 5e3 / 1e9)
+        share = deflection / abs(slope)
+    np.testing.assert_allclose(at.deflection, deflection, rtol=1e-3)
+    np.testing.assert_allclose(at.width, share, atol=1.01 / helical.STRIPS)
+    closed = at.line_load[0].any(axis=1)
+    assert closed.sum() < helical.STRIPS and closed[0 if slope > 0 else -1 if slope < 0 else helical.STRIPS // 2]
+
+
+def test_a_helix_of_nothing_is_a_spur_pair():
+    slight = replace(SPUR, helix_angle=1e-8, centre_distance=None)
+    np.testing.assert_allclose(loaded_error(slight, None, PHASES), loaded_error(SPUR, None, PHASES), rtol=1e-6)
+    assert contact_ratio_under_load(slight) == pytest.approx(contact_ratio_under_load(SPUR), abs=3e-3)
+
+
+def test_ten_times_as_many_strips_are_the_same(monkeypatch):
+    given = replace(HELICAL, lead_crowning="8 um", lead_slope="5 um")
+    few = given.strips.at(PHASES)
+    monkeypatch.setattr(helical, "STRIPS", 480)
+    many = given.strips.at(PHASES)
+    np.testing.assert_allclose(few.deflection, many.deflection, rtol=3e-3)
+    assert np.ptp(few.deflection) == pytest.approx(np.ptp(many.deflection), rel=0.05)
+
+
+def test_the_spring_of_the_model_deflects_as_the_strips_do():
+    """κ(τ)(δ − e(τ)) = F, but for the harmonics left out."""
+    strips, stiffness, error = HELICAL.strips, HELICAL.mesh_stiffness, HELICAL.mesh_error
+    tau = np.arange(512) / 512
+    deflection = strips.force / stiffness(tau) + error.at(tau)
+    exact = strips.cycle.deflection
+    left_out = error.residual_peak + 4 * stiffness.truncation * exact.max()
+    assert np.abs((deflection - deflection.mean()) - (exact - exact.mean())).max() < left_out
+    assert np.ptp(deflection) == pytest.approx(peak_to_peak(HELICAL), rel=0.2)
+    pair = HELICAL.to_pair()
+    assert pair.c0 == stiffness.reference and pair.error_amplitudes == error.amplitudes and pair.tooth_pairs is None
+
+
+def test_the_curves_are_those_of_each_torque():
+    batch = vary(as_model(HELICAL), {"torque": np.array([50.0, 200.0, 500.0])})
+    for name in ("c1", "c3", "eps1", "alpha2"):
+        own = [HELICAL.at(torque=t).to_model().parameters()[name] for t in (50.0, 200.0, 500.0)]
+        np.testing.assert_allclose(batch.values[name], own, rtol=1e-12)
+        assert len(set(own)) == 3
+
+
+def test_prescribed_is_the_stiffness_of_the_nominal_path():
+    prescribed = replace(HELICAL, load_sharing="prescribed")
+    assert not prescribed.under_load and prescribed.mesh_error.amplitudes == ()
+    assert prescribed.mesh_stiffness.reference == pytest.approx(
+        prescribed.tooth_stiffness.mesh_stiffness * 0.025, rel=1e-12)
+    alone = replace(HELICAL, corner_contact=False)
+    assert contact_ratio_under_load(alone) == pytest.approx(HELICAL.geometry.contact_ratio, abs=1e-2)
+    assert contact_ratio_under_load(HELICAL) > contact_ratio_under_load(alone)
+    assert replace(HELICAL, torque=None).mesh_stiffness.waveform == replace(
+        prescribed, torque=None).mesh_stiffness.waveform
+
+
+@pytest.mark.parametrize(("design", "changes", "field", "words"), [
+    (SPUR, {"load_sharing": "under load"}, "load_sharing", "Strips across the width are for helical teeth"),
+    (HELICAL, {"load_sharing": "tooth pairs"}, "load_sharing", "must be under load, prescribed or left out"),
+    (SPUR, {"lead_crowning": "5 um"}, "lead_crowning", "It acts on helical pairs"),
+    (HELICAL, {"lead_slope": "5 um", "load_sharing": "prescribed"}, "lead_slope", "It acts on helical pairs"),
+    (HELICAL, {"lead_slope": "-1 mm"}, "lead_slope", "at most a fifth of a module"),
+    (HELICAL, {"lead_crowning": "-1 um"}, "lead_crowning", "must not be negative"),
+    (HELICAL, {"corner_contact": True, "load_sharing": "prescribed"}, "corner_contact", "leave load_sharing out"),
+])
+def test_bad_input_names_the_field_and_what_to_do(design, changes, field, words):
+    with pytest.raises(InputError) as refusal:
+        replace(design, **changes)
+    assert refusal.value.field == field and words in str(refusal.value)
