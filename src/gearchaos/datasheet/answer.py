@@ -179,8 +179,7 @@ class Answer:
     @property
     def _best_relief(self) -> str:
         """The tip relief with which the deflection varies least, after what it is now; empty without a relief."""
-        best = self.entries["best_tip_relief"]
-        if not isinstance(best.value, tuple):
+        if not self.design.shares_load or not isinstance((best := self.entries["best_tip_relief"]).value, tuple):
             return ""
         if not any(best.value):
             single = " / ".join(f"{1e3 * d:.5g}" for d in self.design.geometry.single_contact_diameter)

@@ -168,6 +168,8 @@ class _Results:
     def best_relief(self) -> tuple[tuple[float, float], float]:
         """The tip relief with which the deflection varies least; raises `_NoValueError` without a relief to vary."""
         found = best_relief(self.design)
+        if found is None and self.design.in_strips:
+            raise _NoValueError("The best relief is sought for spur gears alone.", True)
         if found is None:
             first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
             raise _NoValueError("There is no tip relief that tooth pairs have. Give any amount: design.tip_relief = "

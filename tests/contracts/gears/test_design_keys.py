@@ -42,7 +42,7 @@ CHANGES = {
     "mass": ["1.1 kg", "2.2 kg"], "quality": {"standard": "ISO 1328-1:1995", "grade": 7},
     "backlash": {"value": "0.2 mm", "of": "radial, half"}, "damping_ratio": 0.07, "damping_law": "always",
     "stiffness": "potential energy", "transmission_error": "none", "load_sharing": "prescribed",
-    "corner_contact": False,
+    "corner_contact": False, "lead_crowning": "5 um", "lead_slope": "-5 um",
     "eccentricity": "10 um", "pitch_errors": {"seed": 1}, "faults": [{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}],
     "supports": {"stiffness": "300 N/um", "damping_ratio": 0.07}, "application_factor": 1.25, "speed": "2000 rpm",
     "torque": "50 N*m",
@@ -193,7 +193,8 @@ def test_an_axis_of_torques_is_warned_of_at_its_least_torque(tmp_path):
 def test_each_way_in_which_tip_relief_does_not_act_as_expected_is_named(changes, words, tmp_path, monkeypatch):
     (tmp_path / "te.csv").write_text("order,peak [um],phase [deg]\n1,3,0\n")
     monkeypatch.chdir(tmp_path)
-    design = GearDesign(**{**GIVEN, "helix_angle": "10 deg", "tip_relief": RELIEF, **changes})
+    design = GearDesign(**{
+        **GIVEN, "helix_angle": "10 deg", "load_sharing": "prescribed", "tip_relief": RELIEF, **changes})
     (warning,) = [text for text in design.warnings if text.startswith("tip_relief ")]
     assert words in warning and "the entry of a tooth pair under load, is left out" in warning
     tau = np.linspace(0, 1, 50)
