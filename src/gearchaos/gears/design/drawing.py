@@ -123,7 +123,7 @@ class Drawing(Inputs):
             return f"tooth pairs {contact}"
         if self.in_strips:
             return f"under load, in strips across the width {contact}"
-        return f"one spring, since {self.one_spring}" if self.one_spring else "prescribed, one spring"
+        return f"one spring, since {self.no_tooth_pairs}" if self.no_tooth_pairs else "prescribed, one spring"
 
     @property
     def _one_pair(self) -> Callable[[Any], tuple[tuple[float, ...], tuple[float, ...]]] | None:
