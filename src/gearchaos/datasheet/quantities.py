@@ -18,6 +18,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
 from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.geometry.root_stress import ROOT_STRESS, RootFactors, root_factors, root_stress
 from gearchaos.gears.helical import AtRest
 from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
 from gearchaos.gears.mechanics import MeshLoad
@@ -123,6 +124,14 @@ class _Results:
     def load(self) -> MeshLoad:
         """Load of the mesh; its velocity is that of the design if this has a speed, else 0."""
         return replace(self.design, speed=self.design.speed or _ANY_SPEED).load
+
+    @property
+    def root(self) -> RootFactors:
+        return root_factors(self.geometry)
+
+    @property
+    def root_stress(self) -> tuple[float, float]:
+        return root_stress(self.geometry, self.design.given("torque"))
 
     @cached_property
     def tolerances(self) -> tuple[Tolerances, Tolerances]:
@@ -265,6 +274,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
     "Load": {
         **_of("load", formulas(MeshLoad)),
         "velocity": (formulas(MeshLoad)["velocity"], attrgetter("design.load.velocity"))},
+    "Tooth root": {**_of("root", formulas(RootFactors)), "root_stress": (ROOT_STRESS, attrgetter("root_stress"))},
     "Tolerances": {
         **{each: _tolerance(symbol, each.removesuffix("_deviation")) for symbol, each in (
             ("f_pt", "single_pitch_deviation"), ("F_p", "cumulative_pitch_deviation"), ("F_α", "profile_deviation"),
