@@ -46,7 +46,7 @@ def _verdict(verdict: Verdict) -> Card:
     rows += [(name, f"{value:.4g}") for name, value in (
         ("V_RMS", verdict.v_rms), ("dynamic factor", verdict.dynamic_factor)) if value is not None]
     if verdict.dynamic_factor is not None:
-        rows += beside_factors(verdict.model).items()
+        rows += beside_factors(verdict.model, factor=verdict.dynamic_factor).items()
     if verdict.contact is not None:
         rows.append(("contact", verdict.contact))
     model = verdict.model

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.units import measured
-from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.beside_factors import root_in_result, words_beside
 from gearchaos.studies.measured_runup import compared_orders, comparison_words
 from gearchaos.studies.runup_jumps import GOES_ON, response_peaks
 
@@ -52,7 +52,9 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         parts = [f"{text} at {', '.join(edges_in_words(*r) for r in states[name])} rpm" for name, text in words.items()
                  if states[name]]
         if most["dynamic_factor"]:
-            parts.insert(0, f"dynamic factor up to {measured(most['dynamic_factor'])}, at {most['speed']:.5g} rpm")
+            root = root_in_result(dataset, most["dynamic_factor"], {"direction": way, "speed": most["speed"]})
+            largest = f"dynamic factor up to {measured(most['dynamic_factor'])}{root}"
+            parts.insert(0, f"{largest}, at {most['speed']:.5g} rpm")
         kept = [] if any(states[name] for name in words) else ["contact is kept"]
         print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
         jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(dataset, i, j)}"

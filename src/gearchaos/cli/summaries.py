@@ -28,7 +28,13 @@ from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
 from gearchaos.gears.units import measured
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
-from gearchaos.studies.beside_factors import beside_factors, which_mesh, words_beside
+from gearchaos.studies.beside_factors import (
+    beside_factors,
+    root_in_result,
+    root_of_model,
+    which_mesh,
+    words_beside,
+)
 from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
@@ -137,7 +143,7 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
             mesh = f", {next(iter(verdict.meshes))}" if of.get(q.name) == "first" else ""
             table.add_row(q.title + mesh, _measured(q.name, values[q.name], scales))
         if q.name == "dynamic_factor" and values[q.name] is not None:
-            for name, value in beside_factors(loaded.model).items():
+            for name, value in beside_factors(loaded.model, factor=values[q.name]).items():
                 table.add_row(*((name, value) if verdict.meshes else ("", f"{name} {value}")))
     if verdict.meshes:
         print_train(verdict)
@@ -242,7 +248,10 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
         words: list[str] = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
-        print(f"dynamic factor: {', '.join([*words, *map(' '.join, beside_factors(model).items())])}")
+        if root := root_of_model(model, 1.0):
+            words.append(f"root stress {measured(max(root), 3)} N/mm² times it")
+        beside = ", ".join([*words, *map(" ".join, beside_factors(model).items())])
+        print(textwrap.fill(f"dynamic factor: {beside}", _WIDTH, subsequent_indent="  "))
 
 
 _WIDTH = 80
@@ -307,7 +316,8 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     place = ", ".join(f"{n} {v:.4g}{unit_after(dataset, n)}" for n, v in largest["at"].items())
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
     mesh = f" of {largest['mesh']}" if "mesh" in largest else ""
-    print(textwrap.fill(f"largest {value}{mesh}{which}, at {place}", _WIDTH, subsequent_indent="  "))
+    root = root_in_result(dataset, largest["value"], largest["at"]) if name == "dynamic_factor" else ""
+    print(textwrap.fill(f"largest {value}{mesh}{which}{root}, at {place}", _WIDTH, subsequent_indent="  "))
     if words := words_beside(dataset, name):
         print(f"dynamic factor: {', '.join(words)}")
 

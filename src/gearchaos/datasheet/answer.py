@@ -72,7 +72,7 @@ class Answer:
         d = self.design
         load = "no torque is given" if d.torque is None else f"{d.torque:.6g} N m at wheel 1"
         if d.torque is not None:
-            load += f", {self._value('line_load', 'F_t K_A/b' if d.application_factor != 1 else 'F_t/b')}"
+            load += f", {self._value('line_load', 'F_t K_A/b' if d.application_factor != 1 else 'F_t/b')}{self._root}"
         yield "load", load
         start, stop = (self._value(name).removesuffix(" rpm") for name in ("main_start", "main_end"))
         known = self.entries["resonance_speed"].value is not None
@@ -124,6 +124,8 @@ class Answer:
         if history := [range_in_words(*each) for each in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)
             yield f"In contact from rest, others not: {', '.join(history[:3])}{more} rpm."
+        if self._root and self.speeds.windows:
+            yield "Root stress: that under the load times a factor, of the whole mesh force."
         if self.speeds.elsewhere is not None:
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
@@ -174,7 +176,24 @@ class Answer:
                       for name, e in self.entries.items()}
         return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions,
                                          *[f"Left out: {LIKE_TEETH}"] * self.design.turning],
-                "speeds_to_avoid": None if self.speeds is None else self.speeds.document()}
+                "speeds_to_avoid": None if self.speeds is None else self._speeds_document(self.speeds)}
+
+    def _speeds_document(self, speeds: SpeedsToAvoid) -> dict[str, Any]:
+        """The speeds to avoid with the root stress at the largest factor of each range."""
+        from gearchaos.studies.beside_factors import peak_root_stress
+
+        found = speeds.document()
+        for each in found["ranges"]:
+            each["root_stress"] = peak_root_stress(self.design, speeds.torque, each["dynamic_factor"])
+        return found
+
+    @property
+    def _root(self) -> str:
+        """The nominal root stress of both wheels after the load; empty where it is not known."""
+        both = self.entries["root_stress"]
+        if not isinstance(both.value, tuple):
+            return ""
+        return f", root stress {'/'.join(dict.fromkeys(measured(v, 3) for v in both.value))} {both.unit}"
 
     @property
     def _best_relief(self) -> str:

@@ -14,6 +14,7 @@ from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.quantities import Entry
 from gearchaos.gears.units import measured
+from gearchaos.studies.beside_factors import root_in_words
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
 
@@ -55,7 +56,8 @@ def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
     windows = [{
         "range": in_words(each), "contact": each.contact, "at": each.largest_at,
-        "factor": measured(each.dynamic_factor, 3), "reached": [
+        "factor": measured(each.dynamic_factor, 3) + root_in_words(
+            answer.design, answer.design.torque, each.dynamic_factor), "reached": [
             f"{r.motion} {' in '.join(factor_and_share(r).split())}{' of the range' * (r.share < 1)}"
             for r in each.reached]} for each in (answer.speeds.windows if answer.speeds else ())]
     return {

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gearchaos.datasheet.answer import edges, listed, pair_title
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
+from gearchaos.studies.beside_factors import root_in_words
 from gearchaos.studies.quasi_static import ratio_in_words
 from gearchaos.studies.speed_windows import CONTACT_WORDS, INWARDS, UNBOUNDED, ends_in_words, range_in_words
 
@@ -101,7 +102,8 @@ def worst(found: Assessment) -> str:
     there = at.dataset.sel(speed=part.speed_of_largest)
     contact = there["contact"].values[there["dynamic_factor"].values == part.dynamic_factor].max()
     meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * int(contact == 2)
-    return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}, at "
+    root = root_in_words(found.gears, at.torque, part.dynamic_factor)
+    return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}{root}, at "
             f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{decides}")
 
 

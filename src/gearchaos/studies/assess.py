@@ -13,6 +13,7 @@ from gearchaos.gears.design.values import method_in_words
 from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value, separated_torques
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, operating_axis
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_cost, search_torques, summarised
@@ -121,6 +122,7 @@ class Assessment:
                 "torque": torque, "from": w.start, "to": w.stop, "cause": w.cause, "begins_with": w.begins_with,
                 "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
+                "root_stress": peak_root_stress(self.gears, torque, w.dynamic_factor),
                 "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
                 "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],

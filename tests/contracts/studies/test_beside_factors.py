@@ -1,10 +1,24 @@
-"""What stands beside every dynamic factor: where the mesh damping acts, and the quasi-static ratio."""
+"""What stands beside every dynamic factor: where the mesh damping acts, the quasi-static ratio, and the root stress."""
+
+from dataclasses import replace
 
 import pytest
 
 import gearchaos as gc
+from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.page import sheet_html
+from gearchaos.datasheet.verdict import worst
+from gearchaos.gears.geometry.root_stress import root_stress
+from gearchaos.gears.operating import as_model
+from gearchaos.gears.units import measured
 from gearchaos.model import DAMPING_LAWS
-from gearchaos.studies.beside_factors import beside_factors, words_beside
+from gearchaos.studies.beside_factors import (
+    beside_factors,
+    peak_root_stress,
+    root_in_words,
+    root_of_model,
+    words_beside,
+)
 from tests.commands import ask, refused, run_json
 from tests.contracts.model.test_damping_law import DESIGN, PAIR
 
@@ -97,3 +111,72 @@ def test_of_tooth_pairs_the_ratio_is_named_at_one_load_alone():
     model = gc.MeshModel.of(kind="single", q0=0.14, stiffness=pairs)
     assert "quasi-static ratio" in beside_factors(model, ("omega",))
     assert "quasi-static ratio" not in beside_factors(model, ("omega", "q0"))
+
+
+def nominal(design, torque):
+    return [1e-6 * each for each in root_stress(gc.studyfile.load_design(design).geometry, torque)]
+
+
+def test_the_root_stress_stands_beside_the_factor_of_a_design(design):
+    gears, (first, second) = gc.studyfile.load_design(design), nominal(design, 100.0)
+    assert peak_root_stress(gears, 100.0, 2.5) == pytest.approx([2.5 * first, 2.5 * second])
+    assert peak_root_stress(gears, -200.0, 1.0) == pytest.approx([2 * first, 2 * second])
+    for nothing in ((gears, None, 2.0), (gears, 100.0, None), (gears, 100.0, float("nan")), (PAIR, 100.0, 2.0),
+                    (None, 100.0, 2.0), (replace(gears, profile_shift=(1.0, 0.0), centre_distance=None, rack={
+                        "dedendum": 1.25, "root_radius": 0.0}), 100.0, 2.0)):
+        assert peak_root_stress(*nothing) is None and root_in_words(*nothing) == ""
+    model = as_model(gears.at(speed=1500, torque=100))
+    found = beside_factors(model, factor=2.0)["root stress"]
+    assert found == f"{measured(2 * max(first, second), 3)} N/mm², whole force"
+    assert root_of_model(model.with_values({"torque": 50.0}), 2.0) == pytest.approx([first, second])
+    assert "root stress" not in beside_factors(model) | beside_factors(gc.MeshModel.of(**LOADED), factor=2.0)
+
+
+def test_prints_of_a_design_have_the_root_stress_at_the_peak(design):
+    root, sets = max(nominal(design, 100.0)), ["--set", "speed=1500", "--set", "torque=100"]
+    verdict = run_json("regime", design, *sets)
+    said = flat(ask("regime", design, *sets).stdout)
+    assert f"root stress {measured(verdict['dynamic_factor'] * root, 3)} N/mm², whole force" in said
+    assert "root stress" in gc.regime(gc.studyfile.load_design(design, {"speed": 1500, "torque": 100}))._repr_html_()
+    said = flat(ask("attractors", design, *sets, "--starts", "4").stdout)
+    assert f"dynamic factor: root stress {measured(root, 3)} N/mm² times it, mesh damping" in said
+
+
+def test_the_largest_factor_of_a_map_has_the_root_stress_at_its_torque(design, tmp_path):
+    arguments = ["map", design, "--speed", "1500:1700:2", "--torque", "80:160:2", "--out", tmp_path / "m.nc"]
+    largest = run_json(*arguments)["largest"]
+    said = flat(ask(*arguments).stdout)
+    stress = measured(largest["value"] * max(nominal(design, largest["at"]["torque"])), 3)
+    assert f"largest dynamic factor {largest['value']:.4g} (root {stress} N/mm²), at speed" in said
+
+
+def test_a_run_with_a_torque_that_changes_has_the_root_stress_at_that_of_its_peak(design, tmp_path):
+    (tmp_path / "load.csv").write_text("speed [rpm], torque [N m]\n1000, 60\n2000, 200\n")
+    sets = ["runup", design, "--speed", "1400:1600", "--duration", "0.3 s", "--torque", tmp_path / "load.csv"]
+    most = run_json(*sets)["directions"]["up"]["largest"]
+    torque = 60 + 140 * (most["speed"] - 1000) / 1000
+    stress, factor = most["dynamic_factor"] * max(nominal(design, torque)), measured(most["dynamic_factor"])
+    found = float(flat(ask(*sets).stdout).split(f"dynamic factor up to {factor} (root ")[1].split(" N/mm²")[0])
+    assert found == pytest.approx(stress, rel=0.01)
+
+
+@pytest.mark.slow
+def test_an_assessment_and_an_answer_have_the_root_stress_of_each_range(design):
+    gears = gc.studyfile.load_design(design)
+    found = gc.assess(gears, "1400:1800:6", [100.0], starts=4)
+    part, document = found.at[0].largest, found.document()
+    stress = measured(part.dynamic_factor * max(nominal(design, 100.0)), 3)
+    assert f"found is {measured(part.dynamic_factor, 3)} (root {stress} N/mm²), at" in worst(found)
+    assert document["avoid"]
+    for each in document["avoid"]:
+        assert each["root_stress"] == pytest.approx([each["dynamic_factor"] * v for v in nominal(design, 100.0)])
+    answer = Answer.of(gears.at(torque=100.0), found.at[0])
+    for each in answer.document()["speeds_to_avoid"]["ranges"]:
+        assert each["root_stress"] == pytest.approx([each["dynamic_factor"] * v for v in nominal(design, 100.0)])
+    both = "/".join(dict.fromkeys(measured(v, 3) for v in nominal(design, 100.0)))
+    assert dict(answer.facts)["load"].endswith(f", root stress {both} N/mm²")
+    assert any(text.startswith("Root stress: that under the load times a factor") for text in answer.basis)
+    assert f"(root {measured(document['avoid'][0]['dynamic_factor'] * max(nominal(design, 100.0)), 3)}" in sheet_html(
+        [answer])
+    pair = gc.assess(PAIR, "1400:1800:6", [100.0], starts=4)
+    assert "root" not in worst(pair) and all(each["root_stress"] is None for each in pair.document()["avoid"])

@@ -259,9 +259,9 @@ class VerdictText(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _beside(model: MeshModel) -> dict[str, str]:
+def _beside(model: MeshModel, factor: float | None) -> dict[str, str]:
     """What stands beside the dynamic factor of a motion, which is shown two or three times while it is computed."""
-    return beside_factors(model)
+    return beside_factors(model, factor=factor)
 
 
 def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
@@ -291,7 +291,7 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     rows += [(titles[n] + beside.get(n, ""), number(f"{float(value):.5g}", style.unit(value)))
              for n, value in measures.items()]
     if "dynamic_factor" in known or v.meshes:
-        rows += _beside(model).items()
+        rows += _beside(model, known.get("dynamic_factor")).items()
     if v.multipliers:
         rows.append((_MULTIPLIER, number(f"{max(map(abs, v.multipliers)):.6f}", "")))
         rows.append((quantity("residual").title, number(f"{v.residual:.2g}", "")))
