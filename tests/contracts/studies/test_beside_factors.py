@@ -125,6 +125,10 @@ def test_the_root_stress_stands_beside_the_factor_of_a_design(design):
                     (None, 100.0, 2.0), (replace(gears, profile_shift=(1.0, 0.0), centre_distance=None, rack={
                         "dedendum": 1.25, "root_radius": 0.0}), 100.0, 2.0)):
         assert peak_root_stress(*nothing) is None and root_in_words(*nothing) == ""
+    unlike = replace(gears, teeth=(27, 35))
+    stresses = peak_root_stress(unlike, 100.0, 2.0)
+    assert stresses[0] > 1.01 * stresses[1]
+    assert root_in_words(unlike, 100.0, 2.0) == f" (root {measured(stresses[0], 3)} N/mm²)"
     model = as_model(gears.at(speed=1500, torque=100))
     found = beside_factors(model, factor=2.0)["root stress"]
     assert found == f"{measured(2 * max(first, second), 3)} N/mm², whole force"
