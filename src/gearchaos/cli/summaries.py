@@ -317,7 +317,7 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
     mesh = f" of {largest['mesh']}" if "mesh" in largest else ""
     root = root_in_result(dataset, largest["value"], largest["at"]) if name == "dynamic_factor" else ""
-    print(textwrap.fill(f"largest {value}{mesh}{which}{root}, at {place}", _WIDTH, subsequent_indent="  "))
+    print(textwrap.fill(f"largest {value}{root}{mesh}{which}, at {place}", _WIDTH, subsequent_indent="  "))
     if words := words_beside(dataset, name):
         print(f"dynamic factor: {', '.join(words)}")
 

@@ -5,7 +5,10 @@ import pytest
 
 import gearchaos as gc
 from gearchaos import plot
-from tests import ONE_SPRING
+from gearchaos.gears.geometry.root_stress import root_stress
+from gearchaos.gears.operating import gears_from_json
+from gearchaos.gears.units import measured
+from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, run_json
 from tests.contracts.model.test_damping_law import PAIR
 from tests.pictures import legend_words
@@ -22,12 +25,13 @@ def test_a_map_of_gears_prints_contact_and_the_largest_factor(tmp_path):
     speed, torque = (float(where[int(where.argmax("cell"))][n]) for n in ("speed", "torque"))
     both = 100 * float((found.contact == 2).mean())
     assert 0 < share < 100 and 0 < both < 100
-    *rows, second, third = lines
-    first = " ".join(map(str.strip, rows))
+    said, third = " ".join(map(str.strip, lines[:-1])), lines[-1]
+    first, second = said.split(" largest ")
     assert first.startswith(f"teeth, one motion each: in contact {share:.3g} %, separate ")
     assert first.endswith(f", hit both flanks {both:.3g} % of the cells")
-    assert second == (f"largest dynamic factor {float(where.max()):.4g}, at speed {speed:.4g} rpm, "
-                      f"torque {torque:.4g} N m")
+    stress = float(where.max()) * max(root_stress(gears_from_json(found.attrs["gears"]).geometry, torque)) / 1e6
+    assert second == (f"dynamic factor {float(where.max()):.4g} (root {measured(stress, 3)} N/mm²), at speed "
+                      f"{speed:.4g} rpm, torque {torque:.4g} N m")
     assert third == "dynamic factor: mesh damping in contact alone, quasi-static ratio 1.75"
     assert document["contact"]["permanent"] == int((found.contact == 0).sum())
     assert document["largest"] == {
@@ -40,7 +44,8 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     share = 100 * float((found.contact_worst == 2).mean())
     assert lines[0].startswith("teeth: ") and f"hit both flanks {share:.3g} %" in lines[0]
     largest = float(found.dynamic_factor.max())
-    assert lines[1].startswith(f"largest dynamic factor {largest:.4g} (initial values), at speed")
+    first, rest = lines[1].split(" (root ")
+    assert first == f"largest dynamic factor {largest:.4g}" and " N/mm²) (initial values), at speed" in rest
     assert max(map(len, lines)) <= 80
 
 

@@ -131,10 +131,11 @@ def test_every_number_of_the_verdict_has_its_unit():
         assert text.where == "n₁ = 3000 rpm, M₁ = 100 N m"
         for name, value in text.rows:
             unit = value.split("\N{NO-BREAK SPACE}")[-1]
-            assert name in ("contact", "mesh damping", "quasi-static ratio") or unit in (
+            assert name in ("contact", "mesh damping", "quasi-static ratio", "root stress") or unit in (
                 "rpm", "Hz", "N m", "N", "mm/s", "µm", "1/s", "[–]", "Δ", "Δω₀", "ω₀"), (name, value)
     rows = dict(verdict_text(motion, view, Units(view.gears, True)).rows)
     assert (rows["mesh damping"], rows["quasi-static ratio"]) == ("in contact alone", "1.75")
+    assert rows["root stress"].endswith(" N/mm², whole force")
     assert rows["mesh frequency"] == "2500\N{NO-BREAK SPACE}Hz"
     force = 100 / (0.075 * np.cos(np.radians(20)))
     assert rows["static mesh force"] == f"{force:.5g}\N{NO-BREAK SPACE}N"
