@@ -8,7 +8,7 @@ from gearchaos import plot
 from gearchaos.gears.geometry.root_stress import root_stress
 from gearchaos.gears.operating import gears_from_json
 from gearchaos.gears.units import measured
-from tests import EXAMPLES, ONE_SPRING
+from tests import ONE_SPRING
 from tests.commands import ask, run_json
 from tests.contracts.model.test_damping_law import PAIR
 from tests.pictures import legend_words
