@@ -230,7 +230,7 @@ def add_set(dims, points, p, tables, place, step, closed, work):
     d = len(dims)
     if tables.entries[place] == tables.step.shape[1]:
         tables.entries[place] = 0
-        tables.bucket[place, :] = tables.follows[place, :] = -1
+        tables.bucket[place, :] = -1
     entry = tables.entries[place]
     tables.entries[place] = entry + 1
     tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
