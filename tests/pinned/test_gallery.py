@@ -36,6 +36,7 @@ def test_the_readme_shows_six_pictures_of_the_gallery_that_load_fast():
         assert (ROOT / path).stat().st_size < 100_000
         script = f"docs/gallery/plot_{Path(path).stem}.py"
         assert f"]({script})" in readme and (ROOT / script).exists()
-    pages = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
-    drawn = {path for path in (ROOT / "docs/pictures").glob("*.png") if f"(pictures/{path.name})" not in pages}
+    shelves = (ROOT / "docs", ROOT / "docs/explanation")
+    pages = "".join(page.read_text(encoding="utf-8") for shelf in shelves for page in shelf.glob("*.md"))
+    drawn = {path for path in (ROOT / "docs/pictures").glob("*.png") if f"pictures/{path.name})" not in pages}
     assert drawn == {ROOT / path for path in shown}
