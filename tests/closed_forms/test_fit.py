@@ -11,6 +11,8 @@ import gearchaos as gc
 from benchmarks.fit import BOUNDS, PAIR, trial
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.studies.fitted_motions import PairsAtSpeeds
+from gearchaos.studyfile import load_design
+from tests import EXAMPLES
 
 LINEAR = replace(PAIR, chi1=0.0, chi2=0.0, M10=400.0, error_amplitudes=(2e-6,))
 VARY = ("damping_ratio=0.02:0.15", "error1=0.5:10 um", "backlash=0.05:0.25 mm")
@@ -102,6 +104,21 @@ def test_harmonics_of_a_motion_with_impacts_are_those_of_an_integration(backlash
     np.testing.assert_allclose(found["acceleration"][0], np.abs(total) * (orders * rate) ** 2, rtol=1e-5)
     spectrum = 2 * np.mean(waves * force(*record), axis=1)  # of a force that jumps with the stiffness
     np.testing.assert_allclose(found["mesh force"][0], np.abs(spectrum), rtol=3e-3)
+
+
+def test_motions_on_the_front_flanks_of_pairs_with_corner_contact_do_not_depend_on_the_backlash():
+    """Their gaps are lengths, however many half backlashes that is; with a relief they are the sum of two."""
+    design = replace(load_design(EXAMPLES / "spur_50_50.toml"), torque=300.0, speed=3000.0)
+    for relief in (None, {"amount": "6 um", "start_diameter": "152.3 mm"}):
+        pair, speeds = replace(design, tip_relief=relief).to_pair(), np.array([2000.0, 2350.0, 3600.0])
+        alone = PairsAtSpeeds([pair], speeds, "torsional")
+        pairs = PairsAtSpeeds([replace(pair, backlash=b) for b in (7e-5, pair.backlash, 3e-4)], speeds, "torsional")
+        found, contact = pairs.harmonics(pairs.by_history().take(pairs.points), pairs.points, 3)
+        own, _ = alone.harmonics(alone.by_history().take(alone.points), alone.points, 3)
+        assert {CONTACTS[n] for n in contact} == {"permanent", "one-sided"}
+        for kind, each in found.items():
+            for one in each.reshape(3, len(speeds), 3):
+                np.testing.assert_allclose(one, own[kind], rtol=0, atol=2e-4 * own[kind].max())
 
 
 def test_a_softening_resonance_loses_contact_at_lower_speeds_as_the_speed_falls():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,14 +13,15 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.flow import OK, ExactFlow, Measure
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
-from gearchaos.model import vary
+from gearchaos.model import MeshModel, vary
 from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start, relative_rotation
-from gearchaos.model.switched import switched_system
+from gearchaos.model.switched import SwitchedAffine, switched_system
 from gearchaos.studies.initial_value_problems import PERIODS_PER_VALUE
 
 _INSTANTS = 128  # of a mesh period at which motions are sampled: the first harmonics of z are then right to about 1e-7
 _LONGEST = 8  # longest period of a motion that is known as an orbit
 _AVERAGED = 32  # periods over which any other motion is averaged
+_GAPS = ("relief1", "relief2", "crowning")  # of tooth pairs, in half backlashes
 _REACH = 1.0  # farthest that an orbit may be from the one from which it is continued, half backlashes
 
 
@@ -50,10 +52,23 @@ class PairsAtSpeeds:
                   if any(own[n] != each[0][n] for own in each)}
         values["omega"] = np.tile(pairs[0].n1 * RPM * speeds / pairs[0].omega0, len(pairs))
         self._batch = vary(models[0], values)
-        self._flow = ExactFlow(switched_system(self._batch), _INSTANTS)
         self._length = np.repeat([pair.half_backlash for pair in pairs], len(speeds))  # (V P,)
+        self._flow = ExactFlow(self._system(models, values), _INSTANTS)
         self._front = np.eye(self._flow.dimension)[:, :1]
         self.points = np.arange(self._batch.size)
+
+    def _system(self, models: Sequence[MeshModel], values: dict[str, np.ndarray]) -> SwitchedAffine:
+        """The systems of all points. Gaps beyond the path have no name by which a batch varies them: all gaps are those
+        with the least backlash, which has the finest pieces, in the ratio of the backlashes.
+        """
+        if not any(name.startswith("corner") for name in models[0].stiffness.unnamed()):
+            return switched_system(self._batch)
+        finest = int(np.argmin(self._length)) // self._count
+        system = switched_system(vary(models[finest], {n: v for n, v in values.items() if n not in _GAPS}))
+        assert system.contacts is not None
+        gap = system.contacts.offset.copy()
+        ratio, flank = (self._length.min() / self._length)[:, None, None, None], np.array([1.0, 0.0, 0.0])
+        return replace(system, contacts=system.contacts._replace(offset=(gap - flank) * ratio + flank))
 
     def _states(self, w: np.ndarray, period: np.ndarray, points: np.ndarray) -> Motions:
         return Motions((w - self._front) * self._length[points], period)
