@@ -6,22 +6,22 @@ At which speeds do the teeth of this pair separate, and how large is the mesh fo
 
 The pair is given as on its drawing. The motion from rest, those that slow sweeps of rising and falling speed pass, and
 those from random initial states are computed. The largest mesh force of each is divided by the static one. Dots mark
-motions in which the flanks separate and hit each other again. Up to 4200 rpm a slow run-up leads to a motion on both
-flanks with up to a hundred times the static force. No teeth bear that: it is a reason to avoid these
-speeds, not a load.
+motions in which the flanks separate and hit each other again. From rest and in slow sweeps the force is up to 7 times the
+static one. Some random states lead to motions on both flanks with over a hundred times that force, or without bound. No
+teeth bear that: it is a reason to avoid these speeds where the gears may be knocked, not a load.
 """
 
 import gearchaos as gc
 
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
-    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
+    quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality (typical)",
     backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
 found = gc.speeds_to_avoid(design, "500:8000:60", torque="150 N*m")
 ax = gc.plot.dynamic_factor(found.dataset)
 
 # %%
-# The same as a list: the edges are known to half a percent of the speed.
+# The same as a list, with the events of orbits as edges.
 
 for each in found.windows:
     print(f"{each.words}: up to {each.dynamic_factor:.2f} times the static force, at {each.speed_of_largest:.0f} rpm; "

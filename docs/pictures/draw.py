@@ -55,7 +55,7 @@ def method() -> None:
 
 
 def harris_map() -> None:
-    """The loaded transmission error of the pair of many papers with a tip relief."""
+    """The mesh deflection of the pair of many papers with a tip relief."""
     design = gc.GearDesign(teeth=(50, 50), module="3 mm", face_width="20 mm",
                            tip_relief={"amount": "12 um", "start_diameter": "152.3 mm"})
     _, ax = plt.subplots(figsize=(6.5, 4.4), layout="constrained")
@@ -133,7 +133,7 @@ def gears() -> None:
     """The dynamic factor of a pair along the speed, beside those of the standards."""
     design = gc.GearDesign(
         teeth=(50, 50), module="3 mm", face_width="20 mm", centre_distance="150 mm", bore="30 mm",
-        quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality",
+        quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality (typical)",
         backlash={"value": "0.12 mm", "of": "line of action, total"}, damping_ratio=0.05)
     _, ax = plt.subplots(figsize=(8, 4.2), layout="constrained")
     gc.plot.dynamic_factor(gc.dynamic_factor(design, "500:8000:200", torque="300 N*m"), ax)
