@@ -3,8 +3,8 @@ What does a coarser accuracy grade cost?
 ========================================
 
 The same pair of gears, made to ISO grades 5, 7 and 9: a typical transmission error of each grade sets the excitation.
-With the best grade the largest dynamic factor is 3.6, with the worst one 15, and the teeth separate over nearly all of the
-speed range.
+With the best grade the largest dynamic factor is 3.6, with the worst one 15, and the teeth separate over nearly all of
+the speed range.
 """
 
 from dataclasses import replace

@@ -37,8 +37,8 @@ ax.set(xlabel="mesh cycle", ylabel="mesh deflection (µm)")
 ax.legend(title="tip relief", ncols=2)
 
 # %%
-# In motion this variation excites the mesh. The dynamic factor falls with the relief, until the gap is more than the teeth
-# bend.
+# In motion this variation excites the mesh. The dynamic factor falls with the relief, until the gap is more than the
+# teeth bend.
 
 fig, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
 for relief in reliefs:

@@ -63,6 +63,15 @@ def harris_map() -> None:
     save("harris_map")
 
 
+def contact_pattern() -> None:
+    """The line load of a helical pair with a crowned lead."""
+    design = gc.GearDesign(teeth=(27, 35), module="3 mm", helix_angle="20 deg", face_width="25 mm", torque="200 N*m",
+                           lead_crowning="10 um")
+    _, ax = plt.subplots(figsize=(6.5, 4.4), layout="constrained")
+    gc.plot.contact_pattern(design, ax)
+    save("contact_pattern")
+
+
 def box(ax: Axes, x: float, y: float, words: str, colour: str) -> None:
     """A text in a frame."""
     frame = {"boxstyle": "round,pad=0.45", "facecolor": colour, "edgecolor": GREY}
@@ -196,5 +205,5 @@ def store() -> None:
 
 if __name__ == "__main__":
     mpl.use("Agg")
-    for draw in (model, method, verdicts, continuation, basins, gears, harris_map, covering, store):
+    for draw in (model, method, verdicts, continuation, basins, gears, harris_map, contact_pattern, covering, store):
         draw()
