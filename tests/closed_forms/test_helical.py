@@ -101,8 +101,9 @@ def test_the_curves_are_those_of_each_torque():
 def test_prescribed_is_the_stiffness_of_the_nominal_path():
     prescribed = replace(HELICAL, load_sharing="prescribed")
     assert not prescribed.under_load and prescribed.mesh_error.amplitudes == ()
-    assert prescribed.mesh_stiffness.reference == pytest.approx(
-        prescribed.tooth_stiffness.mesh_stiffness * 0.025, rel=1e-12)
+    nominal = prescribed.tooth_stiffness.mesh_stiffness * 0.025
+    assert prescribed.mesh_stiffness.reference == HELICAL.nominal_stiffness.reference
+    assert HELICAL.nominal_stiffness.reference == pytest.approx(nominal, rel=1e-12)
     alone = replace(HELICAL, corner_contact=False)
     assert contact_ratio_under_load(alone) == pytest.approx(HELICAL.geometry.contact_ratio, abs=1e-2)
     assert contact_ratio_under_load(HELICAL) > contact_ratio_under_load(alone)

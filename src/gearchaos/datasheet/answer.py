@@ -124,8 +124,6 @@ class Answer:
         if history := [range_in_words(*each) for each in self.speeds.in_contact_from_rest]:
             more = ", …" * (len(history) > 3)
             yield f"In contact from rest, others not: {', '.join(history[:3])}{more} rpm."
-        if self._root and self.speeds.windows:
-            yield "Root stress: that under the load times a factor, of the whole mesh force."
         if self.speeds.elsewhere is not None:
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"

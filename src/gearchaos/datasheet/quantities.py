@@ -118,7 +118,7 @@ class _Results:
 
     @cached_property
     def mesh(self) -> MeshStiffness:
-        return self.design.mesh_stiffness
+        return self.design.nominal_stiffness
 
     @cached_property
     def load(self) -> MeshLoad:
@@ -288,6 +288,9 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                                "mean over the mesh cycle, by the method of the design", _MODEL),
         "mesh_stiffness_mean": _row("mesh.reference", "c0", "N/µm", 1e-6,
                                     "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
+        "mesh_stiffness_under_load": _row(
+            lambda results: results.strips and results.design.mesh_stiffness.reference, "", "N/µm", 1e-6,
+            "mean over the mesh cycle at rest under the torque, of helical gears: c0 of the model", _MODEL),
         "mesh_stiffness_range": _row("mesh.extremes", "c_min, c_max", "N/µm", 1e-6,
                                      "least and greatest over the mesh cycle", _MODEL),
         "mesh_period_roll_angle": _row(

@@ -224,7 +224,7 @@ def by_standards(design: GearDesign, speeds: np.ndarray) -> dict[str, xr.Variabl
             out[standard.name].attrs["refused"] = " ".join(
                 f"{same[0][0]:g} to {same[-1][0]:g} rpm: {same[0][1]}" for same in stretches)
     width = design.geometry.common_face_width
-    for name, stiffness in (("resonance_ratio", lambda: design.mesh_stiffness.reference / width),
+    for name, stiffness in (("resonance_ratio", lambda: design.nominal_stiffness.reference / width),
                             ("resonance_ratio_ISO_B", lambda: design.tooth_stiffness.mesh_stiffness)):
         out[name] = variable(name, ("speed",), np.full(len(speeds), np.nan))
         try:

@@ -44,10 +44,10 @@ class Drawing(Inputs):
 
         That by ISO 6336-1 depends on the torque by the rule for low loads; the others do not.
         """
-        return self.strips.stiffness if self.under_load else self._nominal_stiffness
+        return self.strips.stiffness if self.under_load else self.nominal_stiffness
 
     @property
-    def _nominal_stiffness(self) -> MeshStiffness:
+    def nominal_stiffness(self) -> MeshStiffness:
         """That of teeth on their nominal path, whatever the load makes of it."""
         if isinstance(self.stiffness, TableFile):
             return _table_stiffness(self.stiffness, self.teeth[0], self.geometry.common_face_width)
@@ -138,7 +138,7 @@ class Drawing(Inputs):
     @cached_property
     def strips(self) -> Strips:
         """A helical pair in strips under its torque; raises `InputError` where an input is missing."""
-        reference, geometry = self._nominal_stiffness.reference, self.geometry
+        reference, geometry = self.nominal_stiffness.reference, self.geometry
         pairs = self._pairs(reference)
         assert pairs is not None
         return Strips(pairs=pairs, reference=reference, overlap=geometry.overlap_ratio,
@@ -174,8 +174,8 @@ class Drawing(Inputs):
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
-        """The mesh stiffness by the method of the design, then by all others that it can be computed by."""
-        found = [self.mesh_stiffness]
+        """The mesh stiffness of the model, then by the method of the design and all others that it can have."""
+        found = [self.mesh_stiffness, *[self.nominal_stiffness] * self.under_load]
         for method in methods().values():
             if method.name != self.stiffness:
                 with suppress(InputError):  # without a bore, or for helical gears
