@@ -92,10 +92,9 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
 
 
 def _load_sharing(design: GearDesign) -> Iterator[Change]:
-    """The other ways in which the tooth pairs of a design can share its load; one spring has no relief."""
-    relieved = design.tip_relief is not None and any(design.tip_relief.amount)
-    for sharing, corners in ((None, True), (None, False), *[("prescribed", None)] * (not relieved)):
-        with suppress(InputError):  # teeth that cannot have it
+    """The other ways in which the tooth pairs of a design can share its load."""
+    for sharing, corners in ((None, True), (None, False), ("prescribed", None)):
+        with suppress(InputError):  # for teeth that cannot have it, and one spring beside a relief
             fields: dict[str, Any] = {"load_sharing": sharing, "corner_contact": corners}
             other = replace(design, **fields)
             if other.sharing_in_words != design.sharing_in_words:

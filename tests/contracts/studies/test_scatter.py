@@ -296,6 +296,14 @@ def test_the_limit_of_the_force_is_over_the_quasi_static_peak_where_there_is_one
     assert any(f"force over 1.5 times the {over}" in text for text in answer(content, content["torques"][0]))
 
 
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")  # a constant stiffness excites nothing
+def test_the_limit_of_the_force_says_so_where_the_gears_as_they_are_have_no_jump_but_others_do(tmp_path):
+    (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,300\n")
+    model = replace(DESIGN, stiffness={"table": str(tmp_path / "c.csv")})
+    for vary, over in ((VARY, "static force"), (["stiffness=ISO 6336-1,potential energy"], "quasi-static peak")):
+        assert scatter_document(study(vary, model=model).run())["force_over"] == over
+
+
 def test_the_picture_has_probabilities_and_indices():
     found = gc.scatter(MODEL, ["eps1=0.045±0.005", "zeta=0.04:0.06"], "omega=0.7:0.9:4", samples=64)
     above, below = gc.plot.scatter(found).axes
