@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.scatter import _most, answer, scatter_document
+from gearchaos.datasheet.scatter import _force_over, _most, answer, scatter_document
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
@@ -296,12 +296,11 @@ def test_the_limit_of_the_force_is_over_the_quasi_static_peak_where_there_is_one
     assert any(f"force over 1.5 times the {over}" in text for text in answer(content, content["torques"][0]))
 
 
-@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")  # a constant stiffness excites nothing
-def test_the_limit_of_the_force_says_so_where_the_gears_as_they_are_have_no_jump_but_others_do(tmp_path):
-    (tmp_path / "c.csv").write_text("fraction,level [N/um]\n0,300\n")
-    model = replace(DESIGN, stiffness={"table": str(tmp_path / "c.csv")})
-    for vary, over in ((VARY, "static force"), (["stiffness=ISO 6336-1,potential energy"], "quasi-static peak")):
-        assert scatter_document(study(vary, model=model).run())["force_over"] == over
+def test_inputs_that_may_make_the_stiffness_jump_are_known_by_their_names():
+    found = study(["eps1=0.04:0.05"], **OF_MODEL).run()  # of a stiffness without jumps
+    for name, over in (("stiffness", "quasi-static peak"), ("design.load_sharing", "quasi-static peak"),
+                       ("backlash", "static force")):
+        assert _force_over(found.assign_coords(varied=[name])) == over
 
 
 def test_the_picture_has_probabilities_and_indices():
