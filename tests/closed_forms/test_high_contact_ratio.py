@@ -9,6 +9,8 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.quantities import datasheet
+from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.view.text import from_query, to_query
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak, two_pairs_from
 from gearchaos.gears.operating import as_model
@@ -172,6 +174,25 @@ def test_the_contact_ratio_has_a_rule_for_each_kind_of_stiffness(kind):
                 ask(wrong)
             assert caught.value.field == "contact_ratio"
             assert np.isnan(wrong) or (f"must lie in [1, {most}]" in str(caught.value) and caught.value.advice)
+
+
+def test_the_explorer_takes_contact_ratios_of_tooth_pairs_up_to_4():
+    view = view_of(gc.MeshModel.of(kind="single", stiffness=gc.ToothPairStiffness())).with_value("contact_ratio", 3.2)
+    assert from_query(to_query(view), view).operating_point.stiffness.contact_ratio == 3.2
+    for kind, words in ((view.with_stiffness("two-level"), r"\[1, 2\]; got 4"), (view, r"\[1, 4\] in the explorer")):
+        with pytest.raises(gc.InputError, match=words):
+            kind.with_value("contact_ratio", 4.0 if "2" in words else 4.5)
+
+
+def test_a_contact_ratio_that_is_varied_across_2_and_3_has_the_motions_of_its_points():
+    model = gc.MeshModel.of(kind="single", omega=0.8, zeta=0.05, q0=0.3, stiffness=gc.ToothPairStiffness(
+        (0.4,), relief1=0.1, relief2=0.1, corner1=(9.0,), corner2=(9.0,), corner_length1=0.15, corner_length2=0.15))
+    along = gc.bifurcation(model, "contact_ratio=1.5:3.5:5", points=0)
+    assert along["contact_ratio"].values.tolist() == [1.5, 2.0, 2.5, 3.0, 3.5]
+    for ratio in along["contact_ratio"].values.tolist():
+        one, own = along.sel(contact_ratio=ratio), gc.regime(model.with_values({"contact_ratio": ratio}))
+        assert int(one["period"]) == own.period == 1
+        assert float(one["dynamic_factor"]) == pytest.approx(own.dynamic_factor, rel=1e-9)
 
 
 def test_a_train_with_more_contacts_than_can_be_told_apart_is_refused():
