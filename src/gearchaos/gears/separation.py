@@ -68,13 +68,15 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
     """Torque less the separation torque, N m, over torques (Q,) in N m and speeds (P,) in rpm of wheel 1: (Q, P).
 
     Where it is positive, a motion in permanent contact exists. The stiffness is the time mean of the design's mesh
-    stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads. Raises `InputError` if an
-    input of the model is missing, or a torque is 0 and the stiffness is by ISO 6336-1.
+    stiffness at each torque, on which it depends by the rule of ISO 6336-1 for low loads; that of helical pairs, and
+    their error, by what touches under load. Raises `InputError` if an input of the model is missing, or a torque is 0
+    and the stiffness is by ISO 6336-1.
     """
-    error, radius = design.error_harmonics, design.geometry.base_diameter[0] / 2
+    radius = design.geometry.base_diameter[0] / 2
     return np.array([
         torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
             phases=error.phases, unilateral=there.damping_law == "unilateral")
-        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]])
+        for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]
+        for error in [there.mesh_error]])
