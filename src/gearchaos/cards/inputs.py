@@ -149,6 +149,8 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "basic rack": f"h_aP {rack.addendum:g}, h_fP {rack.dedendum:g}, ρ_fP {rack.root_radius:g}, in modules",
         "bore": "" if d.bore is None else f"{digits(d.bore, 1e3)} mm",
         "tip relief": "" if d.tip_relief is None or not any(d.tip_relief.amount) else _relief(d.tip_relief),
+        "lead crowning": f"{d.lead_crowning * 1e6:.6g} µm" if d.lead_crowning else "",
+        "lead slope": f"{digits(d.lead_slope, 1e6)} µm over the face width" if d.lead_slope else "",
         "load sharing": d.sharing_in_words,
         "quality": "" if d.quality is None else f"{d.quality.standard}, grade {digits(d.quality.grades)}" + (
             "" if d.quality.deviations is None else f", deviations {digits(d.quality.deviations)} of the permissible"),
