@@ -10,7 +10,7 @@ from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.gears.loaded_error import best_relief, loaded_error, peak_to_peak
+from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, loaded_error, peak_to_peak
 from tests.branches import axes
 from tests.pictures import legend_words
 
@@ -63,7 +63,7 @@ def test_tooth_pairs_give_way_until_those_that_touch_carry_the_force():
     (300, {"amount": ["12 um", "0 um"], "start_diameter": ["75.2 mm", "111 mm"]}, False),
     (300, {"amount": "5 um", "start_diameter": ["76 mm", "112 mm"]}, False)],
     ids=["light", "heavy", "corners", "wheel 1", "short"])
-def test_no_relief_in_the_given_ratio_makes_the_deflection_vary_less(torque, relief, corners):
+def test_no_smaller_relief_in_the_given_ratio_makes_the_deflection_vary_less(torque, relief, corners):
     def with_amounts(amounts: list[float]) -> gc.GearDesign:
         return replace(design, tip_relief={**given, "amount": [f"{v} m" for v in amounts]})
 
@@ -72,10 +72,12 @@ def test_no_relief_in_the_given_ratio_makes_the_deflection_vary_less(torque, rel
     best, least = best_relief(design)
     assert best[0] * design.tip_relief.amount[1] == pytest.approx(best[1] * design.tip_relief.amount[0], rel=1e-12)
     assert peak_to_peak(with_amounts(best)) == pytest.approx(least, rel=1e-9)
-    most = 4 * torque / (design.geometry.base_diameter[0] / 2) / min(design.tooth_pairs.stiffness)
+    alone = torque / (design.geometry.base_diameter[0] / 2) / max(design.tooth_pairs.stiffness)
+    most = 1.02 * best[0] or alone / 2  # larger ones may keep pairs apart
     others = [peak_to_peak(with_amounts([share * v for v in design.tip_relief.amount]))
-              for share in np.linspace(0, most / max(design.tip_relief.amount), 61)]
+              for share in np.linspace(0, most / design.tip_relief.amount[0], 52)]
     assert least <= min(others) * (1 + 2e-3)
+    assert contact_ratio_under_load(with_amounts(best)) > 1.05  # pairs are not kept apart
 
 
 def test_the_best_relief_down_to_single_contact_ends_the_variation():
@@ -162,7 +164,8 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
         f"at rest least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
     assert dict(plain.facts)["load sharing"] == "prescribed, one spring"
     assert dict(Answer.of(replace(DESIGN, torque=None)).facts)["load sharing"] == "tooth pairs with corner contact"
-    assert dict(Answer.of(replace(DESIGN, helix_angle=0.2)).facts)["load sharing"].endswith("enter contact bit by bit")
+    helical = dict(Answer.of(replace(DESIGN, helix_angle=0.2)).facts)["load sharing"]
+    assert helical.startswith("under load, in strips across the width with corner contact, mesh deflection 2.9")
     page = sheet_html([shared])
     assert "Mesh deflection" in page and "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in page
     assert "Mesh deflection" not in sheet_html([plain])

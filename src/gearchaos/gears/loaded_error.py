@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _POSITIONS = 4096  # positions in the mesh cycle from which peak to peak is taken
 _CYCLE = np.arange(_POSITIONS) / _POSITIONS
 _LARGEST_RELIEF = 4.0  # amount up to which a relief is varied, over the deflection of one pair that carries all
-_AMOUNTS = 33  # amounts that are tried before the search between two of them
+_AMOUNTS = 65  # amounts that are tried before the search between two of them
 _TORQUES = 1e-4  # to which a torque is found, relative
 _LIGHT = 1e-5  # torque that counts as any, over the largest: gaps of corner contact are not known to its deflection
 _NO_GAIN = 1e-3  # by less than this share of the variation without relief no relief lessens it
@@ -97,7 +97,8 @@ def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:
     then varies, m.
 
     The amounts are in the ratio of those of the design, over the same lengths and in the same shape, and at most four
-    times what one pair alone bends. They are 0 where no relief lessens the variation. None without a relief that tooth
+    times what one pair alone bends. Of several minima they are the first: larger amounts keep pairs apart, so that one
+    bears all. They are 0 where no relief lessens the variation. None without a relief that tooth
     pairs have.
     """
     from scipy.optimize import minimize_scalar  # here, since most of what is computed of gears does not need it
@@ -113,7 +114,10 @@ def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:
         return float(np.ptp(static_deflection(replace(stiffness, relief1=first, relief2=second), force, _CYCLE)))
 
     tried = np.linspace(0.0, largest, _AMOUNTS)
-    least = tried[np.argmin([variation(amount) for amount in tried])]
+    varied = np.array([variation(amount) for amount in tried])
+    minima = np.flatnonzero((varied[1:-1] < varied[:-2]) & (varied[1:-1] <= varied[2:])) + 1
+    minima = minima[varied[minima] < (1 - _NO_GAIN) * varied[0]]
+    least = tried[minima[0] if len(minima) else np.argmin(varied)]
     found = minimize_scalar(variation, bounds=(max(least - tried[1], 0.0), least + tried[1]), method="bounded",
                             options={"xatol": 1e-4 * largest})
     amount = found.x if found.fun < (1 - _NO_GAIN) * variation(0.0) else 0.0
