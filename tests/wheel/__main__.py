@@ -71,7 +71,7 @@ CHAINS = (
         "run study.toml --out z.zarr --tile 4", "info z.zarr", "plot z.zarr --out zarr.png", "export z.zarr --out e.nc",
         "map design.toml --speed 1000:6000:4 --torque 100:300:3 --out map.nc --plot map.png --json",
         "script --set omega=0.8 --out script.py",
-        "script design.toml --for julia --set damping_law=always --out script.jl",
+        "script design.toml --for julia --set damping_law=always --set design.load_sharing=prescribed --out script.jl",
         "--show-completion bash", "doctor --json",
     ),
 )
