@@ -101,11 +101,11 @@ def test_gears_are_damped_in_contact_and_dimensionless_models_always(design):
 def test_a_proof_of_gears_says_what_to_set(design):
     pytest.importorskip("flint")
     design.write_text(DESIGN + "[operation]\nspeed = 1500\ntorque = 100\n")
-    assert "load_sharing = 'prescribed'" in refused("regime", design, "--prove")
-    design.write_text(DESIGN + "load_sharing = 'prescribed'\n[operation]\nspeed = 1500\ntorque = 100\n")
-    said = refused("regime", design, "--prove")
+    said, one_spring = refused("regime", design, "--prove"), ("--set", "design.load_sharing=prescribed")
+    assert "stiffness must be one spring for a proof; got 'tooth pairs" in said and " ".join(one_spring) in flat(said)
+    said = refused("regime", design, "--prove", *one_spring)
     assert "damping_law must be always for a proof; got 'contact'" in said and "--set damping_law=always" in said
-    assert run_json("regime", design, "--prove", "--set", "damping_law=always")["proof"]["proved"]
+    assert run_json("regime", design, "--prove", *one_spring, "--set", "damping_law=always")["proof"]["proved"]
 
 
 def test_of_tooth_pairs_the_ratio_is_named_at_one_load_alone():

@@ -73,8 +73,8 @@ class Stiffness(ABC):
         """Raise `InputError` if tooth pairs share the load, where ``what`` can only have one spring."""
         if self.shared:
             raise InputError("stiffness", f"must be one spring for {what}", self.describe(),
-                             "Of a design: load_sharing = 'prescribed'. Else give the sum of the pairs as a "
-                             "SteppedStiffness. Relief then has no effect.")
+                             "Of a design: load_sharing = 'prescribed', or --set design.load_sharing=prescribed. Else "
+                             "give the sum of the pairs as a SteppedStiffness. Relief then has no effect.")
 
     def check(self, varied: Mapping[str, Any], amplitudes: np.ndarray, phases: np.ndarray) -> None:
         """`check_together` for a batch of this stiffness with other values, arrays (P,), for some parameters."""
