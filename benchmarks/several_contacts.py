@@ -45,6 +45,10 @@ CASES: dict[str, MeshModel] = {
                                   stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
     "pairs, corner contact": MeshModel.of(kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
                                           stiffness=CORNERS),
+    **{f"{number} pairs at a time": MeshModel.of(
+        kind="single", zeta=0.05, q0=0.2, eps1=0.05, damping_law="contact",
+        stiffness=replace(CORNERS, levels=(1.1 / ratio,), contact_ratio=ratio))
+       for number, ratio in (("three", 2.6), ("four", 3.4))},
     "pairs, full contact": MeshModel.of(kind="single", zeta=0.15, q0=1.5, damping_law="contact",
                                         stiffness=PAIRS.with_values({"relief1": 0.2, "relief2": 0.2})),
 }

@@ -68,15 +68,17 @@ def _doubtful(points, m, offset, closed, begin, z0, z1, half, second):
     mesh m), and the bound ``second`` of the second derivatives beside 2 ``half``, that of the displacement."""
     found, rest = 0, 1.0 - begin
     zero, share = broadcast(0.0), broadcast(0.125 * rest * rest)
-    for v in range(offset.shape[1] // WIDTH):
-        o0, o1, o2, side = (load(offset, v), load(offset, offset.shape[1] // WIDTH + v),
-                            load(offset, 2 * (offset.shape[1] // WIDTH) + v), load(points.sides, v))
+    vectors = len(points.sides) // WIDTH
+    for v in range(vectors):
+        o0, o1, o2 = load(offset, v), load(offset, vectors + v), load(offset, 2 * vectors + v)
+        side = load(points.sides, v)
         gap0 = side * broadcast(z0) - vfma(broadcast(begin), vfma(broadcast(begin), o2, o1), o0)
         gap1 = side * broadcast(z1) - (o0 + o1 + o2)
         bent = share * (vabs(side * broadcast(half) - o2) * broadcast(2.0) + broadcast(second))
         opens = bits((bent < gap0) & (bent < gap1))
         stays = bits((gap0 < zero - bent) & (gap1 < zero - bent))
-        found |= ~((closed >> (v * WIDTH) & opens) | (~(closed >> (v * WIDTH)) & stays)) << (v * WIDTH)
+        here = closed >> (v * WIDTH)
+        found |= (~((here & opens) | (~here & stays)) & (1 << WIDTH) - 1) << (v * WIDTH)
     return found
 
 
