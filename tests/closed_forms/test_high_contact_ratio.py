@@ -23,7 +23,7 @@ from tests.branches import axes
 
 HIGH = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", rack={"addendum": 1.3, "dedendum": 1.5, "root_radius": 0.25},
-    bore="60 mm", torque=300, speed=2000, load_sharing="tooth pairs", damping_ratio=0.05, transmission_error="none",
+    bore="60 mm", torque=300, speed=2000, corner_contact=False, damping_ratio=0.05, transmission_error="none",
     backlash={"value": "0.12 mm", "of": "line of action, total"})
 DESIGNS = {
     "50/50": HIGH, "30/45": replace(HIGH, teeth=(30, 45), module="2 mm", bore="20 mm", torque=80),
