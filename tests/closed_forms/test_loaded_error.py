@@ -161,7 +161,7 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
     (first, second), least = (sheet[f"best_{n}"].value for n in ("tip_relief", "loaded_error_peak_to_peak"))
     assert dict(shared.facts)["load sharing"] == (
         f"tooth pairs on their nominal path alone, mesh deflection {found.value:.3g} µm peak to peak; "
-        f"at rest least with a relief of {first:.3g} / {second:.3g} µm: {least:.3g} µm")
+        f"at rest least with a relief of {first:.3g} / {second:.3g} µm from these diameters: {least:.3g} µm")
     assert dict(plain.facts)["load sharing"] == "prescribed, one spring"
     assert dict(Answer.of(replace(DESIGN, torque=None)).facts)["load sharing"] == "tooth pairs with corner contact"
     helical = dict(Answer.of(replace(DESIGN, helix_angle=0.2)).facts)["load sharing"]

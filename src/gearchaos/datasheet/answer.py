@@ -204,7 +204,7 @@ class Answer:
             return f"; at rest no relief from these diameters lessens it, {least} begins at {single} mm"
         amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
         least = self._value("best_loaded_error_peak_to_peak")
-        return f"; at rest least with a relief of {amounts} {best.unit}: {least}"
+        return f"; at rest least with a relief of {amounts} {best.unit} from these diameters: {least}"
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""

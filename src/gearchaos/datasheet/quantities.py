@@ -153,7 +153,9 @@ class _Results:
 
     @cached_property
     def resonance(self) -> Resonance:
-        return resonance(self.design.teeth[0], self.mean_stiffness, self.reduced_mass, self.line_load)
+        """At the mean stiffness of the model, which of helical gears is that under load."""
+        mean = self.design.mesh_stiffness.reference / self.geometry.common_face_width
+        return resonance(self.design.teeth[0], mean, self.reduced_mass, self.line_load)
 
     @property
     def tangential_composite_deviation(self) -> tuple[float, float]:
@@ -195,7 +197,8 @@ class _Results:
     def strips(self) -> AtRest:
         """The strips of a helical pair at rest; raises `_NoValueError` where there are none."""
         if not self.design.under_load:
-            raise _NoValueError("Strips across the width are those of helical gears under a torque.", True)
+            raise _NoValueError("Strips across the width need a torque." if self.design.in_strips else
+                                "Spur gears are not cut into strips across the width.", True)
         return self.design.strips.cycle
 
     @property
@@ -203,7 +206,7 @@ class _Results:
         """The design; raises `_NoValueError` where tooth pairs are no springs of their own."""
         if self.design.in_strips:
             raise _NoValueError("Helical gears have it along the width, not at one instant." if self.design.torque
-                                else "No torque is given.", True)
+                                else "There is no load.", True)
         if not self.design.shares_load:
             reason = f", since {self.design.one_spring}" if self.design.one_spring else (
                 ". load_sharing = 'tooth pairs' gives each pair its own")
@@ -287,7 +290,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "mesh_stiffness": _row("mean_stiffness", "c_γα", "N/(mm µm)", 1e-9,
                                "mean over the mesh cycle, by the method of the design", _MODEL),
         "mesh_stiffness_mean": _row("mesh.reference", "c0", "N/µm", 1e-6,
-                                    "mean over the mesh cycle, over the whole face width: c_γα b", _MODEL),
+                                    "mean over the mesh cycle of teeth on their nominal path, over the whole "
+                                    "face width: c_γα b", _MODEL),
         "mesh_stiffness_under_load": _row(
             lambda results: results.strips and results.design.mesh_stiffness.reference, "", "N/µm", 1e-6,
             "mean over the mesh cycle at rest under the torque, of helical gears: c0 of the model", _MODEL),

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gearchaos.datasheet.answer import edges, listed, pair_title
+from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
-from gearchaos.studies.beside_factors import root_in_words
+from gearchaos.studies.beside_factors import peak_root_stress, root_in_words
 from gearchaos.studies.quasi_static import ratio_in_words
 from gearchaos.studies.speed_windows import CONTACT_WORDS, INWARDS, UNBOUNDED, ends_in_words, range_in_words
 
@@ -104,7 +105,20 @@ def worst(found: Assessment) -> str:
     meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * int(contact == 2)
     root = root_in_words(found.gears, at.torque, part.dynamic_factor)
     return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}{root}, at "
-            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{decides}")
+            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{_largest_root(found, at.torque)}{decides}")
+
+
+def _largest_root(found: Assessment, torque: float) -> str:
+    """The largest root stress where it is at another torque than the largest dynamic factor; empty where it is not."""
+    peaks = [(peak_root_stress(found.gears, each.torque, each.largest.dynamic_factor), each) for each in found.at]
+    known = [(max(stress), each) for stress, each in peaks if stress is not None]
+    if not known:
+        return ""
+    stress, at = max(known, key=lambda pair: pair[0])
+    if at.torque == torque:
+        return ""
+    return (f"; the largest root stress {measured(stress, 3)} {ROOT_STRESS.unit}, at {at.largest.largest_at} rpm and "
+            f"{at.torque:.6g} N m")
 
 
 def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:

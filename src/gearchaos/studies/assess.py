@@ -236,4 +236,5 @@ def _torques(given: Any) -> Sequence[float | None]:
 def _check_torque(value: float) -> None:
     """Raise `InputError` for a torque without load."""
     if value == 0 or not math.isfinite(value):
-        raise InputError("torque", "must be finite and not 0", value, "Without load there is no ratio of forces.")
+        raise InputError("torque", "must be finite and not 0", value,
+                         "Without load there is no ratio of forces; gearchaos rattle looks at gears without load.")

@@ -199,7 +199,7 @@ def loaded(design: Any, torque: Any) -> GearDesign:
         loaded.at(speed=1.0).to_pair()  # names all inputs that are missing
     if loaded.given("torque") == 0:
         raise InputError("torque", "must be greater than 0", loaded.torque,
-                         "Without load there is no ratio of forces.")
+                         "Without load there is no ratio of forces; gearchaos rattle looks at gears without load.")
     if loaded.turning:
         warnings.warn("Faults, pitch errors and eccentricity are left out here: standards and the speeds to avoid take "
                       "all teeth to be alike. Studies of motions take them as they are.", DesignWarning, stacklevel=1)

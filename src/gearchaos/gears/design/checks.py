@@ -84,7 +84,8 @@ def check_load_sharing(design: Drawing) -> None:
                          "Tip corners meet where each tooth pair has a gap: leave load_sharing out.")
     for name in ("lead_crowning", "lead_slope"):
         if getattr(design, name) and not design.in_strips:
-            raise InputError(name, "must be left out where the mesh is not in strips across the width",
+            raise InputError(name, "must be left out where the mesh is not in strips across the width"
+                             if design.helix_angle else "must be left out for spur gears",
                              units.Shown(getattr(design, name), getattr(design, name)),
                              "It acts on helical pairs, by load_sharing = 'under load', their default.")
         check_plausible(name, abs(getattr(design, name)), 0.0, design.module / 5,
@@ -220,7 +221,9 @@ def _error_warnings(design: Drawing) -> list[str]:
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
     shares = design.shares_load or design.in_strips
     if design.relief_left_out:
-        found.append("tip_relief has no effect on the motion: give its start_diameter, where it begins.")
+        begins = " and ".join(str(units.Length(d, d)) for d in design.geometry.single_contact_diameter)
+        found.append("tip_relief has no effect on the motion: give its start_diameter, where it begins. "
+                     f"{design.geometry.least_contact.capitalize()} begins at {begins}.")
     elif shares and any(getattr(design.tip_relief, "amount", ())) and isinstance(
             design.transmission_error, ErrorFile):
         found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must "

@@ -44,7 +44,8 @@ class RootFactors:
 
     root_form_factor: tuple[float, float] = described(
         "Y_F", "6 (h_Fe/m_n) cos α_Fen/((s_Fn/m_n)² cos α_n)", f"{_CLAUSE}, 6.2",
-        words="form factor of the root, load at the outer point of single pair contact")
+        words="form factor of the root, load at the outer point of single pair contact; above a contact ratio of 2 an "
+              "assumption: the whole force there")
     root_stress_correction: tuple[float, float] = described(
         "Y_S", "(1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_Fe, q_s = s_Fn/(2 ρ_F)", f"{_CLAUSE}, 7.2",
         words="stress correction factor of the root")
