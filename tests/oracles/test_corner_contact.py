@@ -195,8 +195,7 @@ def test_without_corner_contact_the_path_is_the_nominal_one():
     ({"corner_contact": 1}, "corner_contact must be true or false"),
     ({"load_sharing": "prescribed"}, "must be left out where the mesh is one spring"),
     ({"load_sharing": "prescribed", "corner_contact": False}, "must be left out where the mesh is one spring"),
-    ({"helix_angle": 0.2, "load_sharing": None, "centre_distance": None},
-     "Helical teeth enter contact bit by bit")])
+    ({"helix_angle": 0.2, "load_sharing": "prescribed", "centre_distance": None}, "leave load_sharing out")])
 def test_bad_input_names_what_to_do(changes, words):
     with pytest.raises(InputError, match=words):
         replace(SPUR, **changes)

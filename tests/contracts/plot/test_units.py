@@ -59,8 +59,8 @@ def test_picture_is_the_same_but_for_its_scales(name):
 def test_every_picture_of_a_result_is_compared():
     of_none = {"backlash", "schematic", "stiffness", "motion", "result"}  # of a model, or made of the others
     of_none |= {"skeleton", "manifolds", "agreement"}  # compared in test_curve.py and its neighbours
-    of_none |= {"dynamic_factor", "gear_pair", "harris_map", "mesh_stiffness", "separation_line", "transmission_error",
-                "runup", "orders", "fit", "scatter", "assessment"}  # always in units
+    of_none |= {"contact_pattern", "dynamic_factor", "gear_pair", "harris_map", "mesh_stiffness", "separation_line",
+                "transmission_error", "runup", "orders", "fit", "scatter", "assessment"}  # always in units
     of_none |= {"train", "modes", "campbell", "flanks"}  # in SI, or over the time alone
     of_none |= {"motion_strip", "class_legend", "attractor_legend"}  # beside others
     of_none |= {"attractor_names", "motion_class", "save_with_data", "style"}  # no pictures
