@@ -309,8 +309,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             _MODEL),
         "contact_ratio_under_load": _row(
             lambda results: contact_ratio_under_load(results.loaded), "", "", 1.0, "tooth pairs in contact at rest "
-            "under the torque, mean over the mesh cycle; of helical gears the length of contact over the face width",
-            _MODEL),
+            "under the torque, mean over the mesh cycle; of helical pairs length of the contact lines over the face "
+            "width", _MODEL),
         "width_in_contact": _row(
             lambda results: float(results.strips.width.mean()), "", "%", 100.0, "share of the face width on which "
             "tooth pairs touch at rest under the torque, mean over the mesh cycle", _MODEL),

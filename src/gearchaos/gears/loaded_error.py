@@ -57,7 +57,7 @@ def peak_to_peak(gears: GearPair | GearDesign) -> float:
 def contact_ratio_under_load(design: GearDesign) -> float:
     """How many tooth pairs touch at rest under the torque, the mean over the mesh cycle; of pairs that share the load.
 
-    Of helical pairs a part of the width counts as that part of a pair.
+    Of helical pairs a part of the width counts as that part of a pair: the length of the contact lines over the width.
     """
     if design.under_load:
         return float(design.strips.cycle.pairs.mean())

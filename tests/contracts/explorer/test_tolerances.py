@@ -117,7 +117,7 @@ def test_words_are_those_of_the_command(found):
                         for end in ("", "_lo", "_hi"))
     assert text.sentences[0] == (f"100 N m: contact is lost from rest with probability {value:.2f} ({low:.2f} to "
                                  f"{high:.2f}) at 3000 rpm.")
-    assert text.sentences[-1] == ("The gears as they are, at the upper limit of the grade: separation, dynamic factor "
+    assert text.sentences[-1] == ("The gears as they are, at the limit of the grade: separation, dynamic factor "
                                   "2.89 times the quasi-static ratio.")
     assert "backlash 0.084:0.156 mm" in text.tried[0] and "assumed: 30 %" in text.tried[-1]
     assert [name for _, name in text.legend.entries] == ["in contact", "separation", "both flanks",
@@ -127,7 +127,7 @@ def test_words_are_those_of_the_command(found):
 @pytest.mark.slow
 def test_words_say_whose_inputs_they_are(with_lists):
     text = cloud_text(with_lists, replace(VIEW, vary=("quality.grade=3,9",)))
-    assert "of the study file" in text.tried[-1] and "upper limit" not in text.sentences[-1]
+    assert "of the study file" in text.tried[-1] and "at the limit" not in text.sentences[-1]
 
 
 def drawn(found):

@@ -105,7 +105,7 @@ def test_missing_inputs_are_named_with_the_quantities_that_need_them(sheet):
     if design.bore is not None:  # nothing is missing; what has no value left out
         values = {n: e for n, e in entries.items() if e.value is not None}
         assert 'id="missing"' not in sheet_html([Answer(design, values)])
-        assert "is an assumption, an upper limit of the grade" in html
+        assert "is an assumption, both wheels at the limit of the grade" in html
         return
     missing = html[html.index('id="missing"'):]
     for field in ("backlash", "bore", "speed", "quality", "damping_ratio"):

@@ -59,7 +59,7 @@ def test_the_transmission_error_says_which_formula_it_has_with_which_values():
     for design in (older, newer):
         row = datasheet(design)["transmission_error_amplitudes"]
         assert "f_i′ = K (4.3 2^((Q−5)/2) + f_pt + F_α)" in row.formula
-        assert "6 and 7: assumption, upper limit of the grade" in row.source
+        assert "6 and 7: assumption, both wheels at the limit of the grade" in row.source
         (warning,) = design.assumptions
         assert warning.startswith("The accuracy grade gives no transmission error; this one is an assumption")
     source = datasheet(newer)["transmission_error_amplitudes"].source

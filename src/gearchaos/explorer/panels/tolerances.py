@@ -115,7 +115,7 @@ def cloud_text(found: Cloud, view: View) -> CloudText:
     at_limit = any(name.startswith(DEVIATIONS) and own is None for name, own in zip(
         content["inputs"], found.values, strict=True))
     times = " times the quasi-static ratio" * (content["force_over"] == QUASI_STATIC)
-    own = f"the gears as they are{', at the upper limit of the grade' * at_limit}: {contact}" + (
+    own = f"the gears as they are{', at the limit of the grade' * at_limit}: {contact}" + (
         f", dynamic factor {found.factor:.2f}{times}" if np.isfinite(found.factor) else "")
     sentences = [f"{text[0].upper()}{text[1:]}." for text in (*answer(content, one), own)]
     source = "The inputs and their scatter are those of the study file." if view.vary else (

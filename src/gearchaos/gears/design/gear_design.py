@@ -107,13 +107,13 @@ class GearDesign(Drawing, HasCard):
         stiffness that is not from a table.
     lead_crowning, lead_slope : length, optional
         By how much the flanks of helical teeth are apart at both ends of the common face width where they touch in its
-        middle, and at the trailing end (negative: the leading one) where they touch at the other; by default 0. Both
-        are sums of both wheels, along the line of action.
+        middle, as a parabola, C_β, and at the trailing end (negative: the leading one) where they touch at the other;
+        by default 0. Both are sums of both wheels, along the line of action.
     corner_contact : bool, optional
         Whether tooth pairs touch with their tip corners before their path begins and after it ends, as bent teeth do.
         By default they do; where the corners of these teeth cannot, a warning says so.
     transmission_error : str or table, optional
-        ``"none"``, ``"from quality"``, an upper limit of the grade, ``"from quality (typical)"``, a third of that,
+        ``"none"``, ``"from quality"``, both wheels at the limit of the grade, ``"from quality (typical)"``, a third,
         ``{"orders": path}`` or ``{"table": path}``, with ``columns`` as above and ``wheel`` for an error that is the
         angle of a wheel. Left out it is none as well, with a warning beside a quality.
     eccentricity : length, one or two, optional

@@ -17,7 +17,8 @@ from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry
 
 DEEPEST = 0.03
-"""Gap over the normal module up to which corner contact is followed: teeth that deflect as much are broken."""
+"""Gap over the normal module up to which corner contact is followed. A deflection beyond it is beyond any rating, and
+the stiffness is no longer valid."""
 _TOLERANCE = 2e-8  # by how much the polynomial may differ from the gap, m
 _MOST_TERMS = 8
 _SHORTEST = 1e-6  # way beyond the path, over the base pitch, that the corner goes on the involute at least

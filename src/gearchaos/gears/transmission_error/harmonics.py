@@ -105,12 +105,13 @@ def from_quality(
     geometry: Geometry, quality: Quality, tolerances: tuple[Tolerances, Tolerances], orders: int = 3,
     method: str = BOUND,
 ) -> QualityError:
-    """Mesh harmonics of a pair from the permissible deviations of its accuracy grade: an upper limit of the grade, or
+    """Mesh harmonics of a pair from the permissible deviations of its accuracy grade: both wheels at its limit, or
     with another ``method`` of `FROM_QUALITY` the root mean square of pairs of the grade.
 
     The peak-to-peak value over a mesh period is that of a single-flank test, the tooth-to-tooth tangential composite
     deviation f_i′ of ISO 1328-1:1995, annex A, which the standard derives from f_pt, F_α and the total contact ratio.
-    The deviations of the two wheels are independent of each other: their squares are added. Within a period the error
+    The deviations of the two wheels are independent of each other: their squares are added, which is no upper bound of
+    the pair. Within a period the error
     is a parabola, as crowned profiles or small profile slopes of both signs leave it (Litvin and Fuentes, *Gear
     Geometry and Applied Theory*, 2004, chapter 9): 0 where a tooth pair is in the middle of its path of contact,
     greatest where the next pair takes over. Its harmonics are e_j = 4 Δ/(π² j²), 0.405 Δ for the first, with θ_j = π j
@@ -120,7 +121,7 @@ def from_quality(
     typical wheels has less, and other phases. Tip relief and misalignment, which the grade does not limit, come on top.
     For those of typical wheels no standard has a value. Deviations of wheels are then assumed to be independent and
     normal with a standard deviation of a third of the permissible one, as those of the pitch that are drawn within a
-    grade are: the root mean square of each harmonic is a third of its upper limit.
+    grade are: the root mean square of each harmonic is a third of that at the limit of the grade.
 
     A quality with the ``deviations`` of its wheels, over those permissible, has the sum of both instead, with their
     signs: one that is less than 0 is a parabola turned over, greatest in the middle of the path of contact.
@@ -138,10 +139,11 @@ def from_quality(
         total = sum(share * each for share, each in zip(quality.deviations, deviation, strict=True))
     turned, numbers = math.pi * (total < 0), range(1, check_orders(orders) + 1)
     grades = " and ".join(map(str, dict.fromkeys(quality.grades)))
-    of, meant = ("upper limit of the grade: the permissible tooth-to-tooth deviation f_i′",
-                 "an upper limit of the grade from its permissible deviations")
+    composite = "the permissible tangential tooth-to-tooth composite deviation f_i′"
+    of, meant = (f"both wheels at the limit of the grade: {composite}",
+                 "both wheels at the limit of the grade, their squares added")
     if method != BOUND:
-        of, meant = ("typical of the grade: a third of the permissible tooth-to-tooth deviation f_i′",
+        of, meant = (f"typical of the grade: a third of {composite}",
                      "typical of the grade: the root mean square of deviations that are normal, with a third of the "
                      "permissible ones as standard deviation")
     if quality.deviations is not None:
