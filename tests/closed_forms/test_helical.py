@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears import helical
 from gearchaos.gears.helical import Strips
@@ -31,18 +32,37 @@ def plain(ratio=1.6, **given):
     return Strips(**{"pairs": pairs, "reference": 1e9, "overlap": 0.7, "face_width": 0.02, "force": 5e3, **given})
 
 
-@pytest.mark.parametrize(("ratio", "overlap"), [(1.6, 0.7), (1.2, 1.3), (2.4, 0.4)])
+@pytest.mark.parametrize(("ratio", "overlap"), [(1.6, 0.7), (1.2, 1.3), (2.4, 0.4), (1.6, 5.3)])
 def test_without_gaps_the_stiffness_is_that_of_the_contact_lines(ratio, overlap):
     at = plain(ratio, overlap=overlap).at(PHASES)
     lines = ratio * relative_length(ratio, overlap)(PHASES)
     np.testing.assert_allclose(at.pairs, lines, atol=2.1 / helical.STRIPS)  # an end of a line is within a strip
+
+
+@pytest.mark.parametrize("overlap", [1.0, 3.0, 12.0, 48.0])
+def test_where_all_of_the_mesh_cycle_is_on_the_width_nothing_varies(overlap):
+    """Every strip of 48 was at the same place of its cycle at an overlap ratio of 48, as in a spur pair."""
+    strips = plain(overlap=overlap)
+    assert np.ptp(strips.cycle.pairs) < 2.1 / len(strips.across)
+    assert max(strips.stiffness.waveform.amplitudes) < 2e-3 and max(strips.error.amplitudes) < 2e-3 * 5e3 / 1.6e9
+
+
+def test_few_strips_that_touch_are_said_to_be_few():
+    assert not plain(slope=1e-5).stiffness.notes
+    (note,) = [text for text in plain(1.0, overlap=0.0, slope=5e-4).stiffness.notes if "strips" in text]
+    assert "of 49 strips across the width touch" in note
+
+
+@pytest.mark.parametrize(("ratio", "overlap"), [(1.6, 0.7), (1.2, 1.3), (2.4, 0.4)])
+def test_without_gaps_the_deflection_is_the_force_over_the_stiffness(ratio, overlap):
+    at = plain(ratio, overlap=overlap).at(PHASES)
     np.testing.assert_allclose(at.stiffness, 1e9 * at.pairs, rtol=1e-12)
     np.testing.assert_allclose(at.deflection, 5e3 / at.stiffness, rtol=1e-12)
 
 
 def test_the_strips_carry_the_force():
     strips = HELICAL.strips
-    carried = strips.cycle.line_load.sum(axis=(1, 2)) * strips.face_width / helical.STRIPS
+    carried = strips.cycle.line_load.sum(axis=(1, 2)) * strips.face_width / len(strips.across)
     np.testing.assert_allclose(carried, strips.force, rtol=1e-12)
 
 
@@ -59,7 +79,7 @@ def test_a_lead_that_leaves_ends_open_touches_where_a_parabola_or_a_line_is_with
     np.testing.assert_allclose(at.deflection, deflection, rtol=1e-3)
     np.testing.assert_allclose(at.width, share, atol=1.01 / helical.STRIPS)
     closed = at.line_load[0].any(axis=1)
-    assert closed.sum() < helical.STRIPS and closed[0 if slope > 0 else -1 if slope < 0 else helical.STRIPS // 2]
+    assert not closed.all() and closed[0 if slope > 0 else -1 if slope < 0 else len(closed) // 2]
 
 
 def test_a_helix_of_nothing_is_a_spur_pair():
@@ -124,3 +144,17 @@ def test_bad_input_names_the_field_and_what_to_do(design, changes, field, words)
     with pytest.raises(InputError) as refusal:
         replace(design, **changes)
     assert refusal.value.field == field and words in str(refusal.value)
+
+
+def test_what_does_not_follow_a_varied_torque_is_warned_of():
+    turning = [text for text in replace(HELICAL, eccentricity="5 um").warnings if "stay those at the torque" in text]
+    assert len(turning) == 1 and not [text for text in HELICAL.warnings if "stay those at the torque" in text]
+
+
+def test_a_datasheet_says_why_a_quantity_of_strips_is_missing():
+    for design, words in ((SPUR, "Spur gears are not cut"), (replace(HELICAL, torque=None), "need a torque"),
+                          (replace(HELICAL, load_sharing="prescribed"), "The mesh is one spring")):
+        assert datasheet(design)["width_in_contact"].reason.startswith((words, f"Strips across the width {words}"))
+    prescribed = datasheet(replace(HELICAL, load_sharing="prescribed"))
+    assert "one spring. Leave load_sharing out" in prescribed["contact_ratio_under_load"].reason
+    assert "does not share the load" in prescribed["best_tip_relief"].reason

@@ -153,9 +153,7 @@ class _Results:
 
     @cached_property
     def resonance(self) -> Resonance:
-        """At the mean stiffness of the model, which of helical gears is that under load."""
-        mean = self.design.mesh_stiffness.reference / self.geometry.common_face_width
-        return resonance(self.design.teeth[0], mean, self.reduced_mass, self.line_load)
+        return resonance(self.design.teeth[0], self.mean_stiffness, self.reduced_mass, self.line_load)
 
     @property
     def tangential_composite_deviation(self) -> tuple[float, float]:
@@ -179,8 +177,9 @@ class _Results:
     def best_relief(self) -> tuple[tuple[float, float], float]:
         """The tip relief with which the deflection varies least; raises `_NoValueError` without a relief to vary."""
         found = best_relief(self.design)
-        if found is None and self.design.in_strips:
-            raise _NoValueError("The best relief is sought for spur gears alone.", True)
+        if found is None and not self.design.shares_load:
+            raise _NoValueError("The best relief is sought for spur gears alone." if self.design.in_strips else
+                                "The mesh is one spring, on which a relief does not share the load.", True)
         if found is None:
             first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
             raise _NoValueError("There is no tip relief that tooth pairs have. Give any amount: design.tip_relief = "
@@ -198,6 +197,7 @@ class _Results:
         """The strips of a helical pair at rest; raises `_NoValueError` where there are none."""
         if not self.design.under_load:
             raise _NoValueError("Strips across the width need a torque." if self.design.in_strips else
+                                "The mesh is one spring." if self.design.helix_angle else
                                 "Spur gears are not cut into strips across the width.", True)
         return self.design.strips.cycle
 
@@ -208,8 +208,8 @@ class _Results:
             raise _NoValueError("Helical gears have it along the width, not at one instant." if self.design.torque
                                 else "There is no load.", True)
         if not self.design.shares_load:
-            reason = f", since {self.design.one_spring}" if self.design.one_spring else (
-                ". load_sharing = 'tooth pairs' gives each pair its own")
+            reason = f", since {self.design.no_tooth_pairs}" if self.design.no_tooth_pairs else (
+                ". Leave load_sharing out to give each tooth pair its own")
             raise _NoValueError(f"The mesh is one spring{reason}.", True)
         return self.design
 

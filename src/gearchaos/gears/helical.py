@@ -8,6 +8,7 @@ leaves open. Springs of neighbouring strips are independent, as in thin-slice mo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -20,7 +21,8 @@ from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics
 from gearchaos.model import HarmonicStiffness
 from gearchaos.model.static import shared_deflection, springs_at
 
-STRIPS = 48
+STRIPS = 48  # for each mesh period by which one end of the width is behind the other, and one more
+_FEW = 10  # strips that touch, below which a note says that the curves are coarse
 _POSITIONS = 512  # in the mesh cycle, from which harmonics are computed
 _ORDERS = 6  # harmonics of the stiffness and of the error, as many at every torque
 _TOLERANCE = 0.02  # root mean square of the stiffness beside its harmonics, over the mean, above which a note says so
@@ -55,8 +57,12 @@ class Strips:
 
     @property
     def across(self) -> np.ndarray:
-        """The middle of each strip (strips,), as a share of the face width from the leading end."""
-        return (np.arange(STRIPS) + 0.5) / STRIPS
+        """The middle of each strip (strips,), as a share of the face width from the leading end.
+
+        One more than a multiple of the overlap, so that strips a mesh period apart are not at the same place in theirs.
+        """
+        count = STRIPS * max(math.ceil(self.overlap), 1) + 1
+        return (np.arange(count) + 0.5) / count
 
     @property
     def first_age(self) -> int:
@@ -70,15 +76,15 @@ class Strips:
         lead = self.crowning * (2 * y - 1) ** 2 + self.slope * y + max(-self.slope, 0.0)
         own = np.mod(np.asarray(positions, float)[:, None] - self.overlap * y, 1.0)
         stiffness, gap = (each.reshape(*own.shape, -1) for each in springs_at(scale.stiffness, own.ravel()))
-        stiffness, gap = stiffness / STRIPS, gap + lead[:, None] / scale.half_backlash
+        strips, rows = len(y), len(own)
+        stiffness, gap = stiffness / strips, gap + lead[:, None] / scale.half_backlash
         force = self.force / (self.reference * scale.half_backlash)
-        rows = len(own)
         y = shared_deflection(stiffness.reshape(rows, -1), gap.reshape(rows, -1), np.array(force))
         pushed = np.maximum(y[:, None, None] - gap, 0.0) * stiffness
         touching = pushed > 0
         return AtRest(y * scale.half_backlash, (stiffness * touching).sum(axis=(1, 2)) * self.reference,
-                      touching.sum(axis=(1, 2)) / STRIPS, touching.any(axis=2).mean(axis=1),
-                      pushed * (self.reference * scale.half_backlash * STRIPS / self.face_width))
+                      touching.sum(axis=(1, 2)) / strips, touching.any(axis=2).mean(axis=1),
+                      pushed * (self.reference * scale.half_backlash * strips / self.face_width))
 
     @cached_property
     def cycle(self) -> AtRest:
@@ -91,8 +97,11 @@ class Strips:
         curve = self.cycle.stiffness / self.cycle.stiffness.mean()
         amplitudes, phases, rest = _series(curve)
         error = float(np.sqrt(np.mean(rest**2)))
+        fewest = round(float(self.cycle.width.min()) * len(self.across))
+        few = (f"at some positions only {fewest} of {len(self.across)} strips across the width touch: stiffness and "
+               "error are coarse",) if fewest < _FEW else ()
         return MeshStiffness(float(self.cycle.stiffness.mean()), HarmonicStiffness(amplitudes, phases), error,
-                             "under load", truncation_note(error, _TOLERANCE))
+                             "under load", (*truncation_note(error, _TOLERANCE), *few))
 
     @property
     def error(self) -> ErrorHarmonics:

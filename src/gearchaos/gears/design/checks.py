@@ -88,7 +88,7 @@ def check_load_sharing(design: Drawing) -> None:
                              if design.helix_angle else "must be left out for spur gears",
                              units.Shown(getattr(design, name), getattr(design, name)),
                              "It acts on helical pairs, by load_sharing = 'under load', their default.")
-        check_plausible(name, abs(getattr(design, name)), 0.0, design.module / 5,
+        check_plausible(name, getattr(design, name), -design.module / 5, design.module / 5,
                         "It is at most a fifth of a module.")
     if design.corner_contact:
         _ = design.corner_gaps  # raises where a corner is off the involute
@@ -198,6 +198,9 @@ def _stiffness_warnings(design: Drawing) -> list[str]:
                     design.geometry, 0.0, design.torque, design.application_factor).line_load < LOW_LINE_LOAD:
                 found.append("Where teeth differ, the mesh stiffness stays that at the torque of the design where the "
                              "torque is varied, although that of ISO 6336-1 depends on it here.")
+            if design.turning and design.under_load:
+                found.append("Where teeth differ, stiffness and error under load stay those at the torque of the "
+                             "design where the torque is varied.")
             return found
         own, *others = design.comparable_stiffnesses
     except InputError:  # reported by what needs the stiffness
