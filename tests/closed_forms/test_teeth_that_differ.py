@@ -233,6 +233,7 @@ def test_wear_and_losses_are_said_where_they_are_large_or_left_out(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:eccentricity acts")
+@pytest.mark.filterwarnings("ignore:Where teeth differ")
 def test_the_warnings_of_the_train_that_a_design_becomes_are_given():
     helical = replace(DESIGN, helix_angle="15 deg", eccentricity=("10 um", 0))
     with pytest.warns(DesignWarning, match="is followed in 48 steps"):
