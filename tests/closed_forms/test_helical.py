@@ -13,11 +13,14 @@ from gearchaos.gears import helical
 from gearchaos.gears.helical import Strips
 from gearchaos.gears.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak
 from gearchaos.gears.operating import as_model
+from gearchaos.gears.separation import separation_margin
 from gearchaos.gears.stiffness.iso6336 import relative_length
 from gearchaos.gears.tooth_pairs import ToothPairs
 from gearchaos.model import vary
+from gearchaos.plot._contact_pattern import line_loads
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
+from tests.branches import axes
 
 HELICAL = gc.GearDesign(
     teeth=(27, 35), module="3 mm", helix_angle="20 deg", face_width="25 mm", torque="200 N*m", speed=3000, bore="30 mm",
@@ -80,6 +83,43 @@ def test_a_lead_that_leaves_ends_open_touches_where_a_parabola_or_a_line_is_with
     np.testing.assert_allclose(at.width, share, atol=1.01 / helical.STRIPS)
     closed = at.line_load[0].any(axis=1)
     assert not closed.all() and closed[0 if slope > 0 else -1 if slope < 0 else len(closed) // 2]
+
+
+def test_a_relief_acts_in_the_strips_and_no_second_time_without_load():
+    given = replace(HELICAL, quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality")
+    relieved = replace(given, tip_relief={"amount": "15 um", "start_diameter": ["88 mm", "113.5 mm"]})
+    assert relieved.strips.pairs.relief.amount == (15e-6, 15e-6) and given.strips.pairs.relief is None
+    assert relieved.error_harmonics == given.error_harmonics and relieved.mesh_error != given.mesh_error
+    alone = replace(relieved, load_sharing="prescribed")
+    assert alone.error_harmonics != given.error_harmonics and alone.mesh_error == alone.error_harmonics
+
+
+def test_the_separation_torque_has_the_error_under_each_load():
+    """Exact teeth have no error without load, so that nothing would separate them."""
+    speeds, torques = np.linspace(1000.0, 12000.0, 40), np.array([50.0, 200.0])
+    margin = separation_margin(HELICAL, speeds, torques)
+    assert np.all(margin < torques[:, None]) and not np.allclose(*(torques[:, None] - margin), rtol=0.05)
+    prescribed = separation_margin(replace(HELICAL, load_sharing="prescribed"), speeds, torques)
+    np.testing.assert_allclose(prescribed, np.broadcast_to(torques[:, None], prescribed.shape), rtol=1e-12)
+
+
+def test_the_contact_pattern_has_the_load_of_the_pair_that_is_there():
+    """At the share x of its path a pair of the strip y is at the phase ε_α x + ε_β y, and bears κ(x) δ there."""
+    design = replace(HELICAL, corner_contact=False)
+    strips, (found, beyond) = design.strips, line_loads(design)
+    x = -beyond + (1 + 2 * beyond) * (np.arange(found.shape[1]) + 0.5) / found.shape[1]
+    for n in (0, 20, len(found) - 1):
+        phase = design.geometry.contact_ratio * x + design.geometry.overlap_ratio * strips.across[n]
+        level = np.searchsorted(strips.pairs.starts, x, side="right") - 1
+        borne = np.array(strips.pairs.stiffness)[level.clip(0)] * strips.at(phase).deflection / strips.face_width
+        expected = np.where((x > 0) & (x < 1), borne, 0.0)
+        near = np.abs(found[n] - expected) < 0.03 * expected.max()  # phases are those of the nearest of 512
+        assert near.mean() > 0.98 and not found[n][(x < -0.005) | (x > 1.005)].any()
+    ax = gc.plot.contact_pattern(HELICAL, axes())
+    (mesh,) = ax.collections
+    assert mesh.get_array().shape == line_loads(HELICAL)[0].shape and ax.get_ylabel() == "face width [mm]"
+    with pytest.raises(InputError, match="must be a helical pair under a torque"):
+        gc.plot.contact_pattern(SPUR)
 
 
 def test_a_helix_of_nothing_is_a_spur_pair():

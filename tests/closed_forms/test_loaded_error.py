@@ -11,6 +11,8 @@ from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, loaded_error, peak_to_peak
+from gearchaos.studyfile import load_design
+from tests import EXAMPLES
 from tests.branches import axes
 from tests.pictures import legend_words
 
@@ -78,6 +80,18 @@ def test_no_smaller_relief_in_the_given_ratio_makes_the_deflection_vary_less(tor
               for share in np.linspace(0, most / design.tip_relief.amount[0], 52)]
     assert least <= min(others) * (1 + 2e-3)
     assert contact_ratio_under_load(with_amounts(best)) > 1.05  # pairs are not kept apart
+
+
+def test_the_best_relief_of_corner_contact_does_not_keep_pairs_apart():
+    """Reliefs of 24 µm and more vary less, since one pair bears all; with 13 µm, less than one bends, pairs share."""
+    design = replace(load_design(EXAMPLES / "spur_50_50.toml"), torque=300, tip_relief={
+        "amount": "12 um", "start_diameter": "152.3 mm"})
+    best, least = best_relief(design)
+    alone = 300 / (design.geometry.base_diameter[0] / 2) / max(design.tooth_pairs.stiffness)
+    kept_apart = replace(design, tip_relief=replace(design.tip_relief, amount="28 um"))
+    assert 0.7 * alone < best[0] < alone and peak_to_peak(kept_apart) < least
+    assert contact_ratio_under_load(kept_apart) < 1.4 < 1.6 < contact_ratio_under_load(
+        replace(design, tip_relief=replace(design.tip_relief, amount=best)))
 
 
 def test_the_best_relief_down_to_single_contact_ends_the_variation():

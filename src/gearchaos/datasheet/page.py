@@ -36,7 +36,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         *([picture("loaded", "Mesh deflection", "By how much the mesh gives way at rest, of teeth that are "
                     "exact but for their relief: the gaps of the tooth pairs, and their springs.", 4.0,
                     lambda ax: plot.harris_map(design, ax=ax))]
-          if design.torque and (design.shares_load or design.in_strips) else []),
+          if design.torque and design.has_gaps else []),
         *([picture("pattern", "Contact pattern", "Force per width between two teeth at rest under the torque, along "
                    "the path of contact and across the face width. Beyond the dashed lines tip corners touch.", 4.0,
                    lambda ax: plot.contact_pattern(design, ax))] if design.under_load else []),

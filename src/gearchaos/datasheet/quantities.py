@@ -223,7 +223,8 @@ class _Results:
     @property
     def corner_gap_coefficient(self) -> tuple[float, float]:
         """1/m, leaving and entering; raises `_NoValueError` without corner contact."""
-        if not (self.design.in_strips or self.sharing) or not self.design.has_corner_contact:
+        design = self.design if self.design.in_strips else self.sharing
+        if not design.has_corner_contact:
             reason = self.design.no_corner_contact or "corner_contact = true goes beyond it."
             raise _NoValueError(f"Contact is on the nominal path alone. {reason}", True)
         leaving, entering = self.design.corner_gaps
@@ -293,7 +294,7 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                                     "mean over the mesh cycle of teeth on their nominal path, over the whole "
                                     "face width: c_γα b", _MODEL),
         "mesh_stiffness_under_load": _row(
-            lambda results: results.strips and results.design.mesh_stiffness.reference, "", "N/µm", 1e-6,
+            lambda results: float(results.strips.stiffness.mean()), "", "N/µm", 1e-6,
             "mean over the mesh cycle at rest under the torque, of helical gears: c0 of the model", _MODEL),
         "mesh_stiffness_range": _row("mesh.extremes", "c_min, c_max", "N/µm", 1e-6,
                                      "least and greatest over the mesh cycle", _MODEL),

@@ -72,11 +72,11 @@ class Strips:
 
     def at(self, positions: np.ndarray) -> AtRest:
         """At rest at positions (n,) in the mesh cycle; at 0 a tooth pair enters contact at the leading end."""
-        scale, y = PairsAlone(self.reference, self.pairs), self.across
-        lead = self.crowning * (2 * y - 1) ** 2 + self.slope * y + max(-self.slope, 0.0)
-        own = np.mod(np.asarray(positions, float)[:, None] - self.overlap * y, 1.0)
+        scale, across = PairsAlone(self.reference, self.pairs), self.across
+        lead = self.crowning * (2 * across - 1) ** 2 + self.slope * across + max(-self.slope, 0.0)
+        own = np.mod(np.asarray(positions, float)[:, None] - self.overlap * across, 1.0)
         stiffness, gap = (each.reshape(*own.shape, -1) for each in springs_at(scale.stiffness, own.ravel()))
-        strips, rows = len(y), len(own)
+        rows, strips = own.shape
         stiffness, gap = stiffness / strips, gap + lead[:, None] / scale.half_backlash
         force = self.force / (self.reference * scale.half_backlash)
         y = shared_deflection(stiffness.reshape(rows, -1), gap.reshape(rows, -1), np.array(force))

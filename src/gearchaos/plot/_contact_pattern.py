@@ -52,7 +52,7 @@ def contact_pattern(design: GearDesign, ax: Axes | None = None) -> Axes:
         raise InputError("design", "must be a helical pair under a torque", design.sharing_in_words,
                          "Its mesh is in strips across the width: load_sharing = 'under load', the default.")
     strips, path = design.strips, design.geometry.contact_ratio * design.geometry.base_pitch * _MM
-    load, beyond = pattern(design)
+    load, beyond = line_loads(design)
     ax = new_axes(ax)
     drawn = ax.pcolormesh(np.linspace(-beyond, 1 + beyond, _POINTS + 1) * path,
                           np.linspace(0, strips.face_width * _MM, len(load) + 1),
@@ -64,7 +64,7 @@ def contact_pattern(design: GearDesign, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def pattern(design: GearDesign) -> tuple[np.ndarray, float]:
+def line_loads(design: GearDesign) -> tuple[np.ndarray, float]:
     """Line load (strips, points), N/m, at equal steps along the path, which they exceed at both ends by a share."""
     strips, ratio = design.strips, design.geometry.contact_ratio
     found, n = strips.cycle.line_load, len(strips.cycle.deflection)

@@ -183,5 +183,11 @@ def test_an_assessment_and_an_answer_have_the_root_stress_of_each_range(design):
     assert dict(answer.facts)["load"].endswith(f", root stress {both} N/mm²")
     assert f"(root {measured(document['avoid'][0]['dynamic_factor'] * max(nominal(design, 100.0)), 3)}" in sheet_html(
         [answer])
+    at_two = gc.assess(gears, "1400:1800:6", [100.0, 300.0], starts=4)
+    light, heavy = (each.largest for each in at_two.at)
+    stress = heavy.dynamic_factor * max(nominal(design, 300.0))
+    said = f"; the largest root stress {measured(stress, 3)} N/mm², at {heavy.largest_at} rpm and 300 N m"
+    assert light.dynamic_factor > heavy.dynamic_factor and said in worst(at_two)
+    assert "largest root stress" not in worst(found)
     pair = gc.assess(PAIR, "1400:1800:6", [100.0], starts=4)
     assert "root" not in worst(pair) and all(each["root_stress"] is None for each in pair.document()["avoid"])

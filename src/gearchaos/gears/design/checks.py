@@ -76,8 +76,7 @@ def check_load_sharing(design: Drawing) -> None:
         raise InputError("load_sharing", "must be left out or prescribed for these teeth", design.load_sharing,
                          f"{design.no_tooth_pairs.capitalize()}." if design.no_tooth_pairs else
                          "Strips across the width are for helical teeth; spur teeth share the load as tooth pairs.")
-    gaps = design.shares_load or design.in_strips
-    if design.corner_contact is not None and not gaps:
+    if design.corner_contact is not None and not design.has_gaps:
         reason = design.no_tooth_pairs
         raise InputError("corner_contact", "must be left out where the mesh is one spring", design.corner_contact,
                          f"{reason.capitalize()}." if reason else
@@ -153,8 +152,7 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
         if load > HIGH_LOAD:
             found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
-    shares = design.shares_load or design.in_strips
-    if shares and design.corner_contact is None and (reason := design.no_corner_contact):
+    if design.has_gaps and design.corner_contact is None and (reason := design.no_corner_contact):
         found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")
     if any(design.blanks) and design.stiffness != ISO:
         found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
@@ -222,16 +220,15 @@ def _error_warnings(design: Drawing) -> list[str]:
     if design.quality is not None and design.transmission_error is None:
         found.append("The teeth are taken to be exact although a quality is given: write transmission_error = 'from "
                      "quality', { orders = 'te.csv' } or { table = 'te.csv' }, or 'none' if exact teeth are meant.")
-    shares = design.shares_load or design.in_strips
     if design.relief_left_out:
         begins = " and ".join(str(units.Length(d, d)) for d in design.geometry.single_contact_diameter)
         found.append("tip_relief has no effect on the motion: give its start_diameter, where it begins. "
                      f"{design.geometry.least_contact.capitalize()} begins at {begins}.")
-    elif shares and any(getattr(design.tip_relief, "amount", ())) and isinstance(
+    elif design.has_gaps and any(getattr(design.tip_relief, "amount", ())) and isinstance(
             design.transmission_error, ErrorFile):
         found.append("tip_relief acts through the tooth pairs, and the transmission error comes from a file: it must "
                      "be that of teeth without relief.")
-    elif design.tip_relief is not None and any(design.tip_relief.amount) and not shares:
+    elif design.tip_relief is not None and any(design.tip_relief.amount) and not design.has_gaps:
         # the model has no tooth pairs, which relief spares an impact under load
         effect = ("tip_relief is added to the transmission error as that of rigid teeth without load: it can raise the "
                   "dynamic factor, and more so the longer it is, where it lowers that of real gears.")

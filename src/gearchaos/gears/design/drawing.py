@@ -94,9 +94,14 @@ class Drawing(Inputs):
         return ""
 
     @property
+    def has_gaps(self) -> bool:
+        """Whether the gaps of tooth pairs act: of springs of their own, or in strips across the width."""
+        return self.shares_load or self.in_strips
+
+    @property
     def has_corner_contact(self) -> bool:
         """Whether tooth pairs touch beyond their path: as ``corner_contact`` says; left out, where corners can."""
-        if not (self.shares_load or self.in_strips):
+        if not self.has_gaps:
             return False
         return not self.no_corner_contact if self.corner_contact is None else self.corner_contact
 
@@ -169,8 +174,8 @@ class Drawing(Inputs):
     def relief_left_out(self) -> bool:
         """Whether tooth pairs, which share the load by default, have no relief since nothing says where it begins."""
         relief = self.tip_relief
-        return ((self.shares_load or self.in_strips) and self.load_sharing is None and relief is not None
-                and any(relief.amount) and relief.start_diameter is None)
+        return (self.has_gaps and self.load_sharing is None and relief is not None and any(relief.amount)
+                and relief.start_diameter is None)
 
     @property
     def comparable_stiffnesses(self) -> tuple[MeshStiffness, ...]:
