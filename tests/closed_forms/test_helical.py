@@ -88,7 +88,7 @@ def test_a_lead_that_leaves_ends_open_touches_where_a_parabola_or_a_line_is_with
 def test_a_relief_acts_in_the_strips_and_no_second_time_without_load():
     given = replace(HELICAL, quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="from quality")
     relieved = replace(given, tip_relief={"amount": "15 um", "start_diameter": ["88 mm", "113.5 mm"]})
-    assert relieved.strips.pairs.relief.amount == (15e-6, 15e-6) and given.strips.pairs.relief is None
+    assert relieved.strips.pairs.relief.amount == pytest.approx((15e-6, 15e-6)) and given.strips.pairs.relief is None
     assert relieved.error_harmonics == given.error_harmonics and relieved.mesh_error != given.mesh_error
     alone = replace(relieved, load_sharing="prescribed")
     assert alone.error_harmonics != given.error_harmonics and alone.mesh_error == alone.error_harmonics
