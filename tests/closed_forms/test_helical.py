@@ -44,7 +44,7 @@ def test_without_gaps_the_stiffness_is_that_of_the_contact_lines(ratio, overlap)
 
 @pytest.mark.parametrize("overlap", [1.0, 3.0, 12.0, 49.0])
 def test_where_all_of_the_mesh_cycle_is_on_the_width_nothing_varies(overlap):
-    """Strips a mesh period apart would be at the same place of their cycles, 49 at an overlap ratio of 49 all of them."""
+    """A fixed number of strips would step together at some overlap ratio: 49 of them at 49, as in a spur pair."""
     strips = plain(overlap=overlap)
     assert np.ptp(strips.cycle.pairs) < 2.1 / len(strips.across)
     assert max(strips.stiffness.waveform.amplitudes) < 2e-3 and max(strips.error.amplitudes) < 2e-3 * 5e3 / 1.6e9

@@ -6,7 +6,7 @@ import numpy as np
 
 from gearchaos.flow.kernels.arrays import aligned
 from gearchaos.flow.kernels.constants import WIDTH
-from gearchaos.flow.kernels.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables
+from gearchaos.flow.kernels.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables, vectors_of
 from gearchaos.flow.step_tables import orthonormalisations
 from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
 
@@ -36,7 +36,7 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     counts = np.maximum(counts, 1)
     rows = contacts.rows
     forces = np.concatenate([system.f0[:, None], contacts.f_cos, contacts.f_sin, contacts.pushes], axis=1)
-    integral, sides = np.full(d, -1), aligned(-(-len(contacts.sides) // WIDTH) * WIDTH)
+    integral, sides = np.full(d, -1), aligned(vectors_of(len(contacts.sides)) * WIDTH)
     sides[: len(contacts.sides)] = contacts.sides
     for i in range(d):
         if np.count_nonzero(system.A[:, i].any(axis=0)) == 1 and not forces[:, :, i].any():

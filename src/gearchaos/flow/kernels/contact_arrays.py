@@ -113,7 +113,7 @@ def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) ->
 
     return StepTables(
         whole(), whole(), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
-        real(steps, m), aligned(places, steps, OFFSETS, _vectors(m) * WIDTH), real(steps, ORDER + 1, d),
+        real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
         real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
         real(entries, d + 1, d),
         aligned(places, entries, _groups(d), ORDER + 1, WIDTH), aligned(places, entries, k + 1, d + 1, TERMS),
@@ -125,14 +125,14 @@ def _groups(d: int) -> int:
     return -(-d * (d + 1) // WIDTH)
 
 
-def _vectors(m: int) -> int:
+def vectors_of(m: int) -> int:
     """Vectors that m contacts take."""
     return -(-m // WIDTH)
 
 
 def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
     """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
-    groups = _vectors(m)
+    groups = vectors_of(m)
     return ContactWork(
         np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((d, d)), np.zeros((ORDER + 1, d)),
         np.zeros((d + 1, ORDER + 1, d)), aligned(2 * _groups(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
