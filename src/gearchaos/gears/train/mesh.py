@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears import units
 from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
 from gearchaos.gears.pair import GearPair
-from gearchaos.gears.tooth_pairs import ToothPairs
+from gearchaos.gears.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.parts import JOINED, LAWS, ends_of, part_name, terms
 from gearchaos.gears.train.teeth import Fault, as_pairs, check_faults, check_pitch, uneven_wheels
 from gearchaos.model import HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
@@ -313,9 +312,7 @@ class Mesh:
         alone."""
         if self.tooth_pairs is not None:
             pairs_given = replace(self.tooth_pairs, corner=None) if on_path else self.tooth_pairs
-            scaled = SimpleNamespace(tooth_pairs=pairs_given, half_backlash=_GAP_UNIT, c0=1.0)
-            pairs: Any = ToothPairStiffness.from_pair(scaled)
-            found = ToothPairStiffness.contacts(pairs.numbers(), 1)
+            found = ToothPairStiffness.contacts(PairsAlone(1.0, pairs_given, _GAP_UNIT).stiffness.numbers(), 1)
             return found._replace(gap=found.gap * _GAP_UNIT)
         levels: tuple[float, ...] = (self.stiffness,)
         starts: tuple[float, ...] = (0.0,)
