@@ -184,7 +184,8 @@ def test_the_document_is_json():
     ({"factor": 0}, "factor must be greater than 0"), ({"starts": -1}, "starts must be"),
     ({"starts": 10**9}, "speeds times starts must"),
     ({"separation": False}, "factor must be given with separation=False"), ({"seed": 0.5}, "seed must be"),
-    ({"speed": "500:8000"}, "speed must read start:stop:count"), ({"torque": 0}, "torque must be greater than 0"),
+    ({"speed": "500"}, "speed must read start:stop or start:stop:count"),
+    ({"speed": "500:500:1"}, "speed must be a range of speeds"), ({"torque": 0}, "torque must be greater than 0"),
     ({"design": 3}, "design must be a GearDesign"), ({"settings": 3}, "settings must be a Classification")])
 def test_bad_input_is_refused(options, message):
     with pytest.raises(InputError) as error:

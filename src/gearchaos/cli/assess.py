@@ -12,7 +12,7 @@ import typer
 
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
-from gearchaos.cli.options import Json, Plot, Sets, app, operating_point, read_study
+from gearchaos.cli.options import TORQUES, Json, Plot, Sets, app, operating_point, read_study
 from gearchaos.cli.output import (
     DPI,
     PLOT_SUFFIXES,
@@ -41,7 +41,7 @@ Speeds = Annotated[
 ]
 Torques = Annotated[
     list[str] | None,
-    typer.Option("--torque", metavar="T1,T2,…|A:B:N",
+    typer.Option("--torque", metavar=TORQUES,
                  help="At wheel 1, in N m or with a unit; by default that of the gears."),
 ]
 Factor = Annotated[
@@ -85,9 +85,9 @@ def assess(
     from gearchaos.datasheet.report import Report
     from gearchaos.gears.operating import is_design
     from gearchaos.studies.assess import assess as assessed
-    from gearchaos.studies.assess import speed_range
+    from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
 
-    axis, torques = speed_range(speed, "--speed"), _torques(torque)
+    axis, torques = range_of_speeds(speed, "--speed"), None if torque is None else torques_of(torque, "--torque")
     _refuse_without_effect(sets, torques)
     described = [_described(gears, sets, axis, torques)]
     if against is not None:
@@ -115,20 +115,7 @@ def assess(
         _print(report)
 
 
-def _torques(texts: list[str] | None) -> list[float] | None:
-    """The torques of ``--torque`` in N m, None for that of the gears."""
-    from gearchaos.gears.operating import operating_value, separated_torques
-    from gearchaos.studies.speed_and_torque import operating_axis
-    from gearchaos.studyfile import parse_value
-
-    if texts is None:
-        return None
-    if len(texts) == 1 and ":" in texts[0]:
-        return operating_axis("torque", texts[0], "--torque").values.tolist()
-    return [operating_value("torque", parse_value(text)) for text in separated_torques(texts, "--torque")]
-
-
-def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) -> None:
+def _refuse_without_effect(sets: list[str] | None, torques: tuple[float, ...] | None) -> None:
     """Raise `InputError` for a value of ``--set`` that an option replaces."""
     for text in operating_point(sets):
         name = text.partition("=")[0]
@@ -137,7 +124,7 @@ def _refuse_without_effect(sets: list[str] | None, torques: list[float] | None) 
 
 
 def _described(
-    path: Path, sets: list[str] | None, axis: Axis, torques: list[float] | None
+    path: Path, sets: list[str] | None, axis: Axis, torques: tuple[float, ...] | None
 ) -> tuple[Any, Classification | None]:
     """The gears of a file, a design or a model, and its settings of the classification, if it has some."""
     from gearchaos.dynamics import Classification
@@ -160,7 +147,7 @@ def _described(
 
 
 def _with_changes(
-    report: Report, asked: tuple[bool, bool], axis: Axis, torques: list[float] | None, options: dict[str, Any],
+    report: Report, asked: tuple[bool, bool], axis: Axis, torques: tuple[float, ...] | None, options: dict[str, Any],
     seconds: float,
 ) -> Report:
     """The report with the assessments of changed designs that are asked for: of what is assumed, of what can be better.

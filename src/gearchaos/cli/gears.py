@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
+from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
 from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
@@ -27,12 +27,13 @@ Page = Annotated[
 ]
 Speeds = Annotated[
     str | None,
-    typer.Option(metavar="START:STOP:COUNT",
-                 help="Speeds of wheel 1, rpm; by default 10 to 150 % of the main resonance, up to 60 m/s."),
+    typer.Option(metavar="A:B[:N]",
+                 help="Speeds of wheel 1, rpm; N first ones, by default 40; others are added. Without it 10 to 150 % "
+                 "of the main resonance, up to 60 m/s."),
 ]
 Torques = Annotated[
     list[str] | None,
-    typer.Option("--torque", metavar="TORQUE[,TORQUE]",
+    typer.Option("--torque", metavar=TORQUES,
                  help="At wheel 1, in N m or with a unit; an answer for each. By default that of the design."),
 ]
 Factor = Annotated[
@@ -64,16 +65,16 @@ def gear(
         raise InputError("--factor", "must be a finite number greater than 0", factor)
     if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
-    from gearchaos.gears.operating import separated_torques
+    from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
 
-    torques = [None] if torque is None else separated_torques(torque, "--torque")
+    torques = (None,) if torque is None else torques_of(torque, "--torque")
     if plot is not None and len(torques) > 1:
-        raise InputError("--plot", "needs a single --torque", torques, "The page of --out has a picture for each.")
+        raise InputError("--plot", "needs a single --torque", list(torques),
+                         "The page of --out has a picture for each.")
     from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
-    from gearchaos.studies.speed_and_torque import operating_axis
     from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
-    axis = None if speed is None else operating_axis("speed", speed, "--speed")
+    axis = None if speed is None else range_of_speeds(speed, "--speed")
     asked = axis is not None or plot is not None or factor is not None
     scanned = asked or out is not None or not json_out
     if scanned:
@@ -112,14 +113,14 @@ def gear(
         raise problem
 
 
-def _design(path: Path, sets: list[str] | None, torque: str | None) -> GearDesign:
+def _design(path: Path, sets: list[str] | None, torque: float | None) -> GearDesign:
     """The design of a file with the values of ``--set`` and ``--torque``."""
-    from gearchaos.studyfile import load_design, parse_set, parse_value
+    from gearchaos.studyfile import load_design, parse_set
 
     values = parse_set(sets or [])
     if torque is not None:
         values.pop("torque", None)
-        values["torque"] = parse_value(torque)  # last, so that it replaces operation.torque too
+        values["torque"] = torque  # last, so that it replaces operation.torque too
     return load_design(path, values)
 
 
@@ -143,7 +144,8 @@ def operating_map(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.speed_and_torque import checked_operating_model, in_operating_units, operating_axis
+    from gearchaos.studies.operating_ranges import operating_axis
+    from gearchaos.studies.speed_and_torque import checked_operating_model, in_operating_units
     from gearchaos.studies.zones import Zones
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 RANGE = 2
 """Number of values of an axis of which only the ends count, as `gearchaos.studies.options` says."""
 
+TORQUES = "T1,T2,…|A:B:N"
+"""Several torques in one text, as `gearchaos.studies.operating_ranges` reads it."""
+
 app = typer.Typer(cls=Commands,
                   help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
                   no_args_is_help=True, pretty_exceptions_enable=False)

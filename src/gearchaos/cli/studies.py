@@ -15,7 +15,7 @@ from gearchaos import catalogue
 from gearchaos.cli import options
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
-from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
+from gearchaos.cli.options import TORQUES, Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES, UFF_SUFFIXES
@@ -200,14 +200,14 @@ def runup(
             raise InputError(option, "must be a file of its own", str(path))
     from gearchaos.cli.summaries import Found, report
     from gearchaos.gears.units import DURATION, to_si
-    from gearchaos.studies.axis import as_range
+    from gearchaos.studies.operating_ranges import operating_axis
     from gearchaos.studies.runup import RunUp
     from gearchaos.studies.torque_profile import largest_torque, read_profile
     from gearchaos.studyfile import parse_value
 
     if speed is not None and speed.count(":") != 1:
         raise InputError("--speed", "must read START:STOP", speed, "E.g. 500:6000.")
-    axes = [] if speed is None else [as_range(f"speed={speed}", "--speed", options.RANGE)]
+    axes = [] if speed is None else [operating_axis("speed", speed, "--speed", options.RANGE)]
     seconds = None if duration is None else to_si("--duration", parse_value(duration), DURATION)
     profile = None
     if torque is not None and (Path(torque).is_file() or not re.match(r"\s*[-+]?\.?\d", torque)):
@@ -336,8 +336,8 @@ def scatter(
                                  "dimensionless model omega=START:STOP:COUNT.")
     ] = None,
     torque: Annotated[
-        str | None, typer.Option(metavar="TORQUE[,TORQUE]", help="At wheel 1, in N m or with a unit; by default that "
-                                 "given.")
+        list[str] | None, typer.Option(metavar=TORQUES, help="At wheel 1, in N m or with a unit; by default that "
+                                       "given.")
     ] = None,
     samples: options.study_option("samples", _OF_SCATTER["samples"]) = None,  # type: ignore[valid-type]
     factor: options.study_option("factor", _OF_SCATTER["factor"]) = None,  # type: ignore[valid-type]
@@ -358,12 +358,14 @@ def scatter(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.axis import parse_axis
-    from gearchaos.studies.scatter import Scatter, torques_of
+    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.operating_ranges import operating_axis, torques_of
+    from gearchaos.studies.scatter import Scatter
 
     torques = None if torque is None else torques_of(torque, "--torque")
-    axes = [] if speed is None else [parse_axis(speed if "=" in speed else f"speed={speed}", "--speed")]
-    axes += options.parse_axes([f"torque={each}:{each}:1" for each in torques or ()])
+    along = "omega" if speed is not None and speed.partition("=")[0].strip() == "omega" else "speed"
+    axes = [] if speed is None else [operating_axis(along, speed, "--speed")]
+    axes += [Axis("torque", each, each, 1) for each in torques or ()]
     loaded = options.load(study, sets, axes=axes)
     of_file = loaded.options_for("scatter")
     for name, value, example in (("speed", speed, "500:6000:60"), ("vary", vary, "damping_ratio=0.03:0.1")):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, TypeAlias, TypeGuard
@@ -29,7 +28,6 @@ OPERATING_NAMES = tuple(q.name for q in OPERATION)
 # the parameters that the speed and the torque set if the reference stiffness is constant; where it depends on the
 # torque, the torque also changes the parameters that follow from it
 _SET_BY = {"speed": ("omega",), "torque": ("q1", "q2")}
-_NUMBER = r"[-+]?[.\d]+(?:[eE][-+]?\d+)?"
 # what studies take as their model: a dimensionless model, or gears at an operating point
 AnyModel: TypeAlias = "MeshModel | GearPair | GearDesign | Train"
 
@@ -155,20 +153,6 @@ def operating_value(name: str, value: Any) -> float:
     if isinstance(value, str):
         return to_si(name, value, SPEED if name == "speed" else TORQUE)
     return to_float(name, value)
-
-
-def separated_torques(texts: Sequence[str], field: str = "torque") -> list[str]:
-    """The torques of texts; of several with commas between them those without a unit have that of the last."""
-    out = []
-    for text in texts:
-        parts = [part.strip() for part in text.split(",")]
-        numbers = [float(n) for part in parts for n in re.findall(_NUMBER, part)[:1]]
-        if numbers != sorted(set(numbers)):
-            raise InputError(field, "must rise from one to the next", text,
-                             "A comma stands between two torques; a decimal number has a point.")
-        unit = re.sub(_NUMBER, "", parts[-1]) if re.match(_NUMBER, parts[-1]) else ""
-        out += [f"{part} {unit}".strip() if re.fullmatch(_NUMBER, part) else part for part in parts]
-    return out
 
 
 def _separated(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

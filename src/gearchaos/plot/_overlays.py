@@ -19,7 +19,8 @@ from gearchaos.plot._datasets import check, check_design, flags, keeps_data
 from gearchaos.plot.axes import Overlay, cell_extent, side_legend, width_in_inches, wrapped
 from gearchaos.plot.theme import EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.speed_and_torque import operating_axis
+from gearchaos.studies.operating_ranges import operating_axis
+from gearchaos.studies.options import RANGE
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")  # the kinds of events that have curves, in the order of the legend
 _DOTTED = (0, (1, 1.6))  # line style of grazes, which are no bifurcations in general
@@ -242,7 +243,7 @@ def separation_line(
     ends = {}
     for name, given in (("speed", speed), ("torque", torque)):
         if given is not None:
-            axis = operating_axis(name, given)
+            axis = operating_axis(name, given, count=RANGE)
             ends[name] = axis.start, axis.stop
         elif ax is not None and ax.has_data():
             ends[name] = ax.get_xlim() if name == "speed" else ax.get_ylim()

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.values import method_in_words
-from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design, operating_value, separated_torques
+from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.beside_factors import peak_root_stress
-from gearchaos.studies.speed_and_torque import checked_operating_model, loaded, operating_axis
+from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
+from gearchaos.studies.speed_and_torque import checked_operating_model, loaded
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_cost, search_torques, summarised
 
-SPEEDS = 40  # speeds of a range without a number: others are added between them
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),
     (96.0, 128, 0.01, 10_000),
@@ -27,8 +26,7 @@ _EFFORTS = (
 """Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the
 periods after which a motion that still looks chaotic counts as such."""
 
-_RANGE = "E.g. 500:6000, or with a number of first speeds 500:6000:120."
-_MOST_TORQUES, _MOST_TOLD = 1000, 3
+_MOST_TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +179,10 @@ def assess(
     >>> [round(part.margin, 3) for part in found.usable_at_all]
     [0.059, 0.036, 0.015]
     """
-    axis = speed_range(speed)
-    torques = _torques(torque)
+    axis = range_of_speeds(speed)
+    torques: list[float | None] = [None] if torque is None else sorted(torques_of(torque))  # type: ignore[assignment]
+    for given in torques:
+        _check_load(given)
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
     number, spaced, longest = next(each[1:] for each in _EFFORTS if width <= each[0])
     criteria = Criteria.checked(factor, True, number if starts is None else starts,
@@ -196,45 +196,14 @@ def assess(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
     search_cost(base, axis, len(torques), criteria).announce(progress, threads)
     own = base.value("torque") if base.kind != "train" else None
-    if own is not None:
-        _check_torque(own)
+    _check_load(own)
     found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
                            progress=progress, threads=threads)
     return Assessment(gears_of(base), tuple(map(summarised, found)), (axis.start, axis.stop), like_teeth)
 
 
-def speed_range(speed: Axis | str, field: str = "speed") -> Axis:
-    """A range of speeds as an axis, with a number of them; raises `InputError` for a single speed."""
-    given = f"{speed}:{SPEEDS}" if isinstance(speed, str) and speed.count(":") == 1 else speed
-    try:
-        axis = operating_axis("speed", given, field)
-    except InputError as error:
-        raise InputError(field, error.rule, error.value, _RANGE) from None
-    if axis.count < 2:
-        raise InputError(field, "must be a range of speeds", str(speed), _RANGE)
-    return axis
-
-
-def _torques(given: Any) -> Sequence[float | None]:
-    """The torques in N m in rising order; raises `InputError` for one that is given twice."""
-    if given is None:
-        return [None]
-    if isinstance(given, str) and ":" in given:
-        return operating_axis("torque", given).values.tolist()
-    parts = separated_torques([given]) if isinstance(given, str) else (
-        list(given) if isinstance(given, Sequence) else [given])
-    torques = [operating_value("torque", part) for part in parts]
-    for value in torques:
-        _check_torque(value)
-        if torques.count(value) > 1:
-            raise InputError("torque", "must be given once", value)
-    if not 0 < len(torques) <= _MOST_TORQUES:
-        raise InputError("torque", f"must be 1 to {_MOST_TORQUES} values", len(torques))
-    return sorted(torques)
-
-
-def _check_torque(value: float) -> None:
-    """Raise `InputError` for a torque without load."""
-    if value == 0 or not math.isfinite(value):
-        raise InputError("torque", "must be finite and not 0", value,
+def _check_load(torque: float | None) -> None:
+    """Raise `InputError` for a torque of 0."""
+    if torque == 0:
+        raise InputError("torque", "must be finite and not 0", torque,
                          "Without load there is no ratio of forces; gearchaos rattle looks at gears without load.")

@@ -25,6 +25,7 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.mesh_study import TURNS, MeshStudy
+from gearchaos.studies.operating_ranges import operating_axis
 from gearchaos.studies.options import RANGE, Option, axis_option, option
 from gearchaos.studies.runup_jumps import Jump, find_event, find_jumps
 from gearchaos.studies.runup_results import WORST, Journal, Run, RunResults
@@ -129,13 +130,12 @@ class RunUp(MeshStudy):
     signal: bool = option(False, "Also give the mesh force and the speed over the time.", in_files=False)
 
     def __post_init__(self) -> None:
+        self._set(speed=operating_axis("speed", self.speed, count=RANGE))
         if self.torque is not None:
             self._set(torque=(profile := as_profile(self.torque)))
             if hasattr(self.model, "at"):  # gears, whose own torque may be missing
                 self._set(model=self.model.at(torque=largest_torque(profile)))
         super().__post_init__()
-        if self.speed.name != "speed":
-            raise InputError("speed", "must be an axis of speed", self.speed.name, "E.g. speed=500:6000.")
         first, last = self.speed.start, self.speed.stop
         change = (last - first) / self.duration / (first**2 * self._cycles_per_rpm)
         if change > _FASTEST_CHANGE:

@@ -14,11 +14,11 @@ from gearchaos.dynamics import Classification, Label
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
-from gearchaos.gears.operating import gears_of, is_design, operating_value, separated_torques
+from gearchaos.gears.operating import gears_of, is_design
 from gearchaos.model import MeshModel, check_is_pair, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
-from gearchaos.studies.axis import Axis, as_axis, axis_example
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.batch_classification import classify_batch
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
@@ -30,6 +30,7 @@ from gearchaos.studies.distributions import (
     correlation_factor,
     probabilities,
 )
+from gearchaos.studies.operating_ranges import operating_axis, torques_of
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.scatter_results import OUTCOMES, ScatterResults
 from gearchaos.studies.scattered_models import (
@@ -42,7 +43,7 @@ from gearchaos.studies.scattered_models import (
     with_varied_deviations,
 )
 from gearchaos.studies.study import ClassifyingStudy, Results
-from gearchaos.validation import check
+from gearchaos.validation import check_rule
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -144,10 +145,11 @@ class Scatter(ClassifyingStudy):
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
         self._set(vary=drawn_within_grade([as_text(each) for each in given]))
         self._set(correlations=_correlations(self.correlations))
-        self._set(torque=torques_of(self.torque), speed=as_axis(self.speed, "speed"))
         along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"
-        if self.speed.name != along:
-            raise InputError("speed", f"must be an axis of {along}", self.speed.name, f"E.g. {axis_example(along)}.")
+        self._set(speed=operating_axis(along, self.speed, "speed"))
+        if self.torque is not None:
+            self._set(torque=torques_of(self.torque))
+            check_rule("torque", np.array(self.torque), POSITIVE)
         if is_design(self.model) and self.torque:
             self._set(model=self.model.at(torque=self.torque[0]))
         super().__post_init__()
@@ -355,22 +357,4 @@ def _correlations(given: Any) -> tuple[tuple[str, str, float], ...]:
         if isinstance(value, (str, bool)) or not hasattr(value, "__float__"):
             raise InputError("correlations", "must have numbers", each)
         found.append((str(first), str(second), float(value)))
-    return tuple(found)
-
-
-def torques_of(given: Any, field: str = "torque") -> tuple[float, ...] | None:
-    """Torques in N m, positive and each once; None for none."""
-    if given is None:
-        return None
-    several: Any = separated_torques([given], field) if isinstance(given, str) else given
-    texts = several if hasattr(several, "__iter__") else (several,)
-    found = []
-    for each in texts:
-        try:
-            found.append(float(each))
-        except (TypeError, ValueError):
-            found.append(operating_value(field, each.strip() if isinstance(each, str) else each))
-    check("torque", np.array(found))
-    if not found or len(set(found)) < len(found) or min(found) <= 0:
-        raise InputError(field, "must be one positive torque or more, each once", given, "E.g. 50,100,200 in N m.")
     return tuple(found)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
-import re
 import warnings
 from dataclasses import replace
 from itertools import groupby
@@ -20,8 +18,9 @@ from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.results import physical
 from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, vary
-from gearchaos.studies.axis import Axis, as_axis, axis_example
+from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.operating_ranges import operating_axis
 from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.zones import Zones
 
@@ -101,26 +100,6 @@ def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset
     return physical(dataset).assign_coords({
         **variables(("torque", "speed"), {"omega": omega, "q0": q1[:, 0]}),
         **variables(("speed",), {"mesh_frequency": model.gears.to_pair().n1 * speeds / 60})})
-
-
-def operating_axis(name: str, given: Axis | str, field: str = "") -> Axis:
-    """The axis of a speed or torque; a text may leave out the name. ``field`` is its name in error messages."""
-    field, example = field or name, axis_example(name).partition("=")[2]
-    advice = f"E.g. {example}."
-    if not isinstance(given, (str, Axis)):
-        arguments, real = ", ".join(example.split(":")), isinstance(given, numbers.Real)
-        value = f"{given:g}" if real else example.partition(":")[0]
-        raise InputError(field, "must be an Axis or a text", given if real else f"a {type(given).__name__}",
-                         f"E.g. '{example}' or Axis('{name}', {arguments}); one value alone is "
-                         f"'{value}:{value}:1'.")
-    if isinstance(given, str) and "=" not in given:
-        if not re.fullmatch(r"[^:]*:[^:]*:[^:]*", given):
-            raise InputError(field, "must read start:stop:count", given, advice)
-        given = f"{name}={given}"
-    axis = as_axis(given, field)
-    if axis.name != name:
-        raise InputError(field, f"must be an axis of {name}", axis.name, advice)
-    return axis
 
 
 def dynamic_factor(

@@ -38,8 +38,9 @@ from gearchaos.studies.followed_motions import (
     side_by_side,
 )
 from gearchaos.studies.known_orbits import LONGEST
+from gearchaos.studies.operating_ranges import range_of_speeds
 from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
-from gearchaos.studies.speed_and_torque import by_standards, loaded, operating_axis
+from gearchaos.studies.speed_and_torque import by_standards, loaded
 from gearchaos.studies.speed_windows import (
     CONTACT_WORDS,
     CRITERION,
@@ -253,8 +254,8 @@ def speeds_to_avoid(
     design : GearDesign
         The gear pair, with all that a model needs but the speed.
     speed : Axis or str
-        Speeds of wheel 1 in rpm: "600:9000:60" (start, stop, count), or an `Axis` with the name "speed". Speeds are
-        added between them.
+        The range of speeds of wheel 1 in rpm: "600:9000", or with a number of first speeds "600:9000:60", or an `Axis`
+        with the name "speed". Speeds are added between them.
     torque : torque, optional
         At wheel 1, a number in N m or a text such as "300 N*m"; by default that of the design.
     factor : float, optional
@@ -297,7 +298,7 @@ def speeds_to_avoid(
     >>> [each.motion for each in found.windows[-1].reached], found.windows[-1].to_scan_end
     (['other initial states'], True)
     """
-    axis = operating_axis("speed", speed)
+    axis = range_of_speeds(speed)
     at_start = loaded(design, torque).at(speed=axis.start)
     criteria = Criteria.checked(factor, separation, starts, spacing, seed, settings)
     model = as_model(at_start)

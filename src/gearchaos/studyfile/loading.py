@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears, operating_value
+from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
     PARAMETER_PAIRS,
@@ -25,6 +25,7 @@ from gearchaos.model import (
     known_names,
 )
 from gearchaos.studies.axis import Axis, at_axis_starts
+from gearchaos.studies.operating_ranges import torques_of
 from gearchaos.studies.options import file_options
 from gearchaos.studies.registry import study_class
 from gearchaos.studies.study import ClassifyingStudy, Study
@@ -116,9 +117,8 @@ def load_study(
     options |= {key: str((Path(path or ".").parent / given).absolute()) for key, given in options.items()
                 if known[key].is_path and isinstance(given, str)}
     axes = [*axes, *(each for each in options.values() if isinstance(each, Axis))]
-    several = options.get("torque")  # or a table, of which there is none at first
-    torques = [operating_value("torque", each) for each in several] if isinstance(several, list) else []
-    axes += [Axis("torque", each, each, 1) for each in torques]
+    if "torque" in options and not known["torque"].is_path:
+        axes += [Axis("torque", each, each, 1) for each in torques_of(options["torque"], "study.torque")]
     least = min((axis.start for axis in axes if axis.name == "torque"), default=None)
     if tables.train is not None:
         model = _train_model(tables, Path(path or ".").parent)

@@ -74,7 +74,7 @@ def test_the_page_of_a_datasheet_is_written(tmp_path):
                   "Dynamic factor along the speed"):
         assert words in text
     assert "--out must end in .html" in refused("gear", FZG, "--out", tmp_path / "sheet.pdf")
-    assert "--speed must read start:stop:count" in refused("gear", FZG, "--out", page, "--speed", "1000")
+    assert "--speed must read start:stop or start:stop:count" in refused("gear", FZG, "--out", page, "--speed", "1000")
 
 
 def test_a_missing_input_is_named_where_a_quantity_needs_it(tmp_path):

@@ -321,10 +321,12 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
     (("--plot", "x.html", "--speed", "1:2:2"), "--plot must end in"),
     (("--speed", "1:2:2", "--factor", "0"), "--factor must be a finite number"),
     (("--speed", "1:2:2", "--factor-alone"), "--factor-alone needs --factor"),
-    (("--speed", "500:8000"), "--speed must read start:stop:count; got '500:8000'. E.g. 500:8000:200."),
-    (("--speed", "0:9:3"), "speed must be greater than 0"), (("--speed", "9:8:3"), "axis speed must run from"),
-    (("--torque", ""), "torque must be a torque"),
-    (("--torque", "60,x"), "torque must be a torque; got 'x'"), (("--torque", "x=3"), "torque must be a torque"),
+    (("--speed", "500"), "--speed must read start:stop or start:stop:count; got '500'. E.g. 500:8000 or 500:8000:200."),
+    (("--speed", "0:9:3"), "--speed must be greater than 0"), (("--speed", "9:8"), "--speed must run from"),
+    (("--speed", "9:9:1"), "--speed must be a range of speeds; got '9:9:1'"),
+    (("--torque", ""), "--torque must be a torque"), (("--torque", "60:180"), "--torque must read start:stop:count"),
+    (("--torque", "60,x"), "--torque must be a torque; got 'x'"), (("--torque", "x=3"), "--torque must be a torque"),
+    (("--torque", "60", "--torque", "60 N*m"), "--torque must be given once; got 60.0"),
     ((*SCAN, "--torque", "60,180", "--plot", "x.png"), "--plot needs a single --torque")])
 def test_bad_input_is_refused(arguments, message):
     result = gear(SPUR, *arguments, code=2)

@@ -94,7 +94,7 @@ def test_a_dimensionless_model_has_no_speed():
 @pytest.mark.parametrize(("speed", "torque", "message"), [
     ("omega=1:2:3", "1:2:3", r"^speed must be an axis of speed; got 'omega'"),
     ("500", "1:2:3", r"^speed must read start:stop:count"),
-    ("1:2:3", "2:1:3", r"^axis torque must run from a smaller"), ("0:100:3", "1:2:3", r"^speed must be greater than 0"),
+    ("1:2:3", "2:1:3", r"^torque must run from a smaller"), ("0:100:3", "1:2:3", r"^speed must be greater than 0"),
 ])
 def test_axes_of_a_map_that_are_wrong_are_refused(pair, speed, torque, message):
     with pytest.raises(InputError, match=message):

@@ -345,7 +345,7 @@ def test_the_command_assesses_again_with_inputs_varied(monkeypatch):
     (("--speed", "0.001:0.1:10"), "error: speed must be at least about 0.066 rpm; got '0.001:0.1'"),
     (("--speed", "500:700", "--torque", "x"), "torque must be a torque"),
     (("--speed", "500:500:1"), "--speed must be a range of speeds"),
-    (("--speed", "500"), "--speed must read start:stop:count"),
+    (("--speed", "500"), "--speed must read start:stop or start:stop:count"),
     (("--speed", "500:60000"), "must keep the pitch line velocity below 300 m/s"),
     (("--speed", "500:700", "--out", "x.pdf"), "--out must end in .html"),
     (("--speed", "500:700", "--pdf", "x.html"), "--pdf must end in .pdf"),

@@ -16,7 +16,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.operating import operating_model
 from gearchaos.store.record import from_record, to_record
 from gearchaos.studies.distributions import Scattered
-from gearchaos.studies.scatter import torques_of
+from gearchaos.studies.operating_ranges import torques_of
 from gearchaos.studies.scatter_results import OUTPUTS
 from tests import ONE_SPRING
 from tests.commands import ask
@@ -120,7 +120,7 @@ def correlated(*correlations, vary=VARY):
     ({"vary": [WITHIN], "model": replace(DESIGN, transmission_error="from quality (typical)")}, "quality.deviations",
      "must be left out unless"),
     ({"speed": "omega=0.5:1:3"}, "speed", "must be an axis of speed"), ({"speed": "speed=5"}, "speed", "must read"),
-    ({"torque": "50,50"}, "torque", "must rise from"), ({"torque": "0"}, "torque", "must be one positive torque"),
+    ({"torque": "50,50"}, "torque", "must rise from"), ({"torque": "0"}, "torque", "must be greater than 0"),
     ({"torque": "5 mm"}, "torque", "must be a torque"), ({"factor": 0}, "factor", "must be greater than 0"),
     ({"samples": 48}, "samples", "must be 16 times"), ({"samples": 16}, "samples", "must be a whole number"),
     ({"start": "anywhere"}, "start", "must be one of rest"),
