@@ -196,11 +196,11 @@ def sections(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndar
 def minimal_period(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:
     """The minimal periods (L,) of orbits through w (d, L): the smallest divisors of ``period`` (L,) that return."""
     minimal = period.copy()
-    after = flow.advance(w, period, points=points, sections=int(period.max(initial=0))).sections
     for n in np.unique(period[period > 1]).tolist():
         same = np.flatnonzero(period == n)
+        after = flow.advance(w[:, same], n, points=points[same], sections=n).sections
         for k in [k for k in range(n - 1, 0, -1) if n % k == 0]:
-            returned = np.abs(after[len(after) - n + k - 1, :, same] - w[:, same].T).max(axis=1) < SAME_POINT
+            returned = np.abs(after[k - 1] - w[:, same]).max(axis=0) < SAME_POINT
             minimal[same[returned]] = k
     return minimal
 
@@ -219,8 +219,8 @@ def candidates(
     return near_returns(sections, min(longest, (len(sections) - 1) // 2), tolerance, previous_tolerance, count)
 
 
-def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> np.ndarray:
-    """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ.
+def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> tuple[np.ndarray, np.ndarray]:
+    """Exact Lyapunov exponents (d, L) of periodic orbits, ln|μ|/(nT), per unit of τ, and their `mean_trace` (L,).
 
     The product of the multipliers is det(monodromy) = exp(∫ tr A dτ). Where the computed multipliers violate this, the
     smallest are below the rounding errors of the monodromy matrix. Exponents of multipliers that are small against its
@@ -233,10 +233,11 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
         exponents = np.log(modulus).T / duration
     measured = flow.system.damping_law != "always"
     measures = flow.advance(orbits.w, orbits.period, points=points, measured=True).measures if measured else None
-    error = np.abs(exponents.sum(axis=0) - mean_trace(flow.system, points, measures, duration)) * duration
+    trace = mean_trace(flow.system, points, measures, duration)
+    error = np.abs(exponents.sum(axis=0) - trace) * duration
     inexact = np.flatnonzero(~(error < _MAX_LOG_DETERMINANT_ERROR))
     if len(inexact) == 0:
-        return exponents
+        return exponents, trace
     norm = np.linalg.norm(orbits.monodromy[inexact], axis=(1, 2))
     w, tangent = orbits.w[:, inexact], tangent_frame(flow.dimension, len(inexact))
     for _ in range(2):  # the vectors align with the Lyapunov vectors in the first period; the growth is of the second
@@ -249,7 +250,7 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> n
     growth /= duration[inexact]
     exponents[:, inexact] = np.where(_SMALLEST_RESOLVED * norm < modulus[inexact].T, exponents[:, inexact], growth)
     exponents[-1, inexact] = growth.sum(axis=0) - exponents[:-1, inexact].sum(axis=0)
-    return exponents
+    return exponents, trace
 
 
 def mean_trace(

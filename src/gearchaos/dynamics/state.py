@@ -187,8 +187,9 @@ class ClassificationState:
         verdicts.period[motions], verdicts.residual[motions] = found.period, found.residual
         verdicts.multipliers[motions] = found.multipliers
         verdicts.w[:, motions] = orbits.with_mean_velocity(self.flow, found.w, points, found.period)
-        exact = orbits.lyapunov_exponents(self.flow, points, found)
+        exact, trace = orbits.lyapunov_exponents(self.flow, points, found)
         self.set_exponents(motions, exact, exact, exact)
+        self.set_trace_error(motions, exact.sum(axis=0), trace)
 
     def set_exponents(self, motions: np.ndarray, value: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
         """Record Lyapunov exponents (k, motions), k = 1 (the largest) or d (all), and the ends of their intervals."""
