@@ -10,6 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos.cli.avoided import (
+    WIDTH,
+    Factor,
+    LoadChange,
+    RootStress,
+    Wide,
+    criteria,
+    print_avoided,
+    say_lines,
+)
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import TORQUES, Json, Plot, Sets, app, operating_point, read_study
@@ -17,9 +27,7 @@ from gearchaos.cli.output import (
     DPI,
     PLOT_SUFFIXES,
     check_output,
-    plain_table,
     print_json,
-    print_table,
     say_written,
     write_figure,
 )
@@ -32,7 +40,6 @@ if TYPE_CHECKING:
     from gearchaos.dynamics import Classification
     from gearchaos.studies.axis import Axis
 
-_WIDTH = 80
 _MOST_TABLES, _MOST_JUMPS = 6, 6
 """Torques of which the ranges are printed, and jumps."""
 
@@ -43,11 +50,6 @@ Torques = Annotated[
     list[str] | None,
     typer.Option("--torque", metavar=TORQUES,
                  help="At wheel 1, in N m or with a unit; by default that of the gears."),
-]
-Factor = Annotated[
-    float | None,
-    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
-                 "stiffness jumps, above F times the quasi-static one."),
 ]
 Page = Annotated[Path | None, typer.Option("--out", metavar="FILE.html", help="Report as a page.", readable=False)]
 Print = Annotated[Path | None, typer.Option("--pdf", metavar="FILE.pdf", help="Report for printing.", readable=False)]
@@ -63,7 +65,8 @@ def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
     starts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Random initial states at each speed; 512, 128 or 32 by torques and speeds."),
+        typer.Option(metavar="N", help="States after a load change at each speed; 128, 64 or 32 by torques and "
+                     "speeds."),
     ] = None,
     spacing: Annotated[
         float | None,
@@ -76,6 +79,9 @@ def assess(
     improve: Annotated[
         bool, typer.Option("--improve", help="Assess again with each input that a designer can change.")
     ] = False,
+    root_stress: RootStress = None, load_change: LoadChange = "1", wide: Wide = False,
+    every: Annotated[bool, typer.Option("--all", help="Also rows of ranges that are narrow or that few load changes "
+                                        "lead to.")] = False,
     out: Page = None, pdf: Print = None, plot: Plot = None, against: Other = None, json_out: Json = False,
 ) -> None:
     """Decide over speed and torque: which speeds to avoid, which to use, and with what margin."""
@@ -96,7 +102,9 @@ def assess(
         if given and not is_design(described[0][0]):
             raise InputError(option, "needs a [design]", str(gears), "Its inputs are varied by their names.")
     load_kernels()
-    options: dict[str, Any] = {"factor": factor, "starts": starts, "spacing": spacing, "seed": seed, "progress": True}
+    options: dict[str, Any] = {
+        **criteria(factor, root_stress, load_change, wide), "starts": starts, "spacing": spacing, "seed": seed,
+        "progress": True}
     names = [""] if against is None else [gears.name, against.name]
     begun = time.monotonic()
     reports = [Report(assessed(each, axis, torques, settings=settings, **options), name)
@@ -112,7 +120,7 @@ def assess(
         return
     for number, report in enumerate(reports):
         print(end="\n" * (number > 0))
-        _print(report)
+        _print(report, every)
 
 
 def _refuse_without_effect(sets: list[str] | None, torques: tuple[float, ...] | None) -> None:
@@ -142,7 +150,7 @@ def _described(
     design = load_design(path, parse_set(sets or []))
     ends = [design] if torques is None else [design.at(torque=each) for each in {min(torques): 0, max(torques): 0}]
     for text in dict.fromkeys(text for each in ends for text in each.with_like_teeth().warnings):
-        say(textwrap.fill(f"warning: {text}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+        say(textwrap.fill(f"warning: {text}", WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     return design, settings
 
 
@@ -189,49 +197,28 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
     say_written(*(path for path in (out, pdf) if path is not None))
 
 
-def _print(report: Report) -> None:
-    """Print the verdict, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
-    from gearchaos.datasheet.report import changed_in_words, usable_share
-    from gearchaos.datasheet.verdict import (
-        HEADINGS,
-        at_no_speed,
-        jumps,
-        keep_out,
-        rows,
-        usable_in_words,
-        verdict,
-        worst,
-    )
+def _print(report: Report, every: bool) -> None:
+    """Print what to do, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
+    from gearchaos.datasheet.report import changed_in_words
+    from gearchaos.datasheet.verdict import at_no_speed, decision, jumps, keep_out, usable_in_words, worst
 
     found = report.found
-    _say_lines(f"{f'{report.name}: ' * bool(report.name)}{verdict(found)}", worst(found), usable_share(found),
-               f"tried: {found.tried}; a motion that few states lead to can be missed")
+    first, *others = decision(found)
+    say_lines(f"{f'{report.name}: ' * bool(report.name)}{first}", *others, worst(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
         nothing = " nothing" * (not at.windows)
         print("\n" + ", ".join(filter(None, [f"At {at.torque:.6g} N m", at_no_speed(at), f"avoid{nothing}"])))
-        table = plain_table(*HEADINGS, left=HEADINGS[2:5], gap=1)
-        for row in rows(at):
-            table.add_row(*row)
-        if at.windows:
-            print_table(table)
+        print_avoided(at, found.gears, every)
         if len(found.at) > 1:
-            _say_lines(f"usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
-    if len(found.at) > _MOST_TABLES:
-        print()
-        _say_lines(*(f"keep out of {text}" for text in keep_out(found)),
-                   f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
-    met = jumps(found)
+            say_lines(f"usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
     print()
+    if len(found.at) > _MOST_TABLES:
+        say_lines(*(f"keep out of {text}" for text in keep_out(found)),
+                  f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
+    met = jumps(found)
     for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
         for each in changes or ():
-            _say_lines(f"{words}: {changed_in_words(each, found)}")
-    _say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
-               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
-
-
-def _say_lines(*texts: str) -> None:
-    """Print texts in lines of 80 columns."""
-    for text in texts:
-        whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
-        print(textwrap.fill(whole, _WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
-            "\N{NO-BREAK SPACE}", " "))
+            say_lines(f"{words}: {changed_in_words(each, found)}")
+    say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
+              f"Tried: {found.tried}; a motion that few states lead to can be missed",
+              *(f"Assumed: {text}" for text in found.assumptions[:-1]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gearchaos.cli.avoided import Factor, LoadChange, RootStress, Wide, criteria
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
@@ -36,11 +37,6 @@ Torques = Annotated[
     typer.Option("--torque", metavar=TORQUES,
                  help="At wheel 1, in N m or with a unit; an answer for each. By default that of the design."),
 ]
-Factor = Annotated[
-    float | None,
-    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
-                 "stiffness jumps, above F times the quasi-static one."),
-]
 FactorAlone = Annotated[
     bool, typer.Option("--factor-alone", help="With --factor: its speeds alone, whether the teeth separate or not.")
 ]
@@ -49,14 +45,15 @@ FactorPlot = Annotated[
     typer.Option("--plot", metavar="FILE", readable=False,
                  help="Picture of the dynamic factor along the speed, of one torque: .png, .pdf or .svg."),
 ]
-All = Annotated[bool, typer.Option("--all", help="Also every quantity with its formula and source, and every warning.")]
+All = Annotated[bool, typer.Option("--all", help="Also every range to avoid, every quantity with its formula and "
+                                   "source, and every warning.")]
 
 
 @app.command(rich_help_panel="Gears")
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torques = None,
-    plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, every: All = False,
-    json_out: Json = False,
+    plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, root_stress: RootStress = None,
+    load_change: LoadChange = "1", wide: Wide = False, every: All = False, json_out: Json = False,
 ) -> None:
     """Show which speeds a gear pair is to avoid, and with --all every quantity that follows from its drawing."""
     check_output("--out", out, (".html",))
@@ -75,7 +72,8 @@ def gear(
     from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 
     axis = None if speed is None else range_of_speeds(speed, "--speed")
-    asked = axis is not None or plot is not None or factor is not None
+    options = criteria(factor, root_stress, load_change, wide)
+    asked = axis is not None or plot is not None or factor is not None or root_stress is not None
     scanned = asked or out is not None or not json_out
     if scanned:
         load_kernels()
@@ -84,8 +82,8 @@ def gear(
         speeds = problem = None
         try:
             if scanned:
-                speeds = speeds_to_avoid(each, axis or default_speeds(each), factor=factor,
-                                         separation=not factor_alone, progress=True)
+                speeds = speeds_to_avoid(each, axis or default_speeds(each), separation=not factor_alone, progress=True,
+                                         **options)
         except InputError as error:
             problem = error
         answers.append(Answer.of(each, speeds, problem))

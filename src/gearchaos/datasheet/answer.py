@@ -17,7 +17,7 @@ from gearchaos.gears.units import RPM, measured
 from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speed_windows import Reached, SpeedsToAvoid, Window
+    from gearchaos.studies.speed_windows import SpeedsToAvoid, Window
 
 # speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
 # excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2
@@ -99,38 +99,38 @@ class Answer:
         return f"{range_in_words(self.speeds.largest.start, self.speeds.largest.stop)} rpm"
 
     @property
+    def decision(self) -> list[str]:
+        """What to do, in sentences: the speeds to avoid in operation, those after a load change, and usable ones."""
+        from gearchaos.datasheet.verdict import decision  # here, since a datasheet alone needs none of what it loads
+        from gearchaos.studies.assess import Assessment
+
+        assert self.speeds is not None
+        whole = self.speeds.largest
+        return decision(Assessment(self.design, (self.speeds,), (whole.start, whole.stop)))
+
+    @property
     def conclusion(self) -> str:
-        """The speeds to avoid in a sentence."""
+        """The decision in one sentence, or why there is none."""
         if self.speeds is None:
             if self.problem is None:
                 return "not asked for"
             left_out = self.problem.rule == LEFT_OUT
             return f"not computed: {f'{self.problem.field} {LEFT_OUT}' if left_out else 'see the error'}"
-        found = [in_words(each) for each in self.speeds.windows]
-        if not found:
-            return f"none found from {self.scanned}; looked for speeds at which {self.speeds.criterion}"
-        return f"avoid {listed(found)} rpm of wheel 1: {self.speeds.criterion} (computed: {self.scanned})"
+        return "; ".join(self.decision)
 
     @property
     def basis(self) -> Iterator[str]:
         """Sentences that say how to read the speeds to avoid."""
         if self.speeds is None:
             return
-        from gearchaos.studies.speed_windows import range_in_words
-
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
-        if self.speeds.windows:
-            yield "Beside a factor: the share of the range to avoid in that motion, if not all."
-        if history := [range_in_words(*each) for each in self.speeds.in_contact_from_rest]:
-            more = ", …" * (len(history) > 3)
-            yield f"In contact from rest, others not: {', '.join(history[:3])}{more} rpm."
         if self.speeds.elsewhere is not None:
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
             yield (f"Elsewhere: {contact}, largest factor {measured(outside.dynamic_factor, 3)} at "
                    f"{outside.largest_at} rpm.")
         if ratio := self.quasi_static:
-            yield f"Against K_v of a standard: the factor over {ratio} (quasi-static, at speed 0)."
+            yield f"The jumps of the stiffness alone make a factor of {ratio}, at the lowest speed, too."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")
         sharing = "contact beyond the path, " if self.design.shares_load else "load sharing, "
         if self.design.in_strips:
@@ -234,18 +234,6 @@ def pair_title(design: GearDesign) -> str:
 def listed(words: Sequence[str]) -> str:
     """Words with commas, and "and" before the last."""
     return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
-
-
-def in_words(window: Window) -> str:
-    """A range to avoid in words, without its unit."""
-    start, stop = window.ends
-    return f"{'the start, ' * window.from_scan_start}{start} to {'the end, ' * window.to_scan_end}{stop}"
-
-
-def factor_and_share(motion: Reached) -> str:
-    """The largest factor of a motion in a range, and the share of it in which it is to be avoided unless all."""
-    factor = measured(motion.dynamic_factor, 3) if math.isfinite(motion.dynamic_factor) else "unbounded"
-    return factor + (f" {min(max(round(100 * motion.share), 1), 99)}%" if motion.share < 1 else "")
 
 
 def edges(window: Window) -> tuple[str, str]:

@@ -10,11 +10,10 @@ from markupsafe import Markup
 
 from gearchaos import plot
 from gearchaos.cards.inputs import digits, inputs_in_words
-from gearchaos.datasheet.answer import Answer, factor_and_share, in_words
+from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.quantities import Entry
-from gearchaos.gears.units import measured
-from gearchaos.studies.beside_factors import root_in_words
+from gearchaos.datasheet.verdict import HEADINGS, beyond_in_words, knocks_in_words, rows
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
 
@@ -54,18 +53,16 @@ def sheet_html(answers: Sequence[Answer]) -> str:
 
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
-    windows = [{
-        "range": in_words(each), "contact": each.contact, "at": each.largest_at,
-        "factor": measured(each.dynamic_factor, 3) + root_in_words(
-            answer.design, answer.design.torque, each.dynamic_factor), "reached": [
-            f"{r.motion} {' in '.join(factor_and_share(r).split())}{' of the range' * (r.share < 1)}"
-            for r in each.reached]} for each in (answer.speeds.windows if answer.speeds else ())]
+    speeds = answer.speeds
+    decision = [answer.conclusion] if speeds is None else answer.decision
     return {
-        "conclusion": answer.conclusion, "facts": list(answer.facts), "basis": list(answer.basis), "windows": windows,
+        "decision": decision, "facts": list(answer.facts), "basis": list(answer.basis),
+        "headings": [heading.replace("\n", " ") for heading in HEADINGS],
+        "rows": [] if speeds is None else rows(speeds, answer.design),
+        "below": [] if speeds is None else [*filter(None, [beyond_in_words(speeds)]), *knocks_in_words(speeds)],
         "notes": notes, "problem": answer.problem,
-        "ratio": answer.quasi_static,
         "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
-        "picture": None if (speeds := answer.speeds) is None else picture(
+        "picture": None if speeds is None else picture(
             f"factors-{speeds.torque:g}", "Dynamic factor along the speed", "Largest mesh force of the computed "
             "motions over the static one, beside the factors of the standards, which end where these give no value.",
             4.3, lambda ax: plot.dynamic_factor(speeds.dataset, ax))}

@@ -18,13 +18,15 @@ from gearchaos.datasheet.report import Report, changed_in_words, differing_input
 from gearchaos.datasheet.verdict import (
     HEADINGS,
     at_no_speed,
+    beyond_in_words,
+    decision,
     jumps,
     keep_out,
+    knocks_in_words,
     rows,
     scanned,
     torques_in_words,
     usable_in_words,
-    verdict,
     worst,
 )
 
@@ -32,7 +34,7 @@ _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
 _LINE = 0.0165  # height of a line on the first page, over that of the page
 _FEW_RANGES = 3  # to keep out of, that the first page names beside another report
-_COLUMNS = (8, 8, 26, 15, 15, 9, 8, 8, 14)  # widths of a table of ranges to avoid
+_COLUMNS = (8, 8, 20, 11, 9, 8, 8, 13, 15, 15)  # widths of a table of ranges to avoid
 
 
 def report_pdf(report: Report, against: Report | None = None) -> bytes:
@@ -73,7 +75,7 @@ def _first_page(reports: list[Report]) -> Figure:
 def _above(report: Report, alone: bool) -> Iterator[str]:
     """What the first page says above the picture: beside another report fewer ranges."""
     found = report.found
-    for text in (verdict(found), worst(found), f"tried: {found.tried}"):
+    for text in (*decision(found), worst(found), f"tried: {found.tried}"):
         yield from textwrap.wrap(f"{text[0].upper()}{text[1:]}.", 95)
     if found.avoid:
         yield from ("", "Keep out of")
@@ -107,12 +109,14 @@ def _lines(report: Report) -> Iterator[str]:
     yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
     for at in found.at:
         yield from ("", f"To avoid at {at.torque:.6g} N m{f' ({at_no_speed(at)})' if at_no_speed(at) else ''}")
-        for row in [HEADINGS, *rows(at)] if at.windows else []:
+        for row in [HEADINGS, *rows(at, found.gears)] if at.windows else []:
             cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, _COLUMNS, strict=True)]
             for line in zip_longest(*cells, fillvalue=""):
                 yield "".join(f"{value:<{width}}" for value, width in zip(line, _COLUMNS, strict=True))
         if not at.windows:
             yield "Nothing to avoid was found."
+        for text in (*filter(None, [beyond_in_words(at)]), *knocks_in_words(at)):
+            yield from _wrapped(text)
         yield from _wrapped(f"Usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
         yield from _wrapped(f"Tried: {at.tried}")
     sections = {

@@ -17,14 +17,16 @@ from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.verdict import (
     HEADINGS,
     at_no_speed,
+    beyond_in_words,
+    decision,
     jumps,
     keep_out,
+    knocks_in_words,
     rows,
     scanned,
     title,
     torques_in_words,
     usable_in_words,
-    verdict,
     worst,
 )
 from gearchaos.gears.operating import is_design, is_train
@@ -130,7 +132,7 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
              "helps": None if report.improvements is None else report.helps_most}
     return {
         "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
-        "verdict": [verdict(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
+        "verdict": [*decision(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
         "keep_out": keep_out(found),
         "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
                            "there, and the events at their edges. At a torque blank is usable: ± is how far the "
@@ -144,7 +146,8 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
 def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
     """What the template shows below the first page of an assessment."""
     return {
-        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each)}
+        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each, found.gears),
+                   "below": [*filter(None, [beyond_in_words(each)]), *knocks_in_words(each)]}
                   for each in found.at],
         "usable": [(f"{each.torque:.6g}", words)
                    for each in found.at for words in usable_in_words(each.usable, found.speeds)],

@@ -6,19 +6,31 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from gearchaos.datasheet.answer import edges, listed, pair_title
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
 from gearchaos.studies.beside_factors import peak_root_stress, root_in_words
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.quasi_static import ratio_in_words
-from gearchaos.studies.speed_windows import CONTACT_WORDS, INWARDS, UNBOUNDED, ends_in_words, range_in_words
+from gearchaos.studies.speed_windows import (
+    CONTACT_WORDS,
+    FEW,
+    INWARDS,
+    SEVERITIES,
+    ends_in_words,
+    range_in_words,
+    speed_in_words,
+)
 
 if TYPE_CHECKING:
     from gearchaos.studies.assess import Assessment
     from gearchaos.studies.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
 
 _MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
+_MOST_RANGES = 4  # to avoid, that a sentence names
 _NARROWEST = 5e-4  # usable range that is named, as a share of the speeds that were looked through
 _MOST_KEPT_OUT = 8  # ranges to keep out of that a list names
 
@@ -29,16 +41,17 @@ class Row(NamedTuple):
     start: str
     stop: str
     happens: str
-    begins_with: str
-    ends_with: str
+    reached: str
     factor: str
     at: str
-    history: str
-    likelihood: str
+    root: str
+    share: str
+    begins_with: str
+    ends_with: str
 
 
-HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "begins\nwith", "ends\nwith", "dynamic\nfactor", "at\nrpm",
-               "history\ndecides", "% of random\nstarts")
+HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "met", "dynamic\nfactor", "at\nrpm", "root\nN/mm²",
+               "% of load\nchanges", "begins\nwith", "ends\nwith")
 """Of the columns of a table of ranges to avoid."""
 
 
@@ -71,41 +84,100 @@ def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -
             f"({part.margin_words})" for part, low, high in named]
 
 
-def verdict(found: Assessment) -> str:
-    """What to use and what to avoid at all torques, in a sentence."""
-    where, torques, usable = scanned(found), torques_in_words(found), usable_in_words(found.usable_at_all, found.speeds)
-    criterion = found.at[0].criterion
-    if not found.avoid:
-        return (f"usable at {torques}: all of {where}; looked for were speeds at which {criterion}, and none found "
-                f"{found.tried}")
-    if not usable:
-        some = usable_in_words([part for _, part in found.usable], found.speeds)  # none, too, of a single torque
-        return f"no speed from {where} is usable at {torques}: {criterion}{'; some are at single torques' * bool(some)}"
-    more = len(usable) - _MOST_NAMED
-    narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
-    return (f"usable at {torques}: {', '.join(usable[:_MOST_NAMED])}{narrower}; avoid the rest of {where}, where in "
-            f"some motion {criterion}")
+def decision(found: Assessment) -> list[str]:
+    """What to do: which speeds to avoid, which also where the load may change, and which are usable, in sentences."""
+    at, where, torques = found.at, scanned(found), torques_in_words(found)
+    criterion, change = at[0].criterion, at[0].load_change
+    windows = [window for each in at for window in each.windows]
+    out = []
+    for operation in (True, False):
+        own = [window for window in windows if window.operation == operation]
+        if not operation and not change:
+            break
+        named = _ranges(own)
+        if operation:
+            out.append(f"at {torques} avoid {named}: {_at_worst(own)}" if own else
+                       f"at {torques} no speed from {where} is to be avoided in operation: none was found at which "
+                       f"{criterion}")
+        else:
+            where_changed = f"where {change}" if at[0].wide else f"where there may be {change}"
+            out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}" if own else
+                       f"{where_changed}, avoid nothing more")
+    return [*out, *_usable(found)]
+
+
+def _ranges(windows: Sequence[Window]) -> str:
+    """Ranges to avoid, those that overlap as one, the widest by name and minor ones gathered."""
+    merged: list[list[Window]] = []
+    for window in sorted(windows, key=lambda each: each.reach):
+        if merged and window.reach[0] <= max(each.reach[1] for each in merged[-1]):
+            merged[-1].append(window)
+        else:
+            merged.append([window])
+    wide = sorted((part for part in merged if not all(each.minor for each in part)), key=_reach)[-_MOST_RANGES:]
+    shown = [f"{edges(part[0])[0]} to {edges(max(part, key=lambda each: each.reach[1]))[1]}"
+             for part in merged if part in wide]
+    more = len(merged) - len(wide)
+    words = f"{listed(shown)} rpm" if shown else ""
+    few = f"{more} {'narrower' if shown else 'narrow'} range{'s' * (more > 1)}" if more else ""
+    return " and ".join(filter(None, [words, few]))
+
+
+def _reach(part: Sequence[Window]) -> float:
+    return max(window.reach[1] for window in part) - part[0].reach[0]
+
+
+def _at_worst(windows: Sequence[Window]) -> str:
+    """The most severe of what happens in ranges, with the largest force that teeth bear."""
+    worst = max(windows, key=lambda each: (SEVERITIES.index(each.severity) if each.severity in SEVERITIES else -1))
+    bounded = [each for each in windows if math.isfinite(each.dynamic_factor)]
+    cause = worst.cause
+    if not bounded:
+        return cause
+    largest = max(bounded, key=lambda each: each.dynamic_factor)
+    return f"{cause}, factor {measured(largest.dynamic_factor, 3)} at {largest.largest_at} rpm"
+
+
+def _usable(found: Assessment) -> list[str]:
+    """What is usable at all torques, in operation and also after a load change."""
+    out = []
+    for name, share, parts in (("in operation", found.usable_share_in_operation, found.usable_in_operation),
+                               ("also after a load change", found.usable_share, found.usable_at_all)):
+        ranges = usable_in_words(parts, found.speeds)
+        more = len(ranges) - _MOST_NAMED
+        narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
+        out.append(f"usable {name}: {_percent_of_speeds(share)} of {scanned(found)}"
+                   + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
+    if not any(each.load_change for each in found.at):
+        return out[:1]
+    return out[:1] if out[0].partition(":")[2] == out[1].partition(":")[2] else out
+
+
+def _percent_of_speeds(share: float) -> str:
+    return f"{100 * share:.1f} %"
 
 
 def worst(found: Assessment) -> str:
-    """The largest dynamic factor of all, and in how many of the ranges to avoid the history decides."""
-    unbounded = [f"{each.torque:.6g}" for each in found.at if not all(
-        math.isfinite(one.dynamic_factor) for window in each.windows for one in window.reached)]
-    if unbounded:
-        more = " and more" * (len(unbounded) > _MOST_NAMED)
-        return f"motions grow without bound at {listed(unbounded[:_MOST_NAMED])} N m{more}"
-    part, at = max(((each.largest, each) for each in found.at), key=lambda pair: pair[0].dynamic_factor)
-    history = sum(window.depends_on_history for _, window in found.avoid)
-    of_all = f"{history} of {len(found.avoid)}"
-    others = sum(window.by_others for _, window in found.avoid)
-    decides = f"; in {of_all} ranges to avoid the history decides which motion is met" * bool(history)
-    decides += f", {others} of these only other initial states lead to" * bool(others)
+    """The largest dynamic factor that teeth bear, with its root stress."""
+    part, at = max(((each.largest, each) for each in found.at), key=lambda pair: np.nan_to_num(
+        pair[0].dynamic_factor, nan=-1.0))
+    if math.isnan(part.dynamic_factor):
+        return f"all motions found are {BEYOND}"
     there = at.dataset.sel(speed=part.speed_of_largest)
     contact = there["contact"].values[there["dynamic_factor"].values == part.dynamic_factor].max()
-    meaning = ", where the teeth hit both flanks: a reason to avoid that speed, not a load" * int(contact == 2)
+    meaning = ", where the teeth hit both flanks" * int(contact == 2)
     root = root_in_words(found.gears, at.torque, part.dynamic_factor)
-    return (f"the largest dynamic factor found is {measured(part.dynamic_factor, 3)}{root}, at "
-            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{_largest_root(found, at.torque)}{decides}")
+    return (f"the largest dynamic factor is {measured(part.dynamic_factor, 3)}{root}, at "
+            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{_largest_root(found, at.torque)}")
+
+
+def knocks_in_words(at: SpeedsToAvoid) -> list[str]:
+    """The least knocks that lead from a good motion to one to avoid, in sentences."""
+    return [f"{range_in_words(knock.start, knock.stop)} rpm: only a knock leads there, the least at "
+            f"{speed_in_words(knock.speed, 0)} rpm is {measured(abs(knock.speed_step), 2)} rpm of wheel 1 "
+            f"({measured(abs(knock.impulse), 2)} N m s), to "
+            f"{BEYOND if knock.beyond_the_teeth else f'a factor of {measured(knock.dynamic_factor, 3)}'}"
+            for knock in at.knocks]
 
 
 def _largest_root(found: Assessment, torque: float) -> str:
@@ -154,20 +226,29 @@ def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
     shares = [window.random_states.fraction for _, window in part if window.random_states]
     ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
     return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
-        f"; from {' to '.join(ends)} % of random starts, by range and torque" if ends else "")
+        f"; from {' to '.join(ends)} % of load changes, by range and torque" if ends else "")
 
 
 def likelihood(window: Window) -> str:
-    """From which share of random initial states a range's motion to avoid is reached, with its 95 % interval."""
+    """How a range's motion to avoid is met, and after which share of load changes, with its 95 % interval."""
     found = window.random_states
     if found is None:
-        return "no random starts tried"
-    part = _history(window)
-    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}" + (
-        f", where the history decides: {part} rpm" if part not in ("no", "yes") else "")
+        return f"met: {met_in_words(window)}"
+    behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}"
     if found.fraction == 1:
-        return f"from every random start tried, {behind}"
-    return f"from {_percent(found.fraction)} % of random starts (95 %: {_interval(found)} %), {behind}"
+        return f"met: {met_in_words(window)}; after every load change tried, {behind}"
+    return (f"met: {met_in_words(window)}; after {_percent(found.fraction)} % of load changes (95 %: "
+            f"{_interval(found)} %), {behind}")
+
+
+def met_in_words(window: Window) -> str:
+    """How operation comes to a motion to avoid: always, or by which history."""
+    if not window.operation:
+        return window.reached[-1].motion
+    if not window.depends_on_history:
+        return "always"
+    ways = [by.removesuffix(" speed") for by in window.reached_by if by in ("rest", "rising speed", "falling speed")]
+    return "by history" if len(ways) == 3 else ", ".join(ways)
 
 
 def _percent(share: float) -> str:
@@ -182,9 +263,25 @@ def _interval(found: RandomStates) -> str:
     return f"{math.floor(100 * found.fraction_lo)}–{math.ceil(100 * found.fraction_hi)}"
 
 
-def rows(at: SpeedsToAvoid) -> list[Row]:
-    """The ranges to avoid at a torque, rounded outwards."""
-    return [_row(window) for window in at.windows]
+def rows(at: SpeedsToAvoid, gears: Any, every: bool = True) -> list[Row]:
+    """The ranges to avoid at a torque, rounded outwards; those that are minor only with ``every``."""
+    return [_row(window, at, gears) for window in at.windows if every or not window.minor]
+
+
+def beyond_in_words(at: SpeedsToAvoid) -> str:
+    """The ranges in which some motions are beyond the teeth; empty if there are none."""
+    named = ", ".join(" to ".join(edges(each)) for each in at.windows if each.beyond_the_teeth)
+    return f"{BEYOND}, and without a factor, are some motions in {named} rpm: {at.teeth_bear}" if named else ""
+
+
+def minor_in_words(at: SpeedsToAvoid) -> str:
+    """The minor ranges in a sentence; empty if there are none."""
+    minor = [window for window in at.windows if window.minor]
+    if not minor:
+        return ""
+    named = ", ".join(" to ".join(edges(each)) for each in minor[:_MOST_RANGES])
+    return (f"and {len(minor)} range{'s' * (len(minor) > 1)} narrower than {100 * FEW:g} % or after fewer than "
+            f"{100 * FEW:g} % of load changes: {named}{', …' * (len(minor) > _MOST_RANGES)} rpm")
 
 
 def at_no_speed(at: SpeedsToAvoid) -> str:
@@ -193,25 +290,16 @@ def at_no_speed(at: SpeedsToAvoid) -> str:
     return f"dynamic factor {ratio} at speed 0" if ratio else ""
 
 
-def _row(window: Window) -> Row:
-    shares = window.random_states
-    bounded = window.contact != UNBOUNDED
-    begins = _event(window.begins_with, window.start_resolution, window.from_scan_start)
-    return Row(*edges(window), window.cause, begins,
-               _event(window.ends_with, window.stop_resolution, window.to_scan_end),
-               measured(window.dynamic_factor, 3) if bounded else "unbounded",
-               window.largest_at if bounded else "–",
-               "others" if window.by_others else _history(window), "–" if shares is None
-               else f"{_percent(shares.fraction)} ({_interval(shares)})")
-
-
-def _history(window: Window) -> str:
-    """Whether the history decides in a range, or in which part of it."""
-    if window.history is None:
-        return "no"
-    low, high = (words if own != end else "" for words, own, end in zip(
-        ends_in_words(*window.history), window.history, (window.start, window.stop), strict=True))
-    return f"{low}–{high}" if low and high else f"from {low}" if low else f"to {high}" if high else "yes"
+def _row(window: Window, at: SpeedsToAvoid, gears: Any) -> Row:
+    shares, factor = window.random_states, window.dynamic_factor
+    root = peak_root_stress(gears, at.torque, factor)
+    known = math.isfinite(factor)
+    return Row(*edges(window), window.cause, met_in_words(window),
+               measured(factor, 3) if known else "–", window.largest_at if known else "–",
+               "–" if root is None else measured(max(root), 3),
+               "–" if shares is None else f"{_percent(shares.fraction)} ({_interval(shares)})",
+               _event(window.begins_with, window.start_resolution, window.from_scan_start),
+               _event(window.ends_with, window.stop_resolution, window.to_scan_end))
 
 
 def _event(kind: str, resolution: float, scan_end: bool) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.fields import Record, described, number, one, read_by, record
-from gearchaos.gears.units import DENSITY, PRESSURE
+from gearchaos.gears.units import DENSITY, PRESSURE, STRESS
 from gearchaos.quantities import Rule
 
 if TYPE_CHECKING:
@@ -19,12 +19,14 @@ _SOURCE = "ISO 6336-1:2006, 4.2"
 
 @dataclass(frozen=True, kw_only=True)
 class Material(Record):
-    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³."""
+    """An isotropic elastic material: modulus of elasticity in Pa, Poisson's ratio, density in kg/m³, and the nominal
+    stress that the root of a tooth bears, in N/mm²."""
 
     E: Any = field(metadata=read_by(one(PRESSURE, between=(1e7, 1.2e12))))
     poisson: float = field(metadata=read_by(number(
         Rule(lambda v: (v >= 0) & (v < 0.5), "must be at least 0 and less than 0.5"))))
     density: Any = field(metadata=read_by(one(DENSITY, between=(100.0, 25e3))))
+    root_strength: Any = field(default=None, metadata=read_by(one(STRESS, between=(1.0, 1e4))))
 
 
 # steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006.

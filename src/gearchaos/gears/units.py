@@ -59,6 +59,7 @@ ANGLE = Dimension("an angle", "rad", "30 deg")
 DURATION = Dimension("a time", "s", "60 s")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
 PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
+STRESS = Dimension("a stress", "N/mm^2", "800 N/mm^2")
 DENSITY = Dimension("a density", "kg/m^3", "7830 kg/m^3")
 DIAMETRAL_PITCH = Dimension("a diametral pitch", "1/in", "8 1/in")
 # powers of units of angles that a value of a dimension may have; 0 alone for the others

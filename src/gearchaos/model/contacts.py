@@ -74,6 +74,19 @@ class MeshContacts(NamedTuple):
         names = ("pushes", "damping", "edges", "stiffness", "offset", "f_cos", "f_sin")
         return self._replace(**{name: getattr(self, name)[index] for name in names})
 
+    def begun_at(self, phase: np.ndarray) -> Self:
+        """The contacts with the phases (P,) of the period as its beginning; the forcing stays."""
+        pieces = self.edges.shape[1]
+        first = (self.edges <= phase[:, None]).sum(axis=1) - 1  # the piece in which each phase lies
+        order = (first[:, None] + np.arange(pieces + 1)) % pieces
+        since = phase - self.edges[np.arange(len(phase)), first]
+        edges = wrapped(np.take_along_axis(self.edges, order, axis=1) - phase[:, None])
+        offset = np.take_along_axis(self.offset, order[:, None, :, None], axis=2)
+        (a, b, c), u = np.moveaxis(offset[:, :, 0], -1, 0), since[:, None]
+        offset[:, :, 0] = np.stack([a + u * (b + u * c), b + 2 * u * c, c], axis=-1)
+        return self._replace(edges=edges, offset=offset, stiffness=np.take_along_axis(
+            self.stiffness, order[:, None], axis=2))
+
     def reversed_in_time(self, signs: np.ndarray) -> Self:
         """The contacts at the phase 1 − φ, in the coordinates times their ``signs`` (d,), −1 for velocities."""
         edges = np.hstack([self.edges, np.ones((len(self.edges), 1))])
@@ -84,3 +97,10 @@ class MeshContacts(NamedTuple):
             edges=1.0 - edges[:, :0:-1], stiffness=self.stiffness[:, :, ::-1], offset=offset[:, :, ::-1],
             pushes=-signs * self.pushes, damping=np.where(self.in_contact, -self.damping, self.damping),
             f_cos=-signs * self.f_cos, f_sin=signs * self.f_sin)
+
+
+def wrapped(starts: np.ndarray) -> np.ndarray:
+    """Where pieces (P, N) begin in a period that begins within the first, as shares of it."""
+    out = 1.0 - (-starts) % 1.0
+    out[:, 0] = 0.0
+    return np.asarray(out)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.contacts import MeshContacts, OneSidedContacts
+from gearchaos.model.contacts import MeshContacts, OneSidedContacts, wrapped
 from gearchaos.model.parameters import COORDINATES, STATE_NAMES, check_has_effect, check_initial_consistent
 from gearchaos.model.stiffness import ToothPairStiffness
 from gearchaos.quantities import parse_harmonic
@@ -163,6 +163,31 @@ def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
         starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
         contacts=None if system.contacts is None else system.contacts.reversed_in_time(sign),
     )
+
+
+def begun_at(system: SwitchedAffine, phase: np.ndarray) -> SwitchedAffine:
+    """The equations with the phases (P,) of the mesh period as their instant 0.
+
+    The flow of the result over a mesh period is the map of the states at these phases.
+    """
+    def turned(cosine: np.ndarray, sine: np.ndarray, orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        angle = 2 * np.pi * phase[:, None] * orders
+        c, s = (f(angle).reshape(angle.shape + (1,) * (cosine.ndim - 2)) for f in (np.cos, np.sin))
+        return c * cosine + s * sine, c * sine - s * cosine
+
+    pieces = system.starts.shape[1]
+    first = (system.starts <= phase[:, None]).sum(axis=1) - 1  # the piece in which each phase lies
+    order = (first[:, None] + np.arange(pieces + 1)) % pieces
+    starts = wrapped(np.take_along_axis(system.starts, order, axis=1) - phase[:, None])
+    out: dict[str, Any] = {"starts": starts, "levels": np.take_along_axis(system.levels, order, axis=1)}
+    for cosine, sine in (("f_cos", "f_sin"), ("chi_cos", "chi_sin"), ("velocity_cos", "velocity_sin")):
+        a, b = getattr(system, cosine), getattr(system, sine)
+        out[cosine], out[sine] = turned(a, b, np.arange(1, a.shape[1] + 1))
+    contacts = system.contacts
+    if contacts is not None:
+        f_cos, f_sin = turned(contacts.f_cos, contacts.f_sin, contacts.orders)
+        contacts = contacts.begun_at(phase)._replace(f_cos=f_cos, f_sin=f_sin)
+    return replace(system, same_starts=False, contacts=contacts, **out)
 
 
 def velocity_signs(names: tuple[str, ...]) -> np.ndarray:

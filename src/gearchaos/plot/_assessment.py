@@ -17,16 +17,17 @@ from gearchaos.plot.axes import draw_legend
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
 from gearchaos.studies.assess import Assessment
-from gearchaos.studies.speed_windows import CONTACT_WORDS, FORCE_CRITERION, MOTIONS, SpeedsToAvoid, Window
+from gearchaos.studies.speed_windows import FORCE_CRITERION, SEVERITIES, SpeedsToAvoid, Window
 
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-_COLOURS = dict(zip(CONTACT_WORDS, [*(each.colour for each in CONTACT_CLASSES), MOTION_CLASSES[-1].colour],
+_COLOURS = dict(zip(SEVERITIES, ["#f2c14e", *(each.colour for each in CONTACT_CLASSES[1:3]), MOTION_CLASSES[-1].colour],
                     strict=True)) | {FORCE_CRITERION: CONTACT_CLASSES[0].colour}
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
-_PALE = 0.45  # opacity of a range in which motions that are not to be avoided exist too
+_PALE = 0.45  # opacity of a range that operation does not meet
+_AFTER = "after a load change alone"
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
 _NARROWEST = 1e-3  # width of a bar, as a share of the axis
@@ -38,11 +39,11 @@ _MARGIN_WIDTH = 0.55  # least width of a usable range, in inches, in which its m
 def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw what to avoid and what to use, the speed across and the torque up.
 
-    A colour says what happens in a range to avoid; where it is pale and hatched there are also motions that are not to
-    be avoided, and the history decides. Lines mark the edges by the event at which they lie. What is left blank is
-    usable, with its margin where there is room for it: by which share the speed may differ either way from the middle
-    of the range. Above several torques a row shows what is usable at all of them. Up to 12 torques are rows of bars, in
-    even distances, more are areas to scale.
+    A colour says what happens in a range to avoid, pale and hatched where a load change alone leads there. Lines
+    mark the edges by the event at which they lie. What is left blank is usable, with its margin where there is room
+    for it: by which share the speed may differ either way from the middle of the range. Above several torques a row
+    shows what is usable at all of them. Up to 12 torques are rows of bars, in even distances, more are areas to
+    scale.
 
     Parameters
     ----------
@@ -110,7 +111,7 @@ def draw_factors(at: SpeedsToAvoid, ax: Axes) -> Axes:
     """Draw the dynamic factor of each motion found at a torque over the speed, with the ranges to avoid."""
     for window in at.windows:
         ax.axvspan(*window.reach, facecolor=adapt(meaning(window)[1]), alpha=_SHADE, linewidth=0, zorder=0)
-    lines = computed_factors({name: at.dataset.sel(motion=name) for name in MOTIONS})
+    lines = computed_factors({name: at.dataset.sel(motion=name) for name in at.dataset["motion"].values.tolist()})
     draw_computed(ax, lines)
     speeds = at.dataset["speed"].values
     ax.set(xlim=(speeds[0], speeds[-1]), xlabel="speed of wheel 1 [rpm]", ylabel="dynamic factor")
@@ -131,15 +132,14 @@ def _between(torques: np.ndarray) -> np.ndarray:
 
 def meaning(window: Window) -> tuple[str, str]:
     """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
-    words = window.criterion if window.criterion == FORCE_CRITERION else window.contact
+    words = window.criterion if window.criterion == FORCE_CRITERION else window.severity
     return words, _COLOURS[words]
 
 
-def bars(window: Window, speeds: tuple[float, float]) -> list[tuple[float, float, bool]]:
-    """Where a range to avoid is drawn over an axis, see `Window.parts`; so wide that a single speed is seen."""
+def bar(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Where a range to avoid is drawn over an axis, so wide that a single speed is seen."""
     low, high = window.reach
-    narrowest = _NARROWEST * (speeds[1] - speeds[0])
-    return window.parts if high - low > narrowest else [(low, low + narrowest, window.depends_on_history)]
+    return low, max(high, low + _NARROWEST * (speeds[1] - speeds[0]))
 
 
 def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
@@ -147,12 +147,12 @@ def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dic
     words, plain = meaning(window)
     colour, margin = adapt(plain), (1 - share) / 2 * (high - low)
     pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
-    for start, stop, decides in bars(window, ax.get_xlim()):
-        style = {"facecolor": colour, "linewidth": 0, **(pale if decides else {})}
-        ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
+    start, stop = bar(window, ax.get_xlim())
+    style = {"facecolor": colour, "linewidth": 0, **({} if window.operation else pale)}
+    ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
     found = {words: Patch(facecolor=colour, label=words)}
-    return found | ({"history": Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": "the history decides"})}
-                    if window.depends_on_history else {})
+    return found | ({} if window.operation else {
+        _AFTER: Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": _AFTER})})
 
 
 def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:

@@ -328,6 +328,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("fraction_lo", long_name="lower end of its 95 % interval"),
     Quantity("fraction_hi", long_name="upper end of its 95 % interval"),
     Quantity("random_states", long_name="number of random initial states"),
+    Quantity("beyond_the_teeth", long_name="whether teeth cannot bear the motion"),
     Quantity("avoided_states", long_name="number of random initial states that lead to the motion to avoid"),
     Quantity("kick", long_name="smallest change of the state that leaves the basin"),
     Quantity("coordinate"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.beside_factors import peak_root_stress
+from gearchaos.studies.load_change import REVERSAL
 from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
@@ -20,7 +22,7 @@ from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_
 
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),
-    (96.0, 128, 0.01, 10_000),
+    (96.0, 64, 0.01, 10_000),
     (math.inf, 32, 0.025, 2000),
 )
 """Up to how many torques times ln(last / first speed): random initial states, the spacing of their speeds, and the
@@ -64,21 +66,37 @@ class Assessment:
     @property
     def usable_at_all(self) -> list[UsableRange]:
         """The ranges of speed that are usable at all torques, those with the largest margin first."""
+        return self._common([each.usable for each in self.at])
+
+    @property
+    def usable_in_operation(self) -> list[UsableRange]:
+        """The same where the load is never lost nor reversed."""
+        return self._common([each.usable_in_operation for each in self.at])
+
+    def _common(self, usable: Sequence[Sequence[UsableRange]]) -> list[UsableRange]:
         common = [self.speeds]
-        for each in self.at:
-            common = [(max(a, part.start), min(b, part.stop)) for a, b in common for part in each.usable
+        for parts in usable:
+            common = [(max(a, part.start), min(b, part.stop)) for a, b in common for part in parts
                       if max(a, part.start) < min(b, part.stop)]
         return sorted((UsableRange(a, b) for a, b in common), key=lambda part: -part.margin)
 
     @property
     def usable_share(self) -> float:
-        """The share of the speeds that is usable at all torques, from 0 to 1."""
-        return sum(part.stop - part.start for part in self.usable_at_all) / (self.speeds[1] - self.speeds[0])
+        """The share of the speeds that is usable at all torques, also after a load change, from 0 to 1."""
+        return self._share(self.usable_at_all)
+
+    @property
+    def usable_share_in_operation(self) -> float:
+        """The same where the load is never lost nor reversed."""
+        return self._share(self.usable_in_operation)
+
+    def _share(self, parts: Sequence[UsableRange]) -> float:
+        return sum(part.stop - part.start for part in parts) / (self.speeds[1] - self.speeds[0])
 
     @property
     def largest_usable_share(self) -> float:
         """The usable share if all was usable of which it is not certain that a search drawn anew finds it to be
-        avoided: what lies beyond the edges that are located, and ranges that few random states lead to."""
+        avoided: what lies beyond the edges that are located, and ranges to which few load changes lead."""
         sure = tuple(replace(each, windows=tuple(
             replace(w, start_resolution=0.0, stop_resolution=0.0) for w in each.windows if not w.may_be_missed))
             for each in self.at)
@@ -106,6 +124,7 @@ class Assessment:
             out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")
         out.append("friction is left out, and all that is not among the inputs")
         out += [f"at {each.torque:g} N m {each.coarse}" for each in self.at if each.coarse]
+        out.append(f"beyond the teeth: {first.teeth_bear}")
         out.append(f"motions were looked for {self.tried}: one that few initial states reach, in a narrow range, can "
                    "be missed")
         return out
@@ -122,25 +141,31 @@ class Assessment:
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
                 "root_stress": peak_root_stress(self.gears, torque, w.dynamic_factor),
                 "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
+                "reached_by": w.reached_by, "share_of_load_changes": w.random_states and w.random_states.fraction,
+                "severity": w.severity, "beyond_the_teeth": w.beyond_the_teeth,
                 "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],
             } for torque, w in self.avoid],
-            "usable": [{"torque": torque, "from": part.start, "to": part.stop, "margin": part.margin}
-                       for torque, part in self.usable],
-            "usable_share": self.usable_share,
-            "usable_at_all_torques": [{"from": part.start, "to": part.stop, "margin": part.margin}
-                                      for part in self.usable_at_all],
+            "knocks": [knock.document(each.torque) for each in self.at for knock in each.knocks],
+            "usable": [{"torque": each.torque, **part.document, "after_load_change": after}
+                       for each in self.at for after, parts in ((True, each.usable), (False, each.usable_in_operation))
+                       for part in parts],
+            "usable_share": self.usable_share, "usable_share_in_operation": self.usable_share_in_operation,
+            "usable_at_all_torques": [part.document | {"after_load_change": after} for after, parts in (
+                (True, self.usable_at_all), (False, self.usable_in_operation)) for part in parts],
             "jumps": [{"torque": each.torque, "speed": jump.speed, "direction": jump.direction, "event": jump.event,
                        "from": jump.factor_before, "to": jump.factor_after} for each in self.at for jump in each.jumps],
             "quasi_static_ratio": [each.quasi_static_ratio for each in self.at],
-            "tried": [each.tried for each in self.at], "assumptions": self.assumptions,
+            "tried": [each.tried for each in self.at],
+            "beyond_the_teeth": [each.teeth_bear for each in self.at], "assumptions": self.assumptions,
         }
 
 
 def assess(
-    gears: AnyModel, speed: Axis | str, torque: Any = None, *, factor: float | None = None, starts: int | None = None,
-    spacing: float | None = None, seed: int = 0, settings: Classification | None = None, progress: bool = False,
-    threads: int | None = None,
+    gears: AnyModel, speed: Axis | str, torque: Any = None, *, factor: float | None = None,
+    root_stress: float | str | None = None, starts: int | None = None, spacing: float | None = None, seed: int = 0,
+    load_change: float | None = REVERSAL.ratio, wide: bool = False, knocks: bool = True,
+    settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> Assessment:
     """Assess gears over speed and torque: which speeds to avoid, which to use, and with what margin.
 
@@ -154,7 +179,7 @@ def assess(
     torque : torques, optional
         At wheel 1, one or several: numbers in N m, texts such as "60 N*m", or a text "20:400:12" for twelve of them; by
         default that of the gears.
-    factor, starts, spacing, seed, settings, progress, threads
+    factor, root_stress, starts, spacing, seed, load_change, wide, knocks, settings, progress, threads
         As in `speeds_to_avoid`; by default there are fewer and wider spaced random states at many torques.
 
     Returns
@@ -185,9 +210,10 @@ def assess(
         _check_load(given)
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
     number, spaced, longest = next(each[1:] for each in _EFFORTS if width <= each[0])
-    criteria = Criteria.checked(factor, True, number if starts is None else starts,
-                                spaced if spacing is None else spacing, seed,
-                                settings or Classification(longest_transient=longest))
+    criteria = Criteria.checked(
+        number if starts is None else starts, spaced if spacing is None else spacing, seed,
+        settings or Classification(longest_transient=longest), factor=factor, root_stress=root_stress,
+        load_change=load_change, wide=wide, knocks=knocks)
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])

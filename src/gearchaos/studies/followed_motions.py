@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
-from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.execute import tiles
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
@@ -23,6 +22,7 @@ from gearchaos.model.switched import coordinates
 from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
+from gearchaos.studies.load_change import REVERSAL, Draw
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -32,6 +32,7 @@ _MOMENT = 2000  # motions that are classified in about a second, without a bar; 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
 _FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again if it does not repeat
+_WITHIN = 0.01  # largest distance of speeds amid motions to be avoided, as a share of the speed
 _NEXT_TO_END = 4  # speeds of a range to avoid, next to each of its ends, with as many random states as elsewhere
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
@@ -52,6 +53,7 @@ class Motion:
     centre: Sequence[float]  # mean of z and z' over the stroboscopic points of an orbit; 0 for other motions
     w: np.ndarray  # (d,), a state on it at phase 0
     meshes: Sequence[int] = ()  # the contact of each mesh of a train
+    deflection: float = 0.0  # the largest of the teeth on either flank, in half backlashes; NaN likewise
     leads_to: dict[float, Motion] = field(default_factory=dict)  # the motion it becomes when the speed changes to this
 
     @property
@@ -152,17 +154,19 @@ def classified(
         measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
         return {
             **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
-            "compression": measures[Measure.Z_MIN] - 1, "w": found.w.T, "meshes": found["mesh_contact"],
+            "compression": measures[Measure.Z_MIN] - 1, "deflection": largest_deflection(measures), "w": found.w.T,
+            "meshes": found["mesh_contact"],
         }
 
     if len(others):
         found: dict[str, Any] = classify_batch(
             lambda number: started(others[number]), collect, np.arange(len(others)), settings=settings,
             progress=progress if len(others) > _MOMENT else None, threads=threads)
-        columns = ("label", "period", "contact", "dynamic_factor", "compression", "centre_z", "centre_z_dot")
-        for i, label, period, contact, factor, compression, *centre, state, meshes in zip(
+        columns = ("label", "period", "contact", "dynamic_factor", "compression", "deflection", "centre_z",
+                   "centre_z_dot")
+        for i, label, period, contact, factor, compression, deflection, *centre, state, meshes in zip(
                 others, *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True):
-            motions[i] = Motion(label, period, contact, factor, compression, centre, state, meshes)
+            motions[i] = Motion(label, period, contact, factor, compression, centre, state, meshes, deflection)
     ends = np.cumsum(sizes).tolist()
     return [cast("list[Motion]", motions[end - size : end]) for size, end in zip(sizes, ends, strict=True)]
 
@@ -203,8 +207,8 @@ class FollowedMotions:
     ``torque`` of the motions if one is given. The methods that compute are searches for `side_by_side`.
     """
 
-    def __init__(self, model: MeshModel, torque: float | None = None) -> None:
-        self.model, self.torque = model, torque
+    def __init__(self, model: MeshModel, torque: float | None = None, draw: Draw = REVERSAL) -> None:
+        self.model, self.torque, self._draw = model, torque, draw
         self._names = coordinates(vary(model, {}))
         self.speeds: list[float] = []
         self.at: dict[float, list[Motion]] = {}
@@ -220,7 +224,8 @@ class FollowedMotions:
             yield from self._add(new, initial_states(self.model, {"speed": new}, self._names))
             self.speeds = sorted(self.at)
         if starts and speeds:
-            each, w = np.repeat(speeds, starts), self._random_states(speeds, starts, seed)
+            factors = [self.at[s][0].dynamic_factor for s in speeds]
+            each, w = np.repeat(speeds, starts), self._draw(self.model, speeds, factors, starts, seed)
             for speed, motion in zip(each.tolist(), (yield from self._add(each, w, random=True)), strict=True):
                 self.drawn.setdefault(speed, []).append(motion)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]
@@ -236,19 +241,19 @@ class FollowedMotions:
     ) -> Search[None]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
-        Of the others there are as many equidistant ones between two as resonances of the damping ask for, but none amid
-        motions to be avoided that do not repeat; next to a speed without a motion to be avoided they are no further
-        apart than the ``spacing``, as a share of the speed. Resonances have the same relative width at 1/n of the
-        natural frequency for every n. Where ω < ζ a vibration is over within a mesh period: none of them stands out.
+        Of the others there are as many equidistant ones between two as resonances of the damping ask for; next to a
+        speed without a motion to be avoided they are no further apart than the ``spacing``, as a share of the speed,
+        elsewhere than `_WITHIN`, since a range in which every motion keeps contact may lie between. Resonances have the
+        same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over within a mesh
+        period: none of them stands out.
         ``limit`` is that of the dynamic factor.
         """
         yield from self._add_random(speeds, severity, starts, (seed, 0))
         more = list[float]()
         for low, high in pairwise(self.speeds):
-            if not all(any(severity(m) and not m.period for m in self.at[end]) for end in (low, high)):
-                free = not all(any(map(severity, self.at[end])) for end in (low, high))
-                more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else 1) + 1)[
-                    1:-1].tolist()
+            free = not all(any(map(severity, self.at[end])) for end in (low, high))
+            more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else _WITHIN) + 1)[
+                1:-1].tolist()
         yield from self._add_random(more, severity, starts, (seed, 1))
         yield from self.refine(severity, limit)
         yield from self._draw_in_ranges(severity, starts, seed)
@@ -271,7 +276,7 @@ class FollowedMotions:
         """Add random states to each range to be avoided: at speeds throughout one that has fewer than ``starts``, and
         than 64, and as many as elsewhere at the speeds next to its ends, beyond which another motion may reach."""
         chosen, ends, least = list[float](), set[float](), min(starts, _FEWER**2)
-        for run in runs([max(map(severity, self.at[s])) for s in self.speeds]):
+        for run in runs(self.ranks(severity)):
             inside = [self.speeds[i] for i in run]
             if any(map(severity, self.at[inside[0]])):
                 if sum(len(self.drawn.get(s, ())) for s in inside) < least:
@@ -281,26 +286,32 @@ class FollowedMotions:
         yield from self.add(chosen, fewer(least), (seed, 2))
         yield from self.add(sorted(self._regular(ends, severity)), starts, (seed, 3))
 
-    def _random_states(self, speeds: Sequence[float], starts: int, seed: Seed) -> np.ndarray:
-        """Random states (d, speeds * starts) at speeds: affine functions of the initial values, by those at the origin
-        and at the unit vectors of each speed."""
-        values = spread(default_box(self.model), len(speeds) * starts, seed)
-        base = replace(self.model, initial={}) if self.model.kind == "single" else self.model
-        corners = np.vstack([np.zeros(len(values)), np.eye(len(values))])
-        at_corners = dict(zip(values, np.tile(corners, (len(speeds), 1)).T, strict=True))
-        w = initial_states(base, {"speed": np.repeat(speeds, len(corners)), **at_corners}, self._names)
-        w = w.reshape(len(w), len(speeds), len(corners))
-        slopes, given = w[..., 1:] - w[..., :1], np.stack(list(values.values())).reshape(-1, len(speeds), starts)
-        return (w[..., :1] + np.einsum("dsn,nsk->dsk", slopes, given)).reshape(len(w), -1)
-
     def refine(self, severity: Severity, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
         yield from self.add(())
         while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
             yield from self.add(new[:room])
 
+    def operation(self) -> list[list[Motion]]:
+        """The motions that operation meets at each speed: from rest at any speed, and those that each of them becomes
+        as the speed rises or falls slowly, in any order."""
+        met = {s: {id(self.at[s][0]): self.at[s][0]} for s in self.speeds}
+        ways, size = (self.speeds, self.speeds[::-1]), 0
+        while size < (size := sum(map(len, met.values()))):
+            for here, there in (pair for speeds in ways for pair in pairwise(speeds)):
+                met[there] |= {id(m): m for m in (known.leads_to[there] for known in met[here].values())}
+        return [[*each.values()] for each in met.values()]
+
+    def ranks(self, severity: Severity) -> list[int]:
+        """How strongly each speed is to be avoided: 0, the severity of motions that operation does not meet, or above
+        all of these that of one that operation meets."""
+        met = [max(map(severity, motions)) for motions in self.operation()]
+        return [MOST_SEVERE + own if own else max(map(severity, self.at[s]))
+                for own, s in zip(met, self.speeds, strict=True)]
+
     def named(self) -> dict[str, list[Motion | None]]:
-        """The motions at each speed: from rest, passed by sweeps from rest, and the worst of the others or None."""
+        """The motions at each speed: from rest, passed by sweeps from rest, the worst of the others that operation
+        meets, and the worst of all others, each None where there is none."""
         swept: list[list[Motion | None]] = []
         for speeds in (self.speeds, self.speeds[::-1]):
             passed = [self.at[speeds[0]][0]]
@@ -309,11 +320,15 @@ class FollowedMotions:
             swept.append([*passed])
         rest: list[Motion | None] = [self.at[s][0] for s in self.speeds]
         rows = {"rest": rest, "rising": swept[0], "falling": swept[1][::-1]}
-        others = [[m for m in self.at[s] if all(m is not row[i] for row in rows.values())]
-                  for i, s in enumerate(self.speeds)]
-        return {**rows, "other": [
-            max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
-            for each in others]}
+        met = self.operation()
+        for name, known, without in (
+                ("changing", met, list(zip(*rows.values(), strict=True))),
+                (OTHER, [self.at[s] for s in self.speeds], met)):
+            left = [[m for m in motions if all(m is not each for each in named)]
+                    for motions, named in zip(known, without, strict=True)]
+            rows[name] = [max(each, key=lambda m: (m.contact, np.inf if m.diverged else m.dynamic_factor), default=None)
+                          for each in left]
+        return rows
 
     def _add(self, speeds: np.ndarray, w: np.ndarray, random: bool = False) -> Search[list[Motion]]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
@@ -341,7 +356,15 @@ class FollowedMotions:
 
 
 Severity = Callable[[Motion], int]
-"""How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to."""
+"""How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to, at most `MOST_SEVERE`."""
+MOST_SEVERE = 2
+OTHER = "other"
+"""The name of the motions that operation does not meet."""
+
+
+def largest_deflection(measures: np.ndarray) -> np.ndarray:
+    """The largest deflection (L,) of the teeth of the first mesh on either flank, in half backlashes, by measures."""
+    return np.maximum(measures[Measure.Z_MAX], -measures[Measure.Z_MIN]) - 1
 
 
 def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:
@@ -353,8 +376,7 @@ def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -
     - the teeth might separate at a peak between them, or the force exceed the limit;
     - the largest force of a range to be avoided is at one of them.
     """
-    speeds = motions.speeds
-    avoided = [max(map(severity, motions.at[s])) for s in speeds]
+    speeds, avoided = motions.speeds, motions.ranks(severity)
     chosen = set()
     for i, (low, high) in enumerate(pairwise(speeds)):
         ways = [(m, m.leads_to[there], here) for here, there in ((low, high), (high, low)) for m in motions.at[here]]

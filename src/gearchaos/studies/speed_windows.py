@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.gears.dynamic_factor import standards
-from gearchaos.studies.followed_motions import runs
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.proportions import CONFIDENCE, proportion
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearchaos.studies.knocks import Knock
 
 CRITERION = "the teeth separate"
 """What makes a speed one to avoid; a motion that diverges counts as separated."""
@@ -22,13 +25,23 @@ CRITERION = "the teeth separate"
 FORCE_CRITERION = "the dynamic factor is too high"
 """What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
 
-MOTIONS = {"rest": "from rest", "rising": "speed rising", "falling": "speed falling", "other": "other initial states"}
-"""The motions of a result, and how a reader wants them named."""
+OPERATION = {
+    "rest": "from rest", "rising": "speed rising", "falling": "speed falling", "changing": "after other speeds"}
+MOTIONS = {**OPERATION, "load change": "load change", "other": "other initial states"}
+"""The motions of a result, and how a reader wants them named; the first ones are those that operation meets."""
 
-UNBOUNDED = "no bounded motion"
+REACHED_BY = {MOTIONS["rest"]: ("rest",), MOTIONS["rising"]: ("rising speed",), MOTIONS["falling"]: ("falling speed",),
+              MOTIONS["changing"]: ("rising speed", "falling speed")}
+"""What leads to a motion, as JSON has it, where it is not called as the motion."""
 
-CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no contact", UNBOUNDED)
-"""The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that diverges."""
+FEW = 0.01
+"""A range narrower than this share of its speed, or to which a smaller share of load changes leads, is a minor one."""
+
+CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no contact", BEYOND)
+"""The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that teeth cannot bear."""
+
+SEVERITIES = ("contact lost, small", "contact lost, hits", "hits both flanks", BEYOND)
+"""What happens in a range to avoid, in rising order: whether the force exceeds the limit, and where the teeth hit."""
 
 OUTWARDS, INWARDS, NEAREST = (
     (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_UP, ROUND_HALF_UP))
@@ -50,7 +63,7 @@ class Reached:
     """A motion that is to be avoided in a range of speeds, by one of the words of `MOTIONS`.
 
     ``share`` is that of the range, between 0 and 1, in which it is; ``dynamic_factor`` is the largest one there, NaN if
-    the motion diverges at a speed.
+    the motion is beyond the teeth at a speed.
     """
 
     motion: str
@@ -60,8 +73,8 @@ class Reached:
 
 @dataclass(frozen=True)
 class RandomStates:
-    """The share ``fraction`` of random initial states that lead to the motion to avoid, at the ``speeds`` of a range at
-    which there were such ``states``, and its 95 % interval.
+    """The share ``fraction`` of the states after a load change, or of other random initial states, that lead to a
+    motion to avoid, at the ``speeds`` of a range at which there were such ``states``, and its 95 % interval.
 
     Each speed counts by its `weights_of`, so that the interval is that of Clopper and Pearson for as many states as
     count alike.
@@ -91,8 +104,8 @@ class RandomStates:
 class SpeedRange:
     """Consecutive computed speeds, from the first to the last, rpm of wheel 1.
 
-    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion, at the speed
-    ``speed_of_largest``; both are NaN if all motions of the range diverge.
+    ``dynamic_factor`` is the largest peak of the mesh force over the static one in any motion that teeth can bear, at
+    the speed ``speed_of_largest``; both are NaN if there is none.
     """
 
     start: float
@@ -110,15 +123,18 @@ class SpeedRange:
 
 @dataclass(frozen=True)
 class Window(SpeedRange):
-    """Consecutive computed speeds that are to be avoided for the same reason: `CRITERION` or `FORCE_CRITERION`.
+    """Consecutive computed speeds that are to be avoided for the same reason, in ``operation`` or else after a load
+    change alone: `CRITERION` or `FORCE_CRITERION`.
 
     The edges are the events ``begins_with`` and ``ends_with`` of an orbit, located to rounding errors: fold, flip,
-    neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends there is none, and the
-    true edges lie at most ``start_resolution`` and ``stop_resolution`` outside, rpm. Between the speeds of ``history``
-    there are also motions that are not to be avoided, from there on none was found; it is None where all are to be
-    avoided. ``random_states`` says how likely it is to come to those that are, between these speeds if they are given;
-    it is None where no random states were tried. ``meshes`` are those of a train at which the teeth separate.
-    ``contact`` is the worst contact state, one of `CONTACT_WORDS`. A range that begins with the first computed speed
+    neimark-sacker, graze, or the limit of the factor. Where a motion that does not repeat ends, or operation comes
+    to another motion, there is none, and the true edges lie at most ``start_resolution`` and ``stop_resolution``
+    outside, rpm. Between the speeds of ``history`` operation also meets motions that are not to be avoided; it is
+    None where it meets none, or where operation meets only these. ``random_states`` says which share of load
+    changes leads to those that are, in the whole range; None where none were drawn. ``meshes`` are those of a train
+    at which the teeth separate. ``contact`` is the worst contact state of motions that teeth bear, one of
+    `CONTACT_WORDS`; ``beyond_the_teeth`` says whether there are others, which have no factor, ``hits`` whether the
+    largest force exceeds the limit of a `Criteria`. A range that begins with the first computed speed
     (``from_scan_start``), or ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic
     factor at other speeds, at most the `MOST_PEAKS` largest, in rising order of speed.
     """
@@ -126,8 +142,11 @@ class Window(SpeedRange):
     start_resolution: float
     stop_resolution: float
     reached: tuple[Reached, ...]
+    operation: bool
     criterion: str
     contact: str
+    beyond_the_teeth: bool
+    hits: bool
     from_scan_start: bool
     to_scan_end: bool
     begins_with: str
@@ -139,30 +158,26 @@ class Window(SpeedRange):
 
     @property
     def depends_on_history(self) -> bool:
-        """Whether there are also motions in it that are not to be avoided."""
+        """Whether operation also meets motions in it that are not to be avoided."""
         return self.history is not None
 
     @property
-    def parts(self) -> list[tuple[float, float, bool]]:
-        """It in up to three parts, as far as it may reach, each with whether the history decides there."""
-        low, high = self.reach
-        if self.history is None:
-            return [(low, high, False)]
-        first, last = (reach if end == own else own for reach, end, own in zip(
-            self.reach, (self.start, self.stop), self.history, strict=True))
-        found = [each for each in ((low, first, False), (first, last, True), (last, high, False)) if each[1] > each[0]]
-        return found or [(low, high, True)]
-
-    @property
-    def by_others(self) -> bool:
-        """Whether neither the motion from rest nor those of slow sweeps are to be avoided in it."""
-        return [each.motion for each in self.reached] == [MOTIONS["other"]]
+    def reached_by(self) -> list[str]:
+        """What leads to the motions to avoid: rest, rising speed, falling speed, load change."""
+        return list(dict.fromkeys(by for each in self.reached for by in REACHED_BY.get(each.motion, (each.motion,))))
 
     @property
     def may_be_missed(self) -> bool:
-        """Whether random states alone lead to it, and as many drawn anew might well not (with more than 5 %)."""
+        """Whether load changes alone lead to it, and as many drawn anew might well not (with more than 5 %)."""
         found = self.random_states
-        return self.by_others and (found is None or (1 - found.fraction) ** found.states > 1 - CONFIDENCE)
+        return not self.operation and (found is None or (1 - found.fraction) ** found.states > 1 - CONFIDENCE)
+
+    @property
+    def minor(self) -> bool:
+        """Whether it is narrow, or few load changes lead to it."""
+        shares = self.random_states
+        return self.stop - self.start < FEW * self.stop or not (
+            self.operation or shares is None or shares.fraction >= FEW)
 
     @property
     def cause(self) -> str:
@@ -170,7 +185,14 @@ class Window(SpeedRange):
         if self.criterion == FORCE_CRITERION:
             return self.criterion
         where = f" in {', '.join(self.meshes)}" if self.meshes else ""
-        return f"{self.contact}{where}"
+        return f"{self.severity}{where}"
+
+    @property
+    def severity(self) -> str:
+        """One of `SEVERITIES`."""
+        if self.contact == BEYOND:
+            return BEYOND
+        return SEVERITIES[(self.contact == CONTACT_WORDS[2]) + 1 if self.hits else 0]
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -194,6 +216,11 @@ class UsableRange:
 
     start: float
     stop: float
+
+    @property
+    def document(self) -> dict[str, float]:
+        """It ready for JSON."""
+        return {"from": self.start, "to": self.stop, "margin": self.margin}
 
     @property
     def margin(self) -> float:
@@ -235,15 +262,20 @@ class SpeedsToAvoid:
         The peak of the mesh force over the static one at no speed; more than 1 where the stiffness jumps. NaN for a
         train.
     dataset : xarray.Dataset
-        Over ``motion`` ("rest", "rising", "falling", "other") and ``speed``, all computed speeds: ``label``,
-        ``period``, ``contact`` and ``dynamic_factor``; 0, 0, −1 and NaN where there is no such motion. "other" is the
-        worst of the motions that are reached from random initial states, or followed from such a motion to other
-        speeds. Over ``speed`` also ``random_states``, the number of random initial states, and ``avoided_states``, how
-        many of them lead to the motion to avoid, and the factors by the standards and resonance ratios of
-        `gearchaos.dynamic_factor`.
-    tried, coarse, transmission_error : str
+        Over ``motion`` and ``speed``, all computed speeds: ``label``, ``period``, ``contact``, ``dynamic_factor`` and
+        ``beyond_the_teeth``; 0, 0, −1, NaN and False where there is no such motion. Operation meets the motions from
+        "rest", of "rising" and "falling" speed from both ends, and "changing", the worst of those met by coming slowly
+        from rest at other speeds. "load change" is the worst of the others, from states that a change of the load
+        leaves, or followed from such a motion to other speeds; with ``wide`` it is "other", from wide ranges of states.
+        Over ``speed`` also ``random_states``, the number of these states, and ``avoided_states``, how many of them lead
+        to a motion to avoid, and the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
+    tried, coarse, transmission_error, teeth_bear, load_change : str
         From which initial states motions were computed; what is not known to the resolution, empty if all is; where
-        the transmission error is from.
+        the transmission error is from; beyond what a motion is one that teeth cannot bear; after which change of the
+        load motions were looked for, empty for none.
+    jumps, knocks : tuple of Jump, of Knock
+        Where slow sweeps leave their motion, and the least knocks that do; no knock if none was found by what was
+        `tried`.
     resolution : float
         The edges are known to this share of the speed.
     """
@@ -257,16 +289,32 @@ class SpeedsToAvoid:
     resolution: float
     coarse: str
     transmission_error: str
+    teeth_bear: str
+    load_change: str
     jumps: tuple[Jump, ...] = ()
+    knocks: tuple[Knock, ...] = ()
 
     @property
     def usable(self) -> list[UsableRange]:
         """The ranges between those to avoid, as far as these may reach, in rising order."""
-        ends: list[float] = [float(self.dataset["speed"][0])]
-        for each in self.windows:
+        return self._between(self.windows)
+
+    @property
+    def usable_in_operation(self) -> list[UsableRange]:
+        """The same where the load is never lost nor reversed."""
+        return self._between([each for each in self.windows if each.operation])
+
+    def _between(self, windows: Sequence[Window]) -> list[UsableRange]:
+        ends = [float(self.dataset["speed"][0])]
+        for each in windows:
             ends += each.reach
         pairs = zip(ends[::2], [*ends[1::2], float(self.dataset["speed"][-1])], strict=True)
         return [UsableRange(start, stop) for start, stop in pairs if start < stop]
+
+    @property
+    def wide(self) -> bool:
+        """Whether the states were drawn from wide ranges."""
+        return "other" in self.dataset["motion"].values
 
     @property
     def largest(self) -> SpeedRange:
@@ -288,13 +336,6 @@ class SpeedsToAvoid:
         return (speed_range(part), bool((part["contact"] > 0).any())) if outside.any() else None
 
     @property
-    def in_contact_from_rest(self) -> list[tuple[float, float]]:
-        """The computed speeds, rpm, from first to last, at which teeth separate, but not in the motion from rest."""
-        contact, speeds = self.dataset["contact"].values, self.dataset["speed"].values
-        history = (contact[0] == 0) & (contact > 0).any(axis=0)
-        return [(float(speeds[run[0]]), float(speeds[run[-1]])) for run in runs(history.tolist()) if history[run[0]]]
-
-    @property
     def main_resonance(self) -> float:
         """The speed, rpm, at which the mesh frequency is the natural frequency at the mean mesh stiffness."""
         return float(self.dataset["speed"][-1] / self.dataset["resonance_ratio"][-1])
@@ -303,13 +344,17 @@ class SpeedsToAvoid:
         """All of it but the kinds of motion, ready for JSON; NaN where there is no value."""
         ds = self.dataset
         along = {n: ds[n].values.tolist() for n in ("speed", *(each.name for each in standards())) if n in ds}
-        factors = {words: ds["dynamic_factor"].sel(motion=name).values.tolist() for name, words in MOTIONS.items()}
+        factors = {MOTIONS[name]: ds["dynamic_factor"].sel(motion=name).values.tolist()
+                   for name in ds["motion"].values.tolist()}
         return {
             "criterion": self.criterion, "units": {"speed": "rpm", "torque": "N*m"}, "torque": self.torque,
             "transmission_error": self.transmission_error, "quasi_static_ratio": self.quasi_static_ratio,
             "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
             "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
-            "ranges": [{**asdict(each), "depends_on_history": each.depends_on_history} for each in self.windows],
+            "ranges": [{**asdict(each), "depends_on_history": each.depends_on_history, "reached_by": each.reached_by,
+                        "share_of_load_changes": each.random_states and each.random_states.fraction}
+                       for each in self.windows],
+            "beyond_the_teeth": self.teeth_bear, "knocks": [knock.document(self.torque) for knock in self.knocks],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
 

@@ -10,21 +10,27 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable, variables
-from gearchaos.dynamics import Classification, Label
+from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import as_settings
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import DIVERGED_AT
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import as_model, gears_of, is_design
+from gearchaos.gears.units import STRESS, to_si
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.beside_factors import peak_root_stress
+from gearchaos.studies.beyond_the_teeth import BEYOND, TeethLimits
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studies.cost import MAX_STEPS, Cost, TooManyStepsError
 from gearchaos.studies.followed_motions import (
+    MOST_SEVERE,
     MOST_SPEEDS,
+    OTHER,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
     FollowedMotions,
@@ -37,7 +43,9 @@ from gearchaos.studies.followed_motions import (
     runs,
     side_by_side,
 )
+from gearchaos.studies.knocks import Knock, find_knocks
 from gearchaos.studies.known_orbits import LONGEST
+from gearchaos.studies.load_change import REVERSAL, Draw, LoadChange, wide_states
 from gearchaos.studies.operating_ranges import range_of_speeds
 from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
 from gearchaos.studies.speed_and_torque import by_standards, loaded
@@ -47,7 +55,7 @@ from gearchaos.studies.speed_windows import (
     FORCE_CRITERION,
     MOST_PEAKS,
     MOTIONS,
-    UNBOUNDED,
+    OPERATION,
     Jump,
     Peak,
     RandomStates,
@@ -65,12 +73,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
-STARTS = 512  # random initial states at each speed
+STARTS = 128  # random initial states at each speed
 SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
 _OF_TRAINS, _BESIDE = 160, 5000
 """Mesh periods for which a motion of a train from a random state is followed, longer than one of a pair, and for which
 those that are followed along the speed are at each speed; measured on trains of two meshes."""
 
+_SUDDEN = 2.0  # peak of the force on an undamped spring over the load that is put on at once
 _SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
@@ -81,78 +90,130 @@ class Criteria:
     """What makes a motion one to avoid, and from which initial states motions are looked for."""
 
     factor: float | None = None
+    root_stress: float | None = None
     separation: bool = True
     starts: int = STARTS
     spacing: float = SPACING
     seed: int = 0
     settings: Classification = field(default_factory=Classification)
+    load_change: LoadChange | None = REVERSAL
+    wide: bool = False
+    knocks: bool = True
 
     @classmethod
     def checked(
-        cls, factor: Any, separation: bool, starts: Any, spacing: Any, seed: Any, settings: Any
+        cls, starts: Any, spacing: Any, seed: Any, settings: Any, *, factor: Any = None, root_stress: Any = None,
+        separation: bool = True, load_change: Any = REVERSAL.ratio, wide: bool = False, knocks: bool = True,
     ) -> Criteria:
         """The criteria; raises `InputError` for what is out of bounds."""
         if factor is not None:
             factor = to_float("factor", factor)
             check_rule("factor", factor, POSITIVE)
-        elif not separation:
+        if root_stress is not None:
+            root_stress = to_si("root_stress", root_stress, STRESS, POSITIVE)
+        if factor is None and root_stress is None and not separation:
             raise InputError("factor", "must be given with separation=False", None, "E.g. factor=1.5.")
         starts, seed = whole_number("starts", starts, 0), whole_number("seed", seed, 0)
         spacing = to_float("spacing", spacing)
         check_rule("spacing", spacing, _SPACINGS)
-        return cls(factor, separation, starts, spacing, seed, as_settings(settings) or Classification())
+        change = None if load_change is None else LoadChange.checked(load_change)
+        return cls(factor, root_stress, separation, starts if change or wide else 0, spacing, seed,
+                   as_settings(settings) or Classification(), change, wide, knocks)
 
     def words(self, ratio: float) -> str:
         """They as words, where the quasi-static ratio is this, or not known, NaN."""
         over = " over the quasi-static ratio" * bool(ratio_in_words(ratio))
-        return ", or ".join([CRITERION] * self.separation + ([] if self.factor is None else [
-            f"the dynamic factor{over} exceeds {self.factor:g}"]))
+        return ", or ".join(filter(None, [
+            CRITERION * self.separation,
+            "" if self.factor is None else f"the dynamic factor{over} exceeds {self.factor:g}",
+            "" if self.root_stress is None else f"the nominal root stress exceeds {self.root_stress:g} "
+            f"{ROOT_STRESS.unit}"]))
 
-    def limit(self, ratio: float) -> float:
-        """The largest dynamic factor that is accepted, where the quasi-static ratio is this, or not known, NaN."""
-        return np.inf if self.factor is None else self.factor * (1.0 if np.isnan(ratio) else ratio)
+    @property
+    def others(self) -> str:
+        """The name of the motions that operation does not meet, see `MOTIONS`."""
+        return "other" if self.wide else "load change"
+
+    @property
+    def change_in_words(self) -> str:
+        """Beside operation, from where states come; empty for none."""
+        if self.wide:
+            return "any state of wide ranges is met"
+        return self.load_change.words if self.load_change else ""
+
+    @property
+    def draw(self) -> Draw:
+        """Which random states are drawn."""
+        return wide_states if self.wide else self.load_change or REVERSAL
 
 
 @dataclass
 class _AtTorque:
-    """The motions of gears at one torque, None for that of the model, and the quasi-static ratio, NaN for a train."""
+    """The motions of gears at one torque, None for that of the model, the quasi-static ratio, NaN for a train, and what
+    the teeth bear."""
 
     criteria: Criteria
     motions: FollowedMotions
     ratio: float
+    limits: TeethLimits
+    root: float | None = None  # the larger nominal root stress at rest, N/mm²
     edges: list[Edge] = field(default_factory=list)  # between the runs of speeds of one severity
     jumps: tuple[Jump, ...] = ()  # of slow sweeps
+    knocks: tuple[Knock, ...] = ()
+    largest_knock: float = 0.0  # that was tried, rpm
 
     @property
     def limit(self) -> float:
-        return self.criteria.limit(self.ratio)
+        """The largest dynamic factor that is accepted."""
+        criteria, root = self.criteria, self.root
+        return min(np.inf if criteria.factor is None else criteria.factor * np.nan_to_num(self.ratio, nan=1.0),
+                   np.inf if criteria.root_stress is None or root is None else criteria.root_stress / root)
+
+    def hits(self, dynamic_factor: float) -> bool:
+        """Whether a force is no small one: above the limit, or without one above twice the static force, that of a load
+        put on at once."""
+        limit = self.limit if np.isfinite(self.limit) else _SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
+        return bool(dynamic_factor > limit)
+
+    def beyond(self, motion: Motion) -> bool:
+        """Whether teeth cannot bear it."""
+        return self.limits.exceeded(motion.dynamic_factor, motion.deflection)
 
     def severity(self, motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
-        high = motion.dynamic_factor > self.limit or (motion.diverged and self.criteria.factor is not None)
+        high = motion.dynamic_factor > self.limit or (motion.diverged and np.isfinite(self.limit))
         return 2 if self.criteria.separation and motion.contact > 0 else int(high)
 
     def meshes(self, first: int, last: int, own: int) -> tuple[str, ...]:
         """The names of the meshes of a train at which the teeth separate in a range of speeds."""
         found = [m.meshes for s in self.motions.speeds[first : last + 1] for m in self.motions.at[s]
-                 if self.severity(m) == own and m.meshes]
+                 if self.severity(m) >= own and m.meshes]
         names = getattr(self.motions.model, "mesh_names", ())
         return tuple(name for k, name in enumerate(names) if any(contacts[k] > 0 for contacts in found))
 
     @property
-    def severities(self) -> list[int]:
-        """The largest one at each speed."""
-        return [max(map(self.severity, self.motions.at[s])) for s in self.motions.speeds]
+    def good(self) -> list[float]:
+        """The speeds at which neither operation nor a load change meets a motion to avoid."""
+        return [s for s, rank in zip(self.motions.speeds, self.motions.ranks(self.severity), strict=True) if not rank]
 
     def sought(self) -> list[Sought]:
-        """The edges between neighbouring speeds of different severities."""
-        out, speeds, found = [], self.motions.speeds, self.severities
+        """The edges between neighbouring speeds of different ranks.
+
+        A motion that operation meets at one of them, and that is there at the other after a load change, does not end
+        between: operation comes to another one, and the edge is known as well as the speeds are apart.
+        """
+        out, speeds, found = [], self.motions.speeds, self.motions.ranks(self.severity)
+        met = self.motions.operation()
         for i, (a, b) in enumerate(pairwise(found)):
             if a != b:
-                inside, outside = speeds[i + (b > a)], speeds[i + (a > b)]
+                inner, outer = i + (b > a), i + (a > b)
+                inside, outside, worst = speeds[inner], speeds[outer], max(a, b)
+                least = self._at_least(_severity_of(worst))
+                motions = self.motions.at[inside]
+                if worst > MOST_SEVERE and min(a, b):
+                    motions = [m for m in met[inner] if not least(m.leads_to[outside])]
                 out.append(Sought(
-                    self.motions.torque, inside, outside, self.motions.at[inside], self.motions.at[outside],
-                    self._at_least(max(a, b)),
+                    self.motions.torque, inside, outside, motions, self.motions.at[outside], least,
                     Edge(inside, "", abs(outside - inside))))
         return out
 
@@ -169,6 +230,11 @@ class _AtTorque:
                 if motion and reached and motion.period and reached.leads_to[here] is not motion:
                     out.append((Way(motions.torque, here, there, motion), direction, reached))
         return out
+
+
+def _severity_of(rank: int) -> int:
+    """The severity of a rank, see `FollowedMotions.ranks`."""
+    return rank - MOST_SEVERE * (rank > MOST_SEVERE)
 
 
 def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) -> Cost:
@@ -204,8 +270,7 @@ def search_torques(
     Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
     models = [model if t is None else model.with_values({"torque": t}) for t in torques]
-    at = [_AtTorque(criteria, FollowedMotions(each, t), np.nan if each.kind == "train" else quasi_static_ratio(each))
-          for each, t in zip(models, torques, strict=True)]
+    at = [_at_torque(each, t, criteria) for each, t in zip(models, torques, strict=True)]
     for loaded_model in models:
         _check_deflection(loaded_model)
     words = "motions from random states" if progress else None
@@ -230,7 +295,22 @@ def search_torques(
     for each, left in zip(at, swept, strict=True):
         each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
                            for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
+        if criteria.knocks and model.kind != "train":
+            each.knocks, each.largest_knock = find_knocks(
+                each.motions, each.good, each.severity, each.beyond, criteria.settings, threads)
     return at
+
+
+def _at_torque(model: MeshModel, torque: float | None, criteria: Criteria) -> _AtTorque:
+    """A model at a torque, before a search."""
+    gears, load = gears_of(model), model.value("torque") or 0.0
+    root = peak_root_stress(gears, load, 1.0)
+    if criteria.root_stress is not None and root is None:
+        raise InputError("root_stress", "must be left out where the nominal root stress is not known",
+                         criteria.root_stress, "It needs the drawing of a pair, a [design]. Or give factor.")
+    return _AtTorque(criteria, FollowedMotions(model, torque, criteria.draw),
+                     np.nan if model.kind == "train" else quasi_static_ratio(model), TeethLimits.of(gears, load),
+                     None if root is None else max(root))
 
 
 def _check_deflection(model: MeshModel) -> None:
@@ -243,11 +323,14 @@ def _check_deflection(model: MeshModel) -> None:
 
 
 def speeds_to_avoid(
-    design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None, separation: bool = True,
-    starts: int = STARTS, spacing: float = SPACING, seed: int = 0, settings: Classification | None = None,
-    progress: bool = False, threads: int | None = None,
+    design: GearDesign, speed: Axis | str, torque: Any = None, *, factor: float | None = None,
+    root_stress: float | str | None = None, separation: bool = True,
+    starts: int = STARTS, spacing: float = SPACING, seed: int = 0, load_change: float | None = REVERSAL.ratio,
+    wide: bool = False, knocks: bool = True, settings: Classification | None = None, progress: bool = False,
+    threads: int | None = None,
 ) -> SpeedsToAvoid:
-    """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion found.
+    """The ranges of speed in which the teeth separate, or the dynamic factor is too high, in any motion that a gearbox
+    can meet: in operation, or after a change of the load.
 
     Parameters
     ----------
@@ -261,17 +344,27 @@ def speeds_to_avoid(
     factor : float, optional
         Also the ranges in which the dynamic factor over the quasi-static ratio exceeds this although the teeth stay in
         contact.
+    root_stress : float or str, optional
+        Likewise those in which the nominal root stress at the peak of the whole mesh force exceeds this, in N/mm² or
+        with a unit.
     separation : bool, optional
         False for the ranges in which that ratio exceeds ``factor`` alone, whether the teeth separate or not; a motion
         that diverges exceeds every factor.
     starts : int, optional
-        Random initial states at each speed, from the ranges that `gearchaos.attractors` takes by default; an eighth of
-        them where a motion to avoid is known, and an eighth of that where one does not repeat, but in each range to
-        avoid no fewer than 64, or than these.
+        States after a change of the load at each speed; an eighth of them where a motion to avoid is known, and an
+        eighth of that where one does not repeat, but in each range to avoid no fewer than 64, or than these.
     spacing : float, optional
         Largest distance of these speeds next to one where no motion to avoid is known, as a share of the speed.
     seed : int, optional
-        Of the random initial states.
+        Of these states.
+    load_change : float or None
+        λ: the load goes away or reverses to −λ times itself, for any time, and comes back: 1 is a reversal, 0 a loss,
+        −0.5 a fall to half of it. None where the load never changes: then operation alone is looked at.
+    wide : bool
+        Draw from the ranges that `gearchaos.attractors` takes by default instead, which hold states that no load
+        stores.
+    knocks : bool
+        Also look for the least knocks that lead from the motion from rest to one to avoid, at speeds without one.
     settings, progress, threads
         As in `zones`.
 
@@ -300,7 +393,9 @@ def speeds_to_avoid(
     """
     axis = range_of_speeds(speed)
     at_start = loaded(design, torque).at(speed=axis.start)
-    criteria = Criteria.checked(factor, separation, starts, spacing, seed, settings)
+    criteria = Criteria.checked(
+        starts, spacing, seed, settings, factor=factor, root_stress=root_stress, separation=separation,
+        load_change=load_change, wide=wide, knocks=knocks)
     model = as_model(at_start)
     search_cost(model, axis, 1, criteria).announce(progress, threads)
     (found,) = search_torques(
@@ -325,7 +420,8 @@ def summarised(found: _AtTorque) -> SpeedsToAvoid:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
         float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, _tried(found), RESOLUTION,
-        "; ".join(coarse), gears.error_harmonics.source if is_design(gears) else "as given", found.jumps)
+        "; ".join(coarse), gears.error_harmonics.source if is_design(gears) else "as given", found.limits.words,
+        criteria.change_in_words, found.jumps, found.knocks)
 
 
 def _tried(found: _AtTorque) -> str:
@@ -335,56 +431,69 @@ def _tried(found: _AtTorque) -> str:
     if not drawn:
         return words
     number = " to ".join(map(str, sorted({min(drawn), max(drawn)})))
-    return f"{words}, {number} random state{'s' * (max(drawn) > 1)} at {len(drawn)}"
+    states = f"state{'s' * (max(drawn) > 1)}"
+    criteria, change = found.criteria, found.criteria.load_change
+    after = f"after {change.words} " if change and not criteria.wide else ""
+    knocks = f", knocks up to {found.largest_knock:.3g} rpm of wheel 1" * (found.largest_knock > 0)
+    return f"{words}, {number} {'' if after else 'random '}{states} {after}at {len(drawn)}{knocks}"
 
 
 def _dataset(found: _AtTorque) -> xr.Dataset:
     """The motions over the motion and the speed, and over the speed the random states."""
-    motions, rows = found.motions, found.motions.named().values()
-    data = {name: np.array([[none if m is None else getattr(m, name) for m in row] for row in rows], dtype=dtype)
+    motions, rows = found.motions, found.motions.named()
+    rows[found.criteria.others] = rows.pop(OTHER)
+    data = {name: np.array([[none if m is None else getattr(m, name) for m in row] for row in rows.values()],
+                           dtype=dtype)
             for name, none, dtype in (("label", 0, np.int32), ("period", 0, np.int32), ("contact", -1, np.int32),
                                       ("dynamic_factor", np.nan, float))}
+    beyond = np.array([[m is not None and found.beyond(m) for m in row] for row in rows.values()])
+    data |= {"beyond_the_teeth": beyond, "dynamic_factor": np.where(beyond, np.nan, data["dynamic_factor"])}
     drawn = [motions.drawn.get(speed, []) for speed in motions.speeds]
-    avoided = [sum(own > 0 and found.severity(m) == own for m in each)
-               for each, own in zip(drawn, found.severities, strict=True)]
-    states = {"random_states": np.array([len(each) for each in drawn]), "avoided_states": np.array(avoided)}
+    avoided = {id(m) for s in motions.speeds for m in motions.at[s] if found.severity(m)}
+    states = {"random_states": np.array([len(each) for each in drawn]),
+              "avoided_states": np.array([sum(id(m) in avoided for m in each) for each in drawn])}
     return new_dataset(variables(("motion", "speed"), data) | variables(("speed",), states), {
-        "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(MOTIONS)})
+        "speed": variable("speed", ("speed",), np.array(motions.speeds)), "motion": list(rows)})
 
 
 def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
-    """The ranges of speed that are equally to be avoided."""
+    """The ranges of speed that are equally to be avoided, in operation or after a load change alone."""
     motions, severity = found.motions, found.severity
-    speeds, known = dataset["speed"].values, largest_factors(dataset)
+    speeds, met = dataset["speed"].values, motions.operation()
     severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    all_severities, windows = found.severities, []
-    parts = runs(all_severities)
+    ranks, windows = motions.ranks(severity), []
+    parts = runs(ranks)
     ends = [Edge(float(speeds[0])), *found.edges, Edge(float(speeds[-1]))]
     for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
         first, last = part[0], part[-1]
-        before, own, after = ([0, *all_severities, 0][i] for i in (first, first + 1, last + 2))
-        if not own:
+        before, rank, after = ([0, *ranks, 0][i] for i in (first, first + 1, last + 2))
+        if not rank:
             continue
-        within = dataset.isel(speed=slice(first, last + 1))
+        operation, own = rank > MOST_SEVERE, _severity_of(rank)
+        whole = dataset.isel(speed=slice(first, last + 1))
+        within = whole.isel(motion=slice(len(OPERATION)) if operation else slice(len(OPERATION), None))
+        known = largest_factors(dataset.isel(motion=slice(len(OPERATION)) if operation else slice(None)))
         inner = range(max(first, 1), min(last, len(known) - 2) + 1)
         peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
-        weights, speeds_within = weights_of(within), speeds[first : last + 1].tolist()
-        free = [i for i, s in enumerate(speeds_within) if any(severity(m) < own for m in motions.at[s])]
+        weights, speeds_within = weights_of(whole), speeds[first : last + 1].tolist()
+        free = [i for i in range(last + 1 - first) if operation and any(severity(m) < own for m in met[first + i])]
         history = (start.speed if free[0] == 0 else speeds_within[free[0] - 1],
                    stop.speed if free[-1] == last - first else speeds_within[free[-1] + 1]) if free else None
-        rows = zip(MOTIONS.values(), severities[:, first : last + 1] == own, within["dynamic_factor"].values,
-                   strict=True)
-        reached = [Reached(words, float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
-                   for words, avoided, factors in rows if avoided.any()]
-        own_range, diverged = speed_range(within), (within["label"] == Label.DIVERGED).any()
+        rows = zip(dataset["motion"].values.tolist(), severities[:, first : last + 1] > 0,
+                   whole["dynamic_factor"].values, strict=True)
+        reached = [Reached(MOTIONS[name], float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
+                   for name, avoided, factors in rows if avoided.any()]
+        own_range, beyond = speed_range(within), within["beyond_the_teeth"].values
+        borne = within["contact"].values[~beyond].max(initial=0)
         windows.append(Window(
             start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
-            start.resolution * (own > before), stop.resolution * (own > after),
-            reached=tuple(reached), criterion=_CRITERIA[own],
-            contact=UNBOUNDED if diverged else CONTACT_WORDS[int(within["contact"].max())],
+            start.resolution * (rank > before), stop.resolution * (rank > after), reached=tuple(reached),
+            operation=operation, criterion=_CRITERIA[own],
+            contact=CONTACT_WORDS[borne] if np.isfinite(own_range.dynamic_factor) else BEYOND,
+            beyond_the_teeth=bool(beyond.any()), hits=found.hits(own_range.dynamic_factor),
             from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1, begins_with=start.kind,
             ends_with=stop.kind, meshes=found.meshes(first, last, own), history=history,
-            random_states=RandomStates.of(within.isel(speed=slice(free[0], free[-1] + 1)) if free else within),
+            random_states=RandomStates.of(whole),
             peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
     return tuple(windows)

@@ -22,7 +22,7 @@ from gearchaos.dynamics.response import compute_response
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.followed_motions import Asked, FollowedMotions, Motion, Severity, classified
+from gearchaos.studies.followed_motions import Asked, FollowedMotions, Motion, Severity, classified, largest_deflection
 from gearchaos.studies.initial_value_problems import initial_value_problems
 
 LIMIT = "limit of the factor"  # the kind of an edge at which a dynamic factor passes its limit
@@ -84,8 +84,9 @@ class Way(NamedTuple):
 
 @dataclass
 class _Orbits:
-    """L orbits: states (d, L), multipliers (L, d), contact states, dynamic factors, least compressions, (L,), contact
-    states of the K meshes (L, K), and whether each has a shorter period than the motion that it is to continue."""
+    """L orbits: states (d, L), multipliers (L, d), contact states, dynamic factors, least compressions and largest
+    deflections, (L,), contact states of the K meshes (L, K), and whether each has a shorter period than the motion that
+    it is to continue."""
 
     w: np.ndarray
     multipliers: np.ndarray
@@ -94,6 +95,7 @@ class _Orbits:
     contact: np.ndarray
     factor: np.ndarray
     compression: np.ndarray
+    deflection: np.ndarray
     meshes: np.ndarray
     shorter: np.ndarray
 
@@ -120,7 +122,7 @@ class _Orbits:
         """An orbit as a motion, the continuation of one before."""
         return replace(before, contact=int(self.contact[number]), dynamic_factor=float(self.factor[number]),
                        compression=float(self.compression[number]), meshes=self.meshes[number].tolist(),
-                       w=self.w[:, number].copy(), leads_to={})
+                       deflection=float(self.deflection[number]), w=self.w[:, number].copy(), leads_to={})
 
 
 def _orbits(model: MeshModel, ways: Sequence[Way], speed: np.ndarray, w: np.ndarray) -> _Orbits:
@@ -135,8 +137,8 @@ def _orbits(model: MeshModel, ways: Sequence[Way], speed: np.ndarray, w: np.ndar
     measures = flow.advance(state, period, points=points, measured=True).measures
     response, meshes = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
     return _Orbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
-                   response.dynamic_factor, measures[Measure.Z_MIN] - 1, meshes.mesh_contact,
-                   minimal_period(flow, state, points, period) < period)
+                   response.dynamic_factor, measures[Measure.Z_MIN] - 1, largest_deflection(measures),
+                   meshes.mesh_contact, minimal_period(flow, state, points, period) < period)
 
 
 def continue_orbits(model: MeshModel, torques: Sequence[FollowedMotions]) -> None:

@@ -6,18 +6,18 @@ from typing import Any, NamedTuple
 
 from bokeh.models import ColumnDataSource, Segment
 
-from gearchaos.datasheet.verdict import HEADINGS, Row, at_no_speed, rows, usable_in_words, verdict, worst
+from gearchaos.datasheet.verdict import HEADINGS, Row, at_no_speed, decision, rows, usable_in_words, worst
 from gearchaos.explorer.panels.style import SetAttributes, Units, title
 from gearchaos.explorer.view.models import value_on
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.state import View
-from gearchaos.plot._assessment import bars, meaning
+from gearchaos.plot._assessment import bar, meaning
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.speed_windows import UsableRange, Window
 
 _INK, _OUTLINE = "#111111", "white"
 _WIDTH = 9.0  # of a range to avoid on the map, in pixels
-_STRIPES = [2, 4]  # dark and light, where the history decides, in pixels
+_STRIPES = [2, 4]  # dark and light, where a load change alone leads there, in pixels
 _NO_ROOM = "begins_with", "ends_with"  # columns of tables of ranges to avoid
 _NOTHING: dict[str, list[Any]] = {n: [] for n in ("x0", "y0", "x1", "y1", "colour")}
 
@@ -25,7 +25,8 @@ _NOTHING: dict[str, list[Any]] = {n: [] for n in ("x0", "y0", "x1", "y1", "colou
 class AssessedLine:
     """An assessment over a map: a line through its speeds, and bars, in the colour of what happens, at ranges to avoid.
 
-    Bars have dark edges and a white outline, which show them on every colour, and stripes where the history decides.
+    Bars have dark edges and a white outline, which show them on every colour, and stripes where a load
+    change alone leads there.
     """
 
     def __init__(self, figure: Any, set_attributes: SetAttributes) -> None:
@@ -49,8 +50,8 @@ class AssessedLine:
             return
         across, at = place
         speed = view.y if across is view.x else view.x
-        drawn = [(low, high, meaning(window)[1], decides) for _, window in found.avoid
-                 for low, high, decides in bars(window, (speed.start, speed.stop))]
+        drawn = [(*bar(window, (speed.start, speed.stop)), meaning(window)[1], not window.operation)
+                 for _, window in found.avoid]
         striped = [each for each in drawn if each[3]]
         for source, parts in ((self.scanned, [(*found.speeds, _INK)]), (self.avoided, drawn), (self.striped, striped)):
             ends = [[part[i] for part in parts] for i in range(3)]
@@ -71,7 +72,7 @@ class AssessmentText(NamedTuple):
     other: str  # that it is not of the point; empty if it is
     sentences: list[str]
     headings: list[str]
-    avoid: list[tuple[str, bool, list[str]]]  # colour, whether the history decides, row of a range to avoid
+    avoid: list[tuple[str, bool, list[str]]]  # colour, whether a load change alone leads there, row of a range to avoid
     usable: list[tuple[int, str]]  # number among `places`, and words of a range
     tried: str
 
@@ -84,10 +85,10 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
         (axis, value), own = place, value_on(view.operating_point, place[0])
         unit = units.after(axis.name)
         other = f"Of the {title(axis.name)} {value:g}{unit}, not that of the point, {own:g}{unit}: assess again there."
-    sentences = [f"{sentence[0].upper()}{sentence[1:]}." for sentence in (verdict(found), worst(found), at_no_speed(at))
-                 if sentence]
-    avoid = [(meaning(window)[1], window.depends_on_history, _shown(row))
-             for window, row in zip(at.windows, rows(at), strict=True)]
+    sentences = [f"{sentence[0].upper()}{sentence[1:]}."
+                 for sentence in (*decision(found), worst(found), at_no_speed(at)) if sentence]
+    avoid = [(meaning(window)[1], not window.operation, _shown(row))
+             for window, row in zip(at.windows, rows(at, found.gears), strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))
               if (words := usable_in_words([part], found.speeds))]
     return AssessmentText(other, sentences, _shown(HEADINGS), avoid, usable,

@@ -1,0 +1,70 @@
+"""Speeds to avoid: the options that say which count, and what is printed of them."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearchaos.cli.output import plain_table, print_table
+from gearchaos.errors import InputError
+
+if TYPE_CHECKING:
+    from gearchaos.studies.speed_windows import SpeedsToAvoid
+
+Factor = Annotated[
+    float | None,
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
+                 "stiffness jumps, above F times the quasi-static one."),
+]
+RootStress = Annotated[
+    str | None,
+    typer.Option("--root-stress", metavar="S",
+                 help="Also speeds in contact with a nominal root stress above S, N/mm²."),
+]
+LoadChange = Annotated[
+    str,
+    typer.Option("--load-change", metavar="LAMBDA|none",
+                 help="The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, -0.5 fall to half."),
+]
+Wide = Annotated[bool, typer.Option("--wide", help="Look at wide ranges of states, which no load stores.")]
+
+WIDTH = 80
+_COLUMNS = 8
+"""Of the table that have room in a terminal; a page has the events at the edges, too."""
+
+
+def criteria(factor: float | None, root_stress: str | None, load_change: str, wide: bool) -> dict[str, Any]:
+    """The options as the functions take them; raises `InputError` for a change of the load that is no number."""
+    change = None
+    if load_change != "none":
+        try:
+            change = float(load_change)
+        except ValueError:
+            raise InputError("--load-change", "must be a number or none", load_change,
+                             "The load goes to -LAMBDA times itself: 1 is a reversal.") from None
+    if root_stress is not None and not any(letter.isalpha() for letter in root_stress):
+        root_stress += " N/mm^2"
+    return {"factor": factor, "root_stress": root_stress, "load_change": change, "wide": wide}
+
+
+def say_lines(*texts: str) -> None:
+    """Print texts in lines of 80 columns."""
+    for text in texts:
+        whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+        print(textwrap.fill(whole, WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
+            "\N{NO-BREAK SPACE}", " "))
+
+
+def print_avoided(at: SpeedsToAvoid, gears: Any, every: bool) -> None:
+    """Print the ranges to avoid; minor ones have rows only with ``every``."""
+    from gearchaos.datasheet.verdict import HEADINGS, beyond_in_words, knocks_in_words, minor_in_words, rows
+
+    table = plain_table(*HEADINGS[:_COLUMNS], left=HEADINGS[2:4], gap=1)
+    found = rows(at, gears, every)
+    for row in found:
+        table.add_row(*row[:_COLUMNS])
+    if found:
+        print_table(table)
+    say_lines(*filter(None, ["" if every else minor_in_words(at), beyond_in_words(at)]), *knocks_in_words(at))
