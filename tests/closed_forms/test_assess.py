@@ -48,13 +48,13 @@ def to_avoid_in_the_middle(found):
 
 @pytest.fixture(scope="module")
 def found():
-    return gc.assess(SPUR, "750:1330:20", [100.0, 300.0], starts=16, spacing=0.02)
+    return gc.assess(SPUR, "750:1330:20", [100.0, 300.0], starts=16, spacing=0.02, wide=True)
 
 
 @pytest.mark.slow
 def test_a_range_of_a_motion_that_no_sweep_reaches_begins_at_the_fold_of_its_branch(found):
     window = to_avoid_in_the_middle(found)
-    assert (window.begins_with, window.start_resolution, window.depends_on_history) == ("fold", 0.0, True)
+    assert (window.begins_with, window.start_resolution, window.operation) == ("fold", 0.0, False)
     design = replace(SPUR, torque=100.0)
     there = gc.attractors(design.at(speed=800.0), 64)  # a motion with separating teeth that random states reach
     i = np.flatnonzero((there.attractor_contact.values > 0) & (there.attractor_period.values == 2))[0]
@@ -76,7 +76,7 @@ def test_the_jumps_of_slow_sweeps_are_at_the_folds_of_the_branch_between_them(fo
 
 @pytest.mark.slow
 def test_torques_side_by_side_are_as_each_alone(found):
-    own, alone = found.at[1], gc.speeds_to_avoid(SPUR, "750:1330:20", 300.0, starts=16, spacing=0.02)
+    own, alone = found.at[1], gc.speeds_to_avoid(SPUR, "750:1330:20", 300.0, starts=16, spacing=0.02, wide=True)
     assert alone.windows == own.windows and alone.jumps == own.jumps and alone.tried == own.tried
 
 
@@ -104,13 +104,9 @@ def test_every_range_has_as_many_random_states_as_a_speed_where_nothing_is_to_be
         for window in each.windows:
             inside = (speeds >= window.start) & (speeds <= window.stop)
             assert counts[inside].sum() >= 16
-            first, last = window.history or (window.start, window.stop)
-            decides = inside & ((speeds > first) | (first == window.start)) & ((speeds < last) | (last == window.stop))
-            counted, avoided = counts[decides], each.dataset.avoided_states.values
+            counted, avoided = counts[inside], each.dataset.avoided_states.values[inside]
             assert (window.random_states.states, window.random_states.speeds) == (counted.sum(), (counted > 0).sum())
-            beyond = inside & ~decides
-            assert np.all(avoided[beyond] == counts[beyond]) and np.all(each.dataset.contact.values[:, beyond] != 0)
-            assert window.depends_on_history or window.random_states.fraction == 1
+            assert avoided.sum() > 0 and np.all(avoided <= counted)
 
 
 def states_at(speeds, states, avoided):
@@ -149,7 +145,7 @@ def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(insi
 
 def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
     one, motion = np.ones(1), Motion(1, 2, 0, 1.0, 0.5, (0.0, 0.0), np.zeros(2))
-    far = _Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one,
+    far = _Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
                   np.zeros((1, 0), int), one > 0)
     ways = [Way(None, 100.0, 101.0, motion)]
     assert far.fails(np.zeros((2, 1)), ways).tolist() == [1] and far.fails(far.w - 1e-3, ways).tolist() == [0]

@@ -12,6 +12,8 @@ from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.gears.units import RPM
 from gearchaos.studies import speeds_to_avoid as inner
+from gearchaos.studies.beside_factors import peak_root_stress
+from gearchaos.studies.beyond_the_teeth import BEYOND, TeethLimits
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
 from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Criteria, Peak
 from tests.closed_forms.linear_gears import SPUR
@@ -40,16 +42,21 @@ def separated(dataset):
 
 def test_motions_that_no_start_from_rest_reaches_are_found():
     assert len(separated(gc.dynamic_factor(DESIGN, "6350:7300:20"))) == 0
-    found = gc.speeds_to_avoid(DESIGN, "6350:7300:20")
     there = gc.attractors(DESIGN.at(speed="7000 rpm"), 256)
     (worst,) = np.flatnonzero(there.attractor_contact.values > 0)
     assert there.attractor_fraction.values[worst] > 0.45
-    (window,) = found.windows
-    assert motions_of(window) == ("other initial states",) and window.contact == "loss of contact"
-    assert window.start < 7000 < window.stop and found.coarse == ""
-    factor = float(found.dataset.dynamic_factor.sel(motion="other").interp(speed=7000))
-    assert factor == pytest.approx(float(there.attractor_dynamic_factor[worst]), rel=0.01)
-    assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, 64 to 576 random ")
+    for options, name, words in (({}, "load change", "load change"), ({"wide": True}, "other", "other initial states")):
+        found = gc.speeds_to_avoid(DESIGN, "6350:7300:20", **options)
+        (window,) = found.windows
+        assert motions_of(window) == (words,) and window.reached_by == [words] and not window.operation
+        assert window.contact == "loss of contact" and window.start < 7000 < window.stop and found.coarse == ""
+        factor = float(found.dataset.dynamic_factor.sel(motion=name).interp(speed=7000))
+        assert factor == pytest.approx(float(there.attractor_dynamic_factor[worst]), rel=0.01)
+        states = "random states" if options else "states after a reversal of the load"
+        assert found.tried.startswith(f"from rest, sweeps at {found.dataset.sizes['speed']} speeds, ")
+        assert f" {states} at " in found.tried
+    assert gc.speeds_to_avoid(DESIGN, "6350:7300:20", load_change=None).windows == ()
+    assert [part.start for part in found.usable_in_operation] == [6350] and found.usable == []
 
 
 @pytest.mark.slow
@@ -120,9 +127,9 @@ def test_what_is_not_known_so_well_is_said(linear, monkeypatch):
 
 def test_speeds_without_separation_are_none_and_say_what_was_tried():
     found = gc.speeds_to_avoid(EXACT, "200:300:3", starts=8)
-    assert found.windows == () and found.coarse == "" and "8 random states" in found.tried
+    assert found.windows == () and found.coarse == "" and "8 states after a reversal of the load" in found.tried
     assert found.largest.start == 200 and found.largest.stop == 300
-    assert "random" not in gc.speeds_to_avoid(EXACT, "200:300:3", starts=0).tried
+    assert "state" not in gc.speeds_to_avoid(EXACT, "200:300:3", starts=0, knocks=False).tried
 
 
 @pytest.mark.slow
@@ -218,44 +225,74 @@ def severity(each: Motion) -> int:
 
 
 def windows(*motions: list[Motion], found: FollowedMotions | None = None):
-    at = inner._AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0)
+    at = inner._AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0, TeethLimits())
     at.edges = [edge.found for edge in at.sought()]  # not located
     return inner._windows(at, inner._dataset(at))
 
 
 def test_ranges_are_runs_of_speeds_with_any_motion_to_avoid():
     rest = [0, 1, 2, 1, 0, 0, 0, 3], [9.0, 2.0, 4.0, 3.0, 4.0, 1.0, 1.5, np.nan]
-    first, middle, last = windows(*(
+    first, middle, after, last = windows(*(
         [motion(c, f), *([motion(1, 4.5)] if i == 4 else [])] for i, (c, f) in enumerate(zip(*rest, strict=True))))
     assert (first.start, first.stop, first.criterion, first.from_scan_start) == (100, 200, FORCE_CRITERION, True)
     assert first.stop_resolution == 0  # of the next range, which may begin before
-    assert (middle.start, middle.stop, middle.criterion) == (200, 500, CRITERION)
+    assert (middle.start, middle.stop, middle.criterion, middle.operation) == (200, 400, CRITERION, True)
     assert (middle.start_resolution, middle.stop_resolution) == (100, 100)
-    assert (middle.dynamic_factor, middle.speed_of_largest, middle.contact) == (4.5, 500, "both flanks")
-    assert motions_of(middle) == ("from rest", "speed rising", "speed falling", "other initial states")
-    assert [(each.share, each.dynamic_factor) for each in (middle.reached[0], middle.reached[-1])] == [
-        (0.75, 4.0), (0.25, 4.5)]
-    assert (middle.words, first.words) == ("100 to 600 rpm", "100 to 200 rpm")  # as far as they may reach
+    assert (middle.dynamic_factor, middle.speed_of_largest, middle.contact) == (4.0, 300, "both flanks")
+    assert motions_of(middle) == ("from rest", "speed rising", "speed falling")
+    assert middle.reached_by == ["rest", "rising speed", "falling speed"]
+    assert (after.start, after.stop, after.operation) == (400, 500, False)  # a load change alone leads there
+    assert (after.start_resolution, after.stop_resolution, after.dynamic_factor) == (0, 100, 4.5)
+    assert [(each.motion, each.share, each.dynamic_factor) for each in after.reached] == [("load change", 1.0, 4.5)]
+    assert (middle.words, first.words) == ("100 to 500 rpm", "100 to 200 rpm")  # as far as they may reach
     assert (last.start, last.stop, last.to_scan_end, last.stop_resolution) == (800, 800, True, 0)
-    assert last.contact == "no bounded motion" and np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
+    assert last.contact == BEYOND == last.severity and last.beyond_the_teeth
+    assert np.isnan(last.dynamic_factor) and np.isnan(last.speed_of_largest)
 
 
 def test_teeth_that_do_not_touch_at_all_are_no_motion_without_bound():
     (floating,) = windows([motion(0, 1.0)], [motion(3, 0.0, label=Label.CHAOTIC)], [motion(0, 1.0)])
     assert floating.contact == "no contact" and floating.reached[0].dynamic_factor == 0
     (both,) = windows([motion(2, 7.0), motion(3, np.nan)], [motion(2, 8.0)])
-    assert both.contact == "no bounded motion" and both.dynamic_factor == 8  # the largest one of those with a bound
+    assert both.contact == "both flanks" and both.dynamic_factor == 8  # the largest one of those that teeth bear
+    assert windows([motion(3, np.nan), motion(2, 7.0)], [motion(2, 8.0)])[0].beyond_the_teeth
+
+
+def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
+    limits = TeethLimits(deflection=4.0, factor=6.0)
+    assert [limits.exceeded(*each) for each in ((6.0, 4.0), (6.1, 1.0), (1.0, 4.1), (np.nan, np.nan))] == [
+        False, True, True, True]
+    stronger = replace(SPUR, material={"E": "206 GPa", "poisson": 0.3, "density": 7830, "root_strength": "300 N/mm^2"})
+    stress = max(peak_root_stress(SPUR, 300.0, 1.0))
+    for design, strength in ((SPUR, 1500), (stronger, 300)):
+        found = TeethLimits.of(design.at(speed=1000), 300.0)
+        assert found.factor == pytest.approx(strength / stress) and f"{strength} N/mm²" in found.words
+        assert ("assumed" in found.words) is (design is SPUR)
+        assert found.deflection == pytest.approx(0.75 / 0.06)  # a quarter of the module over half the backlash
+    at = inner._AtTorque(Criteria(), made_up([motion(1, 7.0)], [motion(1, 5.0)]), 1.0, limits)
+    (window,) = inner._windows(at, inner._dataset(at))
+    assert (window.dynamic_factor, window.speed_of_largest, window.beyond_the_teeth) == (5.0, 200.0, True)
+    assert window.severity == "contact lost, hits" and np.isnan(window.reached[0].dynamic_factor)
+
+
+@pytest.mark.parametrize(("factor", "limit", "severity"), [
+    (1.9, {}, "contact lost, small"), (2.1, {}, "contact lost, hits"), (2.9, {"factor": 3}, "contact lost, small"),
+    (2.9, {"root_stress": 290.0}, "contact lost, small"), (3.0, {"root_stress": 290.0}, "contact lost, hits")])
+def test_a_force_above_the_limit_hits(factor, limit, severity):
+    at = inner._AtTorque(Criteria(**limit), made_up([motion(1, factor)]), 1.0, TeethLimits(), root=100.0)
+    assert inner._windows(at, inner._dataset(at))[0].severity == severity
 
 
 def test_only_the_motions_that_separate_are_named():
     (window,) = windows([calm()], [calm(), motion(1, 2.0)], [calm()])
-    assert (window.start, window.stop, motions_of(window)) == (200, 200, ("other initial states",))
-    (window,) = windows([motion(0, 6.0), motion(1, 2.0)])  # the other force is high, too, but in contact
-    assert (window.criterion, motions_of(window)) == (CRITERION, ("other initial states",))
+    assert (window.start, window.stop, motions_of(window)) == (200, 200, ("load change",))
+    (window,) = windows([motion(0, 6.0), motion(1, 2.0)])  # what operation meets comes first
+    assert (window.criterion, window.operation) == (FORCE_CRITERION, True)
+    assert motions_of(window)[::3] == ("from rest", "load change")
     falling = made_up([calm()], [calm(), motion(1, 2.0)], [motion(1, 3.0)])
     falling.at[300.0][0].leads_to[200.0] = falling.at[200.0][1]
     (window,) = windows(found=falling)
-    assert motions_of(window) == ("from rest", "speed rising", "speed falling")
+    assert motions_of(window) == ("from rest", "speed rising", "speed falling") and window.history == (200, 300)
     named = falling.named()
     assert [[m and m.contact for m in named[name]] for name in ("falling", "rising", "other")] == [
         [0, 1, 1], [0, 0, 1], [None] * 3]
@@ -264,11 +301,33 @@ def test_only_the_motions_that_separate_are_named():
 
 
 def test_the_history_decides_up_to_the_speeds_from_which_on_every_motion_separates():
-    apart, either, free = [motion(1, 2.0)], [motion(1, 2.0), calm()], [calm()]
-    (window,) = windows(free, apart, apart, either, either, apart, free)
-    assert (window.start, window.stop, window.history) == (200, 600, (300, 600))
-    assert [window.history for window in windows(free, either, either, free)] == [(200, 300)]
-    assert [window.history for window in windows(free, apart, free)] == [None]
+    def row(*first):  # apart or either, of which the second is met with falling speed from where it is alone
+        found = made_up(*([calm()] if each == "free" else [motion(1, 2.0)] if each == "apart" else
+                          [motion(1, 2.0), calm()] for each in first))
+        for here, there in zip(found.speeds[::-1], found.speeds[-2::-1], strict=False):
+            for each in found.at[here]:  # what keeps contact goes on where it can
+                each.leads_to[there] = min(found.at[there], key=lambda m: abs(m.contact - each.contact))
+        return windows(found=found)
+
+    (window,) = row("free", "apart", "apart", "either", "either", "free")
+    assert (window.start, window.stop, window.history) == (200, 500, (300, 500))
+    assert [window.history for window in row("free", "apart", "free")] == [None]
+    (window,) = windows([motion(1, 2.0), calm()], [motion(1, 2.0), calm()])  # operation never meets the other one
+    assert window.history is None
+
+
+def test_operation_meets_what_starts_elsewhere_and_comes_slowly():
+    """Neither rest there nor a sweep from the ends, but a start in the middle leads to the motion that separates."""
+    found = made_up([calm()], [motion(1, 2.0), calm()], [calm(), motion(1, 3.0)], [calm()])
+    found.at[100.0][0].leads_to[200.0] = found.at[200.0][1]
+    found.at[200.0][1].leads_to[300.0] = found.at[300.0][0]
+    found.at[300.0][0].leads_to[200.0] = found.at[200.0][1]
+    found.at[200.0][0].leads_to[300.0] = found.at[300.0][1]
+    assert [[m.contact for m in motions] for motions in found.operation()] == [[0], [1, 0], [0, 1], [0]]
+    (window,) = windows(found=found)
+    assert (window.start, window.stop, window.operation) == (200, 300, True)
+    assert motions_of(window) == ("from rest", "after other speeds")
+    assert window.reached_by == ["rest", "rising speed", "falling speed"]
 
 
 def test_the_largest_local_peaks_of_a_range_are_listed_in_rising_order_of_speed():

@@ -428,13 +428,13 @@ def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for, with the least and the largest number of random ones."""
     drawn = [len(each) for each in found.motions.drawn.values()]
     words = f"from rest, sweeps at {len(found.motions.speeds)} speeds"
+    knocks = f", knocks up to {found.largest_knock:.3g} rpm of wheel 1" * (found.largest_knock > 0)
     if not drawn:
-        return words
+        return words + knocks
     number = " to ".join(map(str, sorted({min(drawn), max(drawn)})))
     states = f"state{'s' * (max(drawn) > 1)}"
     criteria, change = found.criteria, found.criteria.load_change
     after = f"after {change.words} " if change and not criteria.wide else ""
-    knocks = f", knocks up to {found.largest_knock:.3g} rpm of wheel 1" * (found.largest_knock > 0)
     return f"{words}, {number} {'' if after else 'random '}{states} {after}at {len(drawn)}{knocks}"
 
 
