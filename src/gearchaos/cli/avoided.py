@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,7 +53,7 @@ def criteria(factor: float | None, root_stress: str | None, load_change: str, wi
 def say_lines(*texts: str) -> None:
     """Print texts in lines of 80 columns."""
     for text in texts:
-        whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+        whole = re.sub("(?<=[≤≥]) | (?=%|rpm)", "\N{NO-BREAK SPACE}", text)
         print(textwrap.fill(whole, WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
             "\N{NO-BREAK SPACE}", " "))
 

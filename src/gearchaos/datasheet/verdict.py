@@ -16,7 +16,6 @@ from gearchaos.studies.beside_factors import peak_root_stress, root_in_words
 from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.quasi_static import ratio_in_words
 from gearchaos.studies.speed_windows import (
-    CONTACT_WORDS,
     FEW,
     INWARDS,
     SEVERITIES,
@@ -128,14 +127,17 @@ def _reach(part: Sequence[Window]) -> float:
 
 
 def _at_worst(windows: Sequence[Window]) -> str:
-    """The most severe of what happens in ranges, with the largest force that teeth bear."""
-    worst = max(windows, key=lambda each: (SEVERITIES.index(each.severity) if each.severity in SEVERITIES else -1))
-    bounded = [each for each in windows if math.isfinite(each.dynamic_factor)]
-    cause = worst.cause
-    if not bounded:
-        return cause
-    largest = max(bounded, key=lambda each: each.dynamic_factor)
-    return f"{cause}, factor {measured(largest.dynamic_factor, 3)} at {largest.largest_at} rpm"
+    """The most severe of what teeth bear in ranges, with the largest force."""
+    borne = [each for each in windows if math.isfinite(each.dynamic_factor)]
+    if not borne:
+        return BEYOND
+    worst, largest = max(borne, key=_severity), max(borne, key=lambda each: each.dynamic_factor)
+    return f"at worst {worst.cause}, largest factor {measured(largest.dynamic_factor, 3)} at {largest.largest_at} rpm"
+
+
+def _severity(window: Window) -> tuple[int, float]:
+    """The order of ranges to avoid by what happens there, then by the factor, 0 where teeth bear none."""
+    return SEVERITIES.index(window.severity), float(np.nan_to_num(window.dynamic_factor))
 
 
 def _usable(found: Assessment) -> list[str]:
@@ -150,7 +152,8 @@ def _usable(found: Assessment) -> list[str]:
                    + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
     if not any(each.load_change for each in found.at):
         return out[:1]
-    return out[:1] if out[0].partition(":")[2] == out[1].partition(":")[2] else out
+    ranges = out[0].partition(":")[2]
+    return [f"usable in operation and also after a load change:{ranges}"] if out[1].endswith(f":{ranges}") else out
 
 
 def _percent_of_speeds(share: float) -> str:
@@ -173,10 +176,10 @@ def worst(found: Assessment) -> str:
 
 def knocks_in_words(at: SpeedsToAvoid) -> list[str]:
     """The least knocks that lead from a good motion to one to avoid, in sentences."""
-    return [f"{range_in_words(knock.start, knock.stop)} rpm: only a knock leads there, the least at "
+    return [f"{range_in_words(knock.start, knock.stop)} rpm: a knock leads to a motion to avoid, the least at "
             f"{speed_in_words(knock.speed, 0)} rpm is {measured(abs(knock.speed_step), 2)} rpm of wheel 1 "
             f"({measured(abs(knock.impulse), 2)} N m s), to "
-            f"{BEYOND if knock.beyond_the_teeth else f'a factor of {measured(knock.dynamic_factor, 3)}'}"
+            f"{f'what is {BEYOND}' if knock.beyond_the_teeth else f'a factor of {measured(knock.dynamic_factor, 3)}'}"
             for knock in at.knocks]
 
 
@@ -222,7 +225,7 @@ def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
     where, torques = f"{edges(first)[0]} to {edges(last)[1]} rpm", _torques(sorted({torque for torque, _ in part}))
     if len(part) == 1:
         return f"{where} at {torques}: {first.cause}, {likelihood(first)}"
-    torque, worst = max(part, key=lambda pair: (CONTACT_WORDS.index(pair[1].contact), pair[1].dynamic_factor))
+    torque, worst = max(part, key=lambda pair: _severity(pair[1]))
     shares = [window.random_states.fraction for _, window in part if window.random_states]
     ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
     return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (

@@ -17,13 +17,14 @@ from gearchaos.plot.axes import draw_legend
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
 from gearchaos.studies.assess import Assessment
-from gearchaos.studies.speed_windows import FORCE_CRITERION, SEVERITIES, SpeedsToAvoid, Window
+from gearchaos.studies.speed_windows import SEVERITIES, SpeedsToAvoid, Window
 
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-_COLOURS = dict(zip(SEVERITIES, ["#f2c14e", *(each.colour for each in CONTACT_CLASSES[1:3]), MOTION_CLASSES[-1].colour],
-                    strict=True)) | {FORCE_CRITERION: CONTACT_CLASSES[0].colour}
+_COLOURS = dict(zip(SEVERITIES, (
+    CONTACT_CLASSES[0].colour, "#f2c14e", *(each.colour for each in CONTACT_CLASSES[1:3]), MOTION_CLASSES[-1].colour),
+    strict=True))
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
 _PALE = 0.45  # opacity of a range that operation does not meet
@@ -132,8 +133,7 @@ def _between(torques: np.ndarray) -> np.ndarray:
 
 def meaning(window: Window) -> tuple[str, str]:
     """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
-    words = window.criterion if window.criterion == FORCE_CRITERION else window.severity
-    return words, _COLOURS[words]
+    return window.severity, _COLOURS[window.severity]
 
 
 def bar(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:

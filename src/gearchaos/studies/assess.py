@@ -130,7 +130,8 @@ class Assessment:
         return out
 
     def document(self) -> dict[str, Any]:
-        """All of it, ready for JSON."""
+        """All of it, ready for JSON; what is usable also after a load change only where these were looked at."""
+        after = (True, False) if self.at[0].load_change else (False,)
         return {
             "speeds": list(self.speeds), "torques": [each.torque for each in self.at],
             "units": {"speed": "rpm", "torque": "N*m"},
@@ -147,12 +148,11 @@ class Assessment:
                 "motions": [each.motion for each in w.reached],
             } for torque, w in self.avoid],
             "knocks": [knock.document(each.torque) for each in self.at for knock in each.knocks],
-            "usable": [{"torque": each.torque, **part.document, "after_load_change": after}
-                       for each in self.at for after, parts in ((True, each.usable), (False, each.usable_in_operation))
-                       for part in parts],
+            "usable": [{"torque": each.torque, **part.document, "after_load_change": changed} for each in self.at
+                       for changed in after for part in (each.usable if changed else each.usable_in_operation)],
             "usable_share": self.usable_share, "usable_share_in_operation": self.usable_share_in_operation,
-            "usable_at_all_torques": [part.document | {"after_load_change": after} for after, parts in (
-                (True, self.usable_at_all), (False, self.usable_in_operation)) for part in parts],
+            "usable_at_all_torques": [part.document | {"after_load_change": changed} for changed in after
+                                      for part in (self.usable_at_all if changed else self.usable_in_operation)],
             "jumps": [{"torque": each.torque, "speed": jump.speed, "direction": jump.direction, "event": jump.event,
                        "from": jump.factor_before, "to": jump.factor_after} for each in self.at for jump in each.jumps],
             "quasi_static_ratio": [each.quasi_static_ratio for each in self.at],

@@ -40,8 +40,9 @@ FEW = 0.01
 CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no contact", BEYOND)
 """The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that teeth cannot bear."""
 
-SEVERITIES = ("contact lost, small", "contact lost, hits", "hits both flanks", BEYOND)
-"""What happens in a range to avoid, in rising order: whether the force exceeds the limit, and where the teeth hit."""
+SEVERITIES = (FORCE_CRITERION, "contact lost, small", "contact lost, hits", "hits both flanks", BEYOND)
+"""What happens in a range to avoid, in rising order: whether contact is lost, whether the force exceeds the limit, and
+where the teeth hit."""
 
 OUTWARDS, INWARDS, NEAREST = (
     (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_UP, ROUND_HALF_UP))
@@ -182,17 +183,15 @@ class Window(SpeedRange):
     @property
     def cause(self) -> str:
         """What happens in the range, in words."""
-        if self.criterion == FORCE_CRITERION:
-            return self.criterion
         where = f" in {', '.join(self.meshes)}" if self.meshes else ""
         return f"{self.severity}{where}"
 
     @property
     def severity(self) -> str:
         """One of `SEVERITIES`."""
-        if self.contact == BEYOND:
-            return BEYOND
-        return SEVERITIES[(self.contact == CONTACT_WORDS[2]) + 1 if self.hits else 0]
+        if self.contact == BEYOND or self.criterion == FORCE_CRITERION:
+            return BEYOND if self.contact == BEYOND else FORCE_CRITERION
+        return SEVERITIES[(self.contact == CONTACT_WORDS[2]) + 2 if self.hits else 1]
 
     @property
     def reach(self) -> tuple[float, float]:

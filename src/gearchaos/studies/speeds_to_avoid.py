@@ -18,7 +18,7 @@ from gearchaos.flow import DIVERGED_AT
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import as_model, gears_of, is_design
-from gearchaos.gears.units import STRESS, to_si
+from gearchaos.gears.units import STRESS, measured, to_si
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE, Rule
@@ -138,8 +138,8 @@ class Criteria:
     def change_in_words(self) -> str:
         """Beside operation, from where states come; empty for none."""
         if self.wide:
-            return "any state of wide ranges is met"
-        return self.load_change.words if self.load_change else ""
+            return "any state of wide ranges is met" * (self.starts > 0)
+        return self.load_change.words if self.load_change and self.starts else ""
 
     @property
     def draw(self) -> Draw:
@@ -428,7 +428,7 @@ def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for, with the least and the largest number of random ones."""
     drawn = [len(each) for each in found.motions.drawn.values()]
     words = f"from rest, sweeps at {len(found.motions.speeds)} speeds"
-    knocks = f", knocks up to {found.largest_knock:.3g} rpm of wheel 1" * (found.largest_knock > 0)
+    knocks = f", knocks up to {measured(found.largest_knock, 3)} rpm of wheel 1" * (found.largest_knock > 0)
     if not drawn:
         return words + knocks
     number = " to ".join(map(str, sorted({min(drawn), max(drawn)})))

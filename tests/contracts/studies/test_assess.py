@@ -18,14 +18,26 @@ from gearchaos.cli.datasheets import print_answers, print_datasheets
 from gearchaos.datasheet.answer import Answer, edges
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
-from gearchaos.datasheet.verdict import HEADINGS, keep_out, rows, usable_in_words, verdict, worst
+from gearchaos.datasheet.verdict import (
+    HEADINGS,
+    beyond_in_words,
+    decision,
+    keep_out,
+    knocks_in_words,
+    rows,
+    usable_in_words,
+    worst,
+)
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
+from gearchaos.plot._assessment import _COLOURS as COLOURS
 from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import speed_windows as windows
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
+from gearchaos.studies.knocks import Knock
 from gearchaos.studies.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
 from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
 from gearchaos.studyfile import load_design, load_study
@@ -35,6 +47,8 @@ from tests.commands import ask, run_json
 SPUR = ONE_SPRING
 SCAN = ("--speed", "500:700:8", "--starts", 0)
 WIDTH = 80
+STATES = RandomStates(0.359, 0.2431, 0.489, 64, 8)
+KNOCK = Knock(500.0, 529.6, 512.34, -41.26, -0.01234, 0.3, 7.777, beyond_the_teeth=False)
 
 
 def assess(*arguments, code=0):
@@ -44,6 +58,12 @@ def assess(*arguments, code=0):
 def of_windows(found, *ranges):
     """The assessment of its first torque alone, with these ranges to avoid."""
     return replace(found, at=(replace(found.at[0], windows=ranges),))
+
+
+def after_load_change(window, **other):
+    """A range to avoid to which a load change alone leads."""
+    changes = {"operation": False, "random_states": STATES, "reached": (Reached("load change", 1.0, 2.0),)}
+    return replace(window, **{**changes, **other})
 
 
 @pytest.fixture(scope="module")
@@ -63,22 +83,184 @@ def command(found, tmp_path_factory):
 
 def test_json_has_the_contracted_keys_and_is_what_python_finds(found):
     document = run_json("assess", SPUR, *SCAN, "--torque", "100,300")
-    assert {"avoid", "usable", "assumptions"} <= document.keys()
-    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history"} <= document[
-        "avoid"][0].keys()
-    assert document["usable"][0].keys() == {"torque", "from", "to", "margin"}
+    assert {"avoid", "usable", "assumptions", "knocks", "usable_share_in_operation"} <= document.keys()
+    assert {"torque", "from", "to", "cause", "begins_with", "dynamic_factor", "depends_on_history", "root_stress",
+            "reached_by", "share_of_load_changes", "severity", "beyond_the_teeth"} <= document["avoid"][0].keys()
+    assert document["usable"][0].keys() == {"torque", "from", "to", "margin", "after_load_change"}
     assert document == json.loads(json.dumps(found.document())) and len(document["avoid"]) == 4
+    first = document["avoid"][0]
+    assert first["reached_by"] == ["rest", "rising speed", "falling speed"] and first["share_of_load_changes"] is None
 
 
-def test_the_first_line_says_what_to_use_rounded_inwards_and_lines_have_80_columns(command, found):
+def test_json_tells_what_load_changes_and_knocks_lead_to(found):
+    first, second = found.at[0].windows
+    at = replace(found.at[0], windows=(after_load_change(first, contact=BEYOND, beyond_the_teeth=True), second),
+                 load_change="a reversal of the load", knocks=(KNOCK, replace(KNOCK, beyond_the_teeth=True)))
+    document = replace(found, at=(at,)).document()
+    one, other = document["avoid"]
+    assert (one["reached_by"], one["share_of_load_changes"], one["severity"], one["beyond_the_teeth"]) == (
+        ["load change"], 0.359, BEYOND, True)
+    assert (other["severity"], other["beyond_the_teeth"]) == ("contact lost, small", False)
+    for part in ("usable", "usable_at_all_torques"):
+        ends = {after: [each["from"] for each in document[part] if each["after_load_change"] is after]
+                for after in (True, False)}
+        assert sorted(ends[True]) == [500, first.stop, second.stop] and sorted(ends[False]) == [500, second.stop]
+    assert document["usable_share"] == pytest.approx(
+        document["usable_share_in_operation"] - (first.stop - first.start) / 200)
+    assert document["knocks"] == [
+        {"torque": 100, "from": 500, "to": 529.6, "speed": 512.34, "speed_step": -41.26, "impulse": -0.01234,
+         "phase": 0.3, "dynamic_factor": factor, "beyond_the_teeth": factor is None} for factor in (7.777, None)]
+
+
+def test_what_was_not_looked_for_is_not_said_to_be_usable(found):
+    """Neither without a load change nor without states after one."""
+    assert all(not at.load_change for at in found.at)
+    assert len(decision(found)) == 2 and not any("load" in sentence for sentence in decision(found))
+    for part in ("usable", "usable_at_all_torques"):
+        assert {each["after_load_change"] for each in found.document()[part]} == {False}
+
+
+def test_the_first_line_says_what_to_avoid_and_lines_have_80_columns(command, found):
     lines = command[0].splitlines()
-    assert lines[0].startswith("usable at 100 and 300 N m: 657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %),")
-    head = " ".join(" ".join(lines[:4]).split())
-    assert "avoid the rest of 500 to 700 rpm, where in some motion the teeth separate" in head
-    assert max(map(len, lines)) <= WIDTH
-    for low, high, margin in re.findall(r"(\d+) to (?:≥ )?(\d+) rpm \(±([\d.]+) %\)", verdict(found)):
+    assert lines[0].startswith("at 100 and 300 N m avoid 531 to 559, 559 to 587, 593 to 627 and 626 to 657 rpm:")
+    head = " ".join(" ".join(lines[:5]).split())
+    assert ": at worst contact lost, small, largest factor 2.28 at 611 rpm usable in operation: 41.2 % of" in head
+    assert head.endswith("657 to ≥ 700 rpm (±3.2 %), ≤ 500 to 531 rpm (±3.0 %), 587 to 593 rpm (±0.6 %) and 2 narrower "
+                         "ranges")
+    assert max(map(len, lines)) <= WIDTH and not any(line.endswith(("≤", "≥")) for line in lines)
+    for low, high, margin in re.findall(r"(\d+) to (?:≥ )?(\d+) rpm \(±([\d.]+) %\)", decision(found)[-1]):
         (inside,) = [part for part in found.usable_at_all if part.start <= float(low) < float(high) <= part.stop]
         assert float(margin) == pytest.approx(100 * inside.margin, abs=0.051)
+
+
+def test_what_a_load_change_adds_has_a_sentence_of_its_own(found):
+    first, second = found.at[0].windows
+    hard = after_load_change(first, contact="both flanks", hits=True, dynamic_factor=9.0, speed_of_largest=540.0)
+
+    def said(*ranges, change="a reversal of the load", **other):
+        return decision(replace(found, at=(replace(found.at[0], windows=ranges, load_change=change, **other),)))
+
+    both = said(hard, second)
+    assert both[0] == "at 100 N m avoid 593 to 627 rpm: at worst contact lost, small, largest factor 2.28 at 611 rpm"
+    assert both[1] == ("where there may be a reversal of the load, avoid also 531 to 559 rpm: at worst hits both flanks, "
+                       "largest factor 9 at 540 rpm")
+    assert both[2].startswith("usable in operation: 83.5 % of 500 to 700 rpm: ≤ 500 to 593 rpm (±8.5 %), 627 to ≥ 700")
+    assert both[3].startswith("usable also after a load change: 69.8 % of 500 to 700 rpm: 627 to ≥ 700 rpm")
+    assert said(hard, second, change="") == [both[0], both[2]]
+    *same, usable = said(second)
+    assert same[1] == "where there may be a reversal of the load, avoid nothing more"
+    assert usable == both[2].replace("in operation", "in operation and also after a load change")
+    nothing = said(hard)
+    assert nothing[0] == ("at 100 N m no speed from 500 to 700 rpm is to be avoided in operation: none was found at which "
+                          "the teeth separate")
+    wide = found.at[0].dataset.assign_coords(motion=[*found.at[0].dataset.motion.values[:-1], "other"])
+    assert said(hard, change="any state of wide ranges is met", dataset=wide)[1].startswith(
+        "where any state of wide ranges is met, avoid also 531 to 559 rpm")
+
+
+def test_many_ranges_are_gathered_in_a_sentence(found):
+    """Those that overlap are one, the four widest have names, and minor ones, narrow or rarely met, none."""
+    first = found.at[0].windows[0]
+    wide = [replace(first, start=start, stop=start + width) for start, width in (
+        (500.0, 10.0), (505.0, 10.0), (520.0, 6.0), (530.0, 20.0), (560.0, 20.0), (590.0, 20.0), (620.0, 20.0))]
+    narrow = replace(first, start=650.0, stop=656.0)
+    rare = after_load_change(first, start=660.0, stop=690.0, random_states=replace(STATES, fraction=0.009))
+    assert [w.minor for w in (*wide, narrow, rare)] == [False] * 7 + [True] * 2
+    assert not replace(rare, operation=True).minor and not replace(rare, random_states=None).minor
+    assert not replace(rare, random_states=replace(STATES, fraction=0.01)).minor
+
+    def named(*ranges):
+        return decision(of_windows(found, *ranges))[0].partition(" avoid ")[2].partition(":")[0]
+
+    assert named(*wide[:2]) == "500 to 515 rpm"
+    assert named(*wide, narrow) == "530 to 550, 560 to 580, 590 to 610 and 620 to 640 rpm and 3 narrower ranges"
+    assert named(narrow) == "1 narrow range" and named(*wide[:1], narrow) == "500 to 510 rpm and 1 narrower range"
+
+
+def test_the_worst_of_a_sentence_is_what_teeth_bear(found):
+    first, second = found.at[0].windows
+    nothing = replace(first, contact=BEYOND, dynamic_factor=math.nan, speed_of_largest=math.nan, beyond_the_teeth=True)
+    one = decision(of_windows(found, nothing, second))[0]
+    assert one == ("at 100 N m avoid 531 to 559 and 593 to 627 rpm: at worst contact lost, small, largest factor 2.28 at "
+                   "611 rpm")
+    assert decision(of_windows(found, nothing))[0] == "at 100 N m avoid 531 to 559 rpm: beyond the teeth"
+    hard = replace(first, contact="both flanks", hits=True, dynamic_factor=2.1)
+    assert ": at worst hits both flanks, largest factor 2.28 at 611 rpm" in decision(of_windows(found, hard, second))[0]
+
+
+@pytest.mark.parametrize(("changes", "severity"), [
+    ({"criterion": windows.FORCE_CRITERION, "contact": "permanent contact", "hits": True}, windows.FORCE_CRITERION),
+    ({}, "contact lost, small"), ({"contact": "both flanks"}, "contact lost, small"),
+    ({"hits": True}, "contact lost, hits"), ({"hits": True, "contact": "both flanks"}, "hits both flanks"),
+    ({"contact": BEYOND}, BEYOND), ({"criterion": windows.FORCE_CRITERION, "contact": BEYOND}, BEYOND)])
+def test_what_happens_has_five_degrees_each_in_its_colour(found, changes, severity):
+    window = replace(found.at[0].windows[0], **changes)
+    assert window.severity == severity == window.cause and severity in windows.SEVERITIES
+    one = of_windows(found, window)
+    assert rows(one.at[0], one.gears)[0].happens == severity == one.document()["avoid"][0]["severity"]
+    ax = gc.plot.assessment(one)
+    assert to_hex(ax.collections[0].get_facecolor()[0]) == COLOURS[severity]
+    assert ax.get_legend().get_texts()[0].get_text() == severity
+    assert replace(window, meshes=("a/b",)).cause == f"{severity} in a/b" and len(set(COLOURS.values())) == 5
+
+
+def test_knocks_are_told_in_words_wherever_ranges_are(found, command, capsys):
+    hard = replace(KNOCK, start=640.0, stop=640.0, beyond_the_teeth=True, dynamic_factor=math.nan)
+    one = replace(found, at=(replace(found.at[0], knocks=(KNOCK, hard)),))
+    first, second = knocks_in_words(one.at[0])
+    assert first == ("500 to 530 rpm: a knock leads to a motion to avoid, the least at 512 rpm is 41 rpm of wheel 1 "
+                     "(0.012 N m s), to a factor of 7.78")
+    assert second.startswith("640 rpm: a knock") and second.endswith(", to what is beyond the teeth")
+    print_avoided(one.at[0], one.gears, every=False)
+    for text in (capsys.readouterr().out, report_html(Report(one)), "\n".join(_lines(Report(one)))):
+        assert all(words in " ".join(text.split()) for words in (first, second))
+    assert "knock" not in command[0]
+
+
+def test_motions_beyond_the_teeth_are_named_below_the_table_without_a_factor(found, capsys):
+    first, second = found.at[0].windows
+    some = replace(second, beyond_the_teeth=True)
+    alone = replace(first, contact=BEYOND, dynamic_factor=math.nan, speed_of_largest=math.nan, beyond_the_teeth=True)
+    one = of_windows(found, alone, some)
+    (row, other), words = rows(one.at[0], one.gears), beyond_in_words(one.at[0])
+    assert (row.happens, row.factor, row.at, row.root) == (BEYOND, "–", "–", "–") and other.factor == "2.28"
+    assert words == (f"{BEYOND}, and without a factor, are some motions in 531 to 559, 593 to 627 rpm: "
+                     f"{one.at[0].teeth_bear}")
+    assert "1500 N/mm², assumed, or a deflection above 0.75 mm" in words and beyond_in_words(found.at[0]) == ""
+    print_avoided(one.at[0], one.gears, every=False)
+    for text in (capsys.readouterr().out, report_html(Report(one))):
+        assert words[1:] in " ".join(text.split())
+    assert one.document()["beyond_the_teeth"] == [one.at[0].teeth_bear]
+    none = replace(one.at[0], dataset=one.at[0].dataset.assign(
+        dynamic_factor=math.nan * one.at[0].dataset.dynamic_factor))
+    assert worst(replace(found, at=(none,))) == "all motions found are beyond the teeth"
+    assert worst(replace(found, at=(none, found.at[1]))).startswith("the largest dynamic factor is 2.25")
+
+
+def test_minor_ranges_have_a_line_and_rows_only_with_all(found, monkeypatch):
+    first, second = found.at[0].windows
+    rare = after_load_change(second, random_states=replace(STATES, fraction=0.004))
+    one = of_windows(found, first, replace(second, start=592.0, stop=593.0), rare)
+    monkeypatch.setattr("gearchaos.studies.assess.assess", lambda *_, **__: one)
+    short, full = (" ".join(assess(SPUR, *SCAN, *more).stdout.split()) for more in ((), ("--all",)))
+    line = "and 2 ranges narrower than 1 % or after fewer than 1 % of load changes: 592 to 593, 593 to 627 rpm"
+    assert line in short and "narrower than" not in full
+    shown = {row: f" {row.start} {row.stop} {row.happens} {row.reached} " for row in rows(one.at[0], one.gears)}
+    assert [words in short for words in shown.values()] == [True, False, False]
+    assert all(words in full for words in shown.values())
+    assert [*shown] [0:1] == rows(one.at[0], one.gears, every=False)
+
+
+@pytest.mark.parametrize(("options", "given"), [
+    ((), {"load_change": 1.0, "wide": False, "root_stress": None}), (("--load-change", "none"), {"load_change": None}),
+    (("--load-change", "-0.5"), {"load_change": -0.5}), (("--wide",), {"wide": True}),
+    (("--root-stress", "400"), {"root_stress": "400 N/mm^2"}), (("--root-stress", "4 MPa"), {"root_stress": "4 MPa"}),
+    (("--factor", "2"), {"factor": 2.0})])
+def test_the_options_say_what_counts_and_from_where_motions_come(found, monkeypatch, options, given):
+    asked = {}
+    monkeypatch.setattr("gearchaos.studies.assess.assess", lambda *_, **options: asked.update(options) or found)
+    assess(SPUR, *SCAN, *options)
+    assert given.items() <= asked.items()
 
 
 def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
@@ -87,7 +269,8 @@ def test_ranges_to_avoid_are_rounded_outwards_with_their_events(command, found):
     assert len(shown) == len(expected) == 4
     for row, window in zip(shown, expected, strict=True):
         assert float(row[0]) <= window.start < float(row[0]) + 1 and float(row[1]) - 1 < window.stop <= float(row[1])
-        assert row[-6:-3] == ["graze", "graze", f"{window.dynamic_factor:.3g}"] and row[-2:] == ["no", "–"]
+        at, root = f"{window.speed_of_largest:.0f}", f"{max(root_of(window)):.3g}"
+        assert row[2:] == ["contact", "lost,", "small", "always", f"{window.dynamic_factor:.3g}", at, root, "–"]
 
 
 def test_an_edge_without_an_event_is_a_dash_with_its_resolution(found):
