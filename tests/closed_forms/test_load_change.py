@@ -50,10 +50,11 @@ def test_states_fill_what_is_stored_evenly(ratio):
     most = stored_energy(1.0, 1.0, load, ratio)
     assert w.shape == (2, 8192) and (energy(z, v, load) <= most + 1e-3).all()
     assert energy(z, v, load).max() > most - 0.02 * (most + load + load**2 / 2)
-    grid = np.meshgrid(np.linspace(-4, 4, 2001), np.linspace(-3, 3, 2001))
+    grid = np.meshgrid(np.linspace(z.min() - 0.01, z.max() + 0.01, 1001),
+                       np.linspace(v.min() - 0.01, v.max() + 0.01, 1001))
     inside = energy(*grid, load) <= most
     for drawn, at in ((z, grid[0][inside]), (v, grid[1][inside])):
-        assert kstest(drawn, np.sort(at)[::7]).statistic < 0.02
+        assert kstest(drawn, at).statistic < 0.02
     assert np.array_equal(z, LoadChange(ratio)(model, [1000.0, 2000.0], [1.0, 1.0], 4096, (0,))[0])
     livelier = LoadChange(ratio)(model, [1000.0], [1.5], 4096, (0,))
     rest = -load - load**2 / 2
@@ -76,9 +77,9 @@ def test_a_change_that_cannot_be_is_refused(given):
 
 @pytest.mark.parametrize("model", [
     gc.MeshModel.of(kind="single", q0=0.1, eps1=0.05, chi1=0.3),
-    gc.MeshModel.of(kind="single", q0=0.1, eps1=0.05, eps2=0.02, stiffness=gc.HarmonicStiffness((0.2, 0.1), (0.0, 1.0))),
-    replace(SPUR, load_sharing="tooth pairs").at(
-        speed=1000.0, torque=100.0).to_model()])
+    gc.MeshModel.of(kind="single", q0=0.1, eps1=0.05, eps2=0.02,
+                    stiffness=gc.HarmonicStiffness((0.2, 0.1), (0.0, 1.0))),
+    replace(SPUR, load_sharing="tooth pairs").at(speed=1000.0, torque=100.0).to_model()])
 def test_a_motion_from_a_phase_is_that_which_passes_it(model):
     problem = initial_value_problems(model, samples=32)
     passed = problem.flow.advance(problem.w + np.array([[0.3], [0.1]]), 3, sample=True).samples[:, :, :-1, 0]

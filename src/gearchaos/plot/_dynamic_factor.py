@@ -33,7 +33,8 @@ _MOTIONS: dict[str, dict[str, Any]] = {
     "rest": {"label": "computed from rest", "color": INK, "linewidth": 1.6},
     "rising": {"label": "speed rising", "color": "#7a3f9d", "linewidth": 1.0},
     "falling": {"label": "speed falling", "color": "#0b7f86", "linewidth": 1.0},
-    "changing": {"label": "after other speeds", "color": "#7a3f9d", "linestyle": "none", "marker": "+", "markersize": 4},
+    "changing": {"label": "after other speeds", "color": "#7a3f9d", "linestyle": "none", "marker": "+",
+                 "markersize": 4},
     "load change": {"label": "load change", "color": "0.45", "linestyle": "none", "marker": "x", "markersize": 4},
     "other": {"label": "other initial states", "color": "0.45", "linestyle": "none", "marker": "x", "markersize": 4},
 }
