@@ -165,7 +165,9 @@ class Window(SpeedRange):
     @property
     def reached_by(self) -> list[str]:
         """What leads to the motions to avoid: rest, rising speed, falling speed, load change."""
-        return list(dict.fromkeys(by for each in self.reached for by in REACHED_BY.get(each.motion, (each.motion,))))
+        drawn = self.random_states is not None and self.random_states.fraction > 0
+        ways = [by for each in self.reached for by in REACHED_BY.get(each.motion, (each.motion,))]
+        return list(dict.fromkeys(ways + [MOTIONS["load change"]] * drawn))
 
     @property
     def may_be_missed(self) -> bool:
