@@ -5,10 +5,8 @@ Which speeds to avoid?
 At which speeds do the teeth of this pair separate, and how large is the mesh force there?
 
 The pair is given as on its drawing. The motion from rest, those that slow sweeps of rising and falling speed pass, and
-those from random initial states are computed. The largest mesh force of each is divided by the static one. Dots mark
-motions in which the flanks separate and hit each other again. From rest and in slow sweeps the force is up to 7 times
-the static one. Some random states lead to motions on both flanks with over a hundred times that force, or without
-bound. No teeth bear that: it is a reason to avoid these speeds where the gears may be knocked, not a load.
+those after changes of the load are computed. The largest mesh force of each is divided by the static one. Dots mark
+motions in which the flanks separate and hit each other again.
 """
 
 import gearchaos as gc

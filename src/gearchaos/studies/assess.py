@@ -125,7 +125,7 @@ class Assessment:
         out.append("friction is left out, and all that is not among the inputs")
         out += [f"at {each.torque:g} N m {each.coarse}" for each in self.at if each.coarse]
         out.append(f"beyond the teeth: {first.teeth_bear}")
-        out.append(f"motions were looked for {self.tried}: one that few initial states reach, in a narrow range, can "
+        out.append(f"motions were looked for {self.tried}: one that few states lead to, in a narrow range, can "
                    "be missed")
         return out
 
