@@ -10,9 +10,9 @@ from gearchaos.dynamics import classify
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.model import vary
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.followed_motions import FollowedMotions
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST, reach
+from gearchaos.studies.load_change import wide_states
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES, ONE_SPRING
 
@@ -81,10 +81,10 @@ def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch
 
 
 @pytest.mark.parametrize("study", ["spur_50_50", "spur_27_35", "physical_pair", "train_idler"])
-def test_random_states_are_those_of_random_initial_values(study):
+def test_wide_states_are_those_of_random_initial_values(study):
     model = load_study(EXAMPLES / f"{study}.toml").model
-    motions, speeds, starts, seed = FollowedMotions(model), [500.0, 900.0, 2000.0], 5, (3, 1)
-    drawn = motions._random_states(speeds, starts, seed)
+    speeds, starts, seed = [500.0, 900.0, 2000.0], 5, (3, 1)
+    drawn = wide_states(model, speeds, [1.0] * 3, starts, seed)
     each, values = np.repeat(speeds, starts), spread(default_box(model), 15, seed)
     expected = initial_states(model, {"speed": each, **values}, coordinates(vary(model, {})))
     assert drawn.shape == expected.shape and np.abs(drawn - expected).max() < 1e-12 < np.ptp(expected, axis=1).min()

@@ -101,7 +101,7 @@ def test_the_sound_has_the_frequency_and_size_of_the_force(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("speed=6000:500", 60.0), "axis speed must run from a smaller to a larger value"),
+    (("speed=6000:500", 60.0), "speed must run from a smaller to a larger value"),
     (("speed=0:500", 60.0), "speed must be greater than 0"),
     (("torque=5:50", 60.0), "speed must be an axis of speed"),
     (("speed=500:6000", 0.001), r"at most 5 % within a period; .* At 500 rpm it would change by .* at least"),

@@ -49,6 +49,7 @@ def test_motions_that_no_start_from_rest_reaches_are_found():
         found = gc.speeds_to_avoid(DESIGN, "6350:7300:20", **options)
         (window,) = found.windows
         assert motions_of(window) == (words,) and window.reached_by == [words] and not window.operation
+        assert (window.share_of_load_changes is None) == bool(options)
         assert window.contact == "loss of contact" and window.start < 7000 < window.stop and found.coarse == ""
         factor = float(found.dataset.dynamic_factor.sel(motion=name).interp(speed=7000))
         assert factor == pytest.approx(float(there.attractor_dynamic_factor[worst]), rel=0.01)

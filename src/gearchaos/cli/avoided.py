@@ -60,9 +60,10 @@ def say_lines(*texts: str) -> None:
 
 def print_avoided(at: SpeedsToAvoid, gears: Any, every: bool) -> None:
     """Print the ranges to avoid; minor ones have rows only with ``every``."""
-    from gearchaos.datasheet.verdict import HEADINGS, beyond_in_words, knocks_in_words, minor_in_words, rows
+    from gearchaos.datasheet.verdict import beyond_in_words, headings, knocks_in_words, minor_in_words, rows
 
-    table = plain_table(*HEADINGS[:_COLUMNS], left=HEADINGS[2:4], gap=1)
+    names = headings(at)
+    table = plain_table(*names[:_COLUMNS], left=names[2:4], gap=1)
     found = rows(at, gears, every)
     for row in found:
         table.add_row(*row[:_COLUMNS])

@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from gearchaos import plot
 from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
 from gearchaos.datasheet.verdict import (
-    HEADINGS,
     at_no_speed,
     beyond_in_words,
     decision,
+    headings,
     jumps,
     keep_out,
     knocks_in_words,
@@ -109,7 +109,7 @@ def _lines(report: Report) -> Iterator[str]:
     yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
     for at in found.at:
         yield from ("", f"To avoid at {at.torque:.6g} N m{f' ({at_no_speed(at)})' if at_no_speed(at) else ''}")
-        for row in [HEADINGS, *rows(at, found.gears)] if at.windows else []:
+        for row in [headings(at), *rows(at, found.gears)] if at.windows else []:
             cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, _COLUMNS, strict=True)]
             for line in zip_longest(*cells, fillvalue=""):
                 yield "".join(f"{value:<{width}}" for value, width in zip(line, _COLUMNS, strict=True))

@@ -15,10 +15,10 @@ from gearchaos.cards.card import card
 from gearchaos.cards.inputs import inputs_in_words
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.verdict import (
-    HEADINGS,
     at_no_speed,
     beyond_in_words,
     decision,
+    headings,
     jumps,
     keep_out,
     knocks_in_words,
@@ -119,7 +119,7 @@ def report_html(report: Report, against: Report | None = None) -> str:
     sides = [_side(each, f"{number}-") for number, each in enumerate(reports)]
     return environment().get_template("report.html.j2").render(
         css=Markup(template("sheet.css") + template("report.css")), sides=sides, title=sides[0]["title"],
-        headings=[heading.replace("\n", " ") for heading in HEADINGS],
+        headings=[heading.replace("\n", " ") for heading in headings(report.found.at[0])],
         differing=[] if against is None else differing_inputs(report.found.gears, against.found.gears),
         beside=against is not None, versions=", ".join(f"{name} {metadata.version(name)}" for name in (
             "gearchaos", "numba", "numpy", "xarray")))

@@ -18,6 +18,7 @@ from gearchaos.studies.quasi_static import ratio_in_words
 from gearchaos.studies.speed_windows import (
     FEW,
     INWARDS,
+    MOTIONS,
     SEVERITIES,
     ends_in_words,
     range_in_words,
@@ -49,9 +50,14 @@ class Row(NamedTuple):
     ends_with: str
 
 
-HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "met", "dynamic\nfactor", "at\nrpm", "root\nN/mm²",
-               "% of load\nchanges", "begins\nwith", "ends\nwith")
-"""Of the columns of a table of ranges to avoid."""
+_HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "met", "dynamic\nfactor", "at\nrpm", "root\nN/mm²",
+                "% of load\nchanges", "begins\nwith", "ends\nwith")
+_STATES = {MOTIONS["load change"]: "load changes", MOTIONS["other"]: "wide states"}
+
+
+def headings(at: SpeedsToAvoid) -> Row:
+    """Of the columns of a table of ranges to avoid."""
+    return _HEADINGS._replace(share="% of wide\nstates") if at.wide else _HEADINGS
 
 
 def torques_in_words(found: Assessment) -> str:
@@ -226,10 +232,11 @@ def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
     if len(part) == 1:
         return f"{where} at {torques}: {first.cause}, {likelihood(first)}"
     torque, worst = max(part, key=lambda pair: _severity(pair[1]))
-    shares = [window.random_states.fraction for _, window in part if window.random_states]
+    states = [window.random_states for _, window in part if window.random_states]
+    shares = [each.fraction for each in states]
     ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
     return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
-        f"; from {' to '.join(ends)} % of load changes, by range and torque" if ends else "")
+        f"; from {' to '.join(ends)} % of {_STATES[states[0].motion]}, by range and torque" if ends else "")
 
 
 def likelihood(window: Window) -> str:
@@ -239,8 +246,8 @@ def likelihood(window: Window) -> str:
         return f"met: {met_in_words(window)}"
     behind = f"{found.states} at {found.speeds} speed{'s' * (found.speeds > 1)}"
     if found.fraction == 1:
-        return f"met: {met_in_words(window)}; after every load change tried, {behind}"
-    return (f"met: {met_in_words(window)}; after {_percent(found.fraction)} % of load changes (95 %: "
+        return f"met: {met_in_words(window)}; after all {_STATES[found.motion]} tried, {behind}"
+    return (f"met: {met_in_words(window)}; after {_percent(found.fraction)} % of {_STATES[found.motion]} (95 %: "
             f"{_interval(found)} %), {behind}")
 
 

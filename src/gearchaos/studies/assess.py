@@ -142,7 +142,7 @@ class Assessment:
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
                 "root_stress": peak_root_stress(self.gears, torque, w.dynamic_factor),
                 "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
-                "reached_by": w.reached_by, "share_of_load_changes": w.random_states and w.random_states.fraction,
+                "reached_by": w.reached_by, "share_of_load_changes": w.share_of_load_changes,
                 "severity": w.severity, "beyond_the_teeth": w.beyond_the_teeth,
                 "random_states": None if w.random_states is None else asdict(w.random_states), "meshes": list(w.meshes),
                 "motions": [each.motion for each in w.reached],

@@ -75,7 +75,8 @@ class Reached:
 @dataclass(frozen=True)
 class RandomStates:
     """The share ``fraction`` of the states after a load change, or of other random initial states, that lead to a
-    motion to avoid, at the ``speeds`` of a range at which there were such ``states``, and its 95 % interval.
+    motion to avoid, at the ``speeds`` of a range at which there were such ``states``, and its 95 % interval. ``motion``
+    is the word of `MOTIONS` for what they are after.
 
     Each speed counts by its `weights_of`, so that the interval is that of Clopper and Pearson for as many states as
     count alike.
@@ -86,6 +87,7 @@ class RandomStates:
     fraction_hi: float
     states: int
     speeds: int
+    motion: str = MOTIONS["load change"]
 
     @classmethod
     def of(cls, part: xr.Dataset) -> RandomStates | None:
@@ -98,7 +100,7 @@ class RandomStates:
         share = float((weights * (drawn["avoided_states"].values / states)).sum() / weights.sum())
         alike = float(weights.sum() ** 2 / (weights**2 / states).sum())
         fraction, low, high = proportion(share * alike, alike).tolist()
-        return cls(fraction, low, high, int(states.sum()), len(states))
+        return cls(fraction, low, high, int(states.sum()), len(states), MOTIONS[str(part["motion"].values[-1])])
 
 
 @dataclass(frozen=True)
@@ -165,9 +167,15 @@ class Window(SpeedRange):
     @property
     def reached_by(self) -> list[str]:
         """What leads to the motions to avoid: rest, rising speed, falling speed, load change."""
-        drawn = self.random_states is not None and self.random_states.fraction > 0
+        drawn = [self.random_states.motion] if self.random_states and self.random_states.fraction > 0 else []
         ways = [by for each in self.reached for by in REACHED_BY.get(each.motion, (each.motion,))]
-        return list(dict.fromkeys(ways + [MOTIONS["load change"]] * drawn))
+        return list(dict.fromkeys(ways + drawn))
+
+    @property
+    def share_of_load_changes(self) -> float | None:
+        """The share of load changes that leads to the motions to avoid; None where none were drawn."""
+        found = self.random_states
+        return found.fraction if found and found.motion == MOTIONS["load change"] else None
 
     @property
     def may_be_missed(self) -> bool:
@@ -353,7 +361,7 @@ class SpeedsToAvoid:
             "tried": self.tried, "resolution": self.resolution, "coarse": self.coarse,
             "computed": {**asdict(self.largest), "count": ds.sizes["speed"]},
             "ranges": [{**asdict(each), "depends_on_history": each.depends_on_history, "reached_by": each.reached_by,
-                        "share_of_load_changes": each.random_states and each.random_states.fraction}
+                        "share_of_load_changes": each.share_of_load_changes}
                        for each in self.windows],
             "beyond_the_teeth": self.teeth_bear, "knocks": [knock.document(self.torque) for knock in self.knocks],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},

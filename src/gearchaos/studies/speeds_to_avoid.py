@@ -389,7 +389,7 @@ def speeds_to_avoid(
     >>> [each.words for each in found.windows]
     ['860 to 941 rpm', '1057 to 1164 rpm', '1201 to 1250 rpm']
     >>> [each.motion for each in found.windows[-1].reached], found.windows[-1].to_scan_end
-    (['other initial states'], True)
+    (['load change'], True)
     """
     axis = range_of_speeds(speed)
     at_start = loaded(design, torque).at(speed=axis.start)

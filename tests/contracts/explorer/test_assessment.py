@@ -6,14 +6,14 @@ from dataclasses import replace
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.verdict import rows, usable_in_words, verdict, worst
+from gearchaos.datasheet.verdict import decision, rows, usable_in_words, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs.assessment import assessed
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.plot._assessment import meaning
 from gearchaos.studyfile import load_design, load_study
 from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
@@ -27,7 +27,7 @@ LINE = SpeedLine(VIEW)
 
 @pytest.fixture(scope="module")
 def found():
-    """The assessment of `LINE`: a range to avoid, in which the history decides, between two usable ones."""
+    """The assessment of `LINE`: a range to avoid, to which load changes lead, between two usable ones."""
     *shares, last = assessed(LINE)
     assert all(0 <= share <= 1 for share in shares)
     return last
@@ -36,7 +36,7 @@ def found():
 def test_the_numbers_are_those_of_assess(found):
     expected = gc.assess(load_design(SPUR), "786:822", 100)
     assert json.dumps(found.document()) == json.dumps(expected.document())
-    assert [(round(w.start), round(w.stop), w.depends_on_history) for _, w in found.avoid] == [(791, 808, True)]
+    assert [(round(w.start), round(w.stop), w.operation) for _, w in found.avoid] == [(791, 808, False)]
 
 
 @pytest.mark.parametrize(("stiffness", "axis"), [("harmonics", "c1"), ("tooth pairs", "relief")])
@@ -89,10 +89,11 @@ def test_pairs_and_trains_come_back_to_their_torque(view):
 def test_words_and_rows_are_those_of_the_command(found):
     text = assessment_text(found, LINE, VIEW, Units(VIEW.gears, True))
     (at,) = found.at
-    assert [sentence.lower() for sentence in text.sentences[:2]] == [f"{s(found)}.".lower() for s in (verdict, worst)]
-    assert text.other == "" and found.tried in text.tried and "dynamic factor 1.75" in text.sentences[2].lower()
-    (row,) = rows(at)
-    assert text.avoid == [(CONTACT_CLASSES[1].colour, True, [*row[:3], *row[5:]])]  # no room for events at the edges
+    *said, at_rest = [sentence.lower() for sentence in text.sentences]
+    assert said == [f"{sentence}.".lower() for sentence in (*decision(found), worst(found))]
+    assert text.other == "" and found.tried in text.tried and "dynamic factor 1.75" in at_rest
+    (row,) = rows(at, found.gears)
+    assert text.avoid == [(meaning(at.windows[0])[1], True, list(row[:8]))]  # no room for events at the edges
     assert len(text.headings) == len(text.avoid[0][2])
     assert [words for _, words in text.usable] == usable_in_words(at.usable, found.speeds)
     (window,), middles = at.windows, places(found)
@@ -119,14 +120,14 @@ def test_bars_over_the_map_are_at_the_ranges_and_their_torque(found):
     for view in (VIEW, VIEW.with_value("torque", 120.0)):
         bars, stripes, line = drawn(found, view)
         assert (bars["x0"], bars["x1"], bars["y0"], bars["y1"]) == ([start], [stop], [100.0], [100.0])
-        assert stripes == bars and bars["colour"] == [CONTACT_CLASSES[1].colour]
+        assert stripes == bars and bars["colour"] == [meaning(window)[1]]
         assert (line["x0"], line["x1"], line["y0"]) == ([786.0], [822.0], [100.0])
     bars, *_ = drawn(found, VIEW.with_axis("x", "torque"))
     assert (bars["y0"], bars["y1"], bars["x0"]) == ([start], [stop], [100.0])
     for view in (VIEW.with_axis("x", "zeta"), VIEW.with_axis("y", "zeta").with_value("torque", 120.0)):
         assert all(not part["x0"] for part in drawn(found, view))
-    (at,) = found.at  # there are no stripes where the history does not decide
-    one = replace(found, at=(replace(at, windows=tuple(replace(each, history=None) for each in at.windows)),))
+    (at,) = found.at  # stripes are where a load change alone leads
+    one = replace(found, at=(replace(at, windows=tuple(replace(each, operation=True) for each in at.windows)),))
     bars, stripes, _ = drawn(one, VIEW)
     assert len(bars["x0"]) == 1 and stripes["x0"] == []
 
@@ -163,4 +164,4 @@ def test_a_train_has_no_quasi_static_ratio_and_its_json_is_strict():
     (content, *_), = export.assessment("json", one, SpeedLine(view))
     assert json.loads(content, parse_constant=pytest.fail)["quasi_static_ratio"] == [None]
     text = assessment_text(one, SpeedLine(view), view, Units(view.gears, True))
-    assert len(text.sentences) == 2
+    assert len(text.sentences) == 3 and not any("speed 0" in sentence for sentence in text.sentences)

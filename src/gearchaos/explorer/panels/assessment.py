@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from bokeh.models import ColumnDataSource, Segment
 
-from gearchaos.datasheet.verdict import HEADINGS, Row, at_no_speed, decision, rows, usable_in_words, worst
+from gearchaos.datasheet.verdict import Row, at_no_speed, decision, headings, rows, usable_in_words, worst
 from gearchaos.explorer.panels.style import SetAttributes, Units, title
 from gearchaos.explorer.view.models import value_on
 from gearchaos.explorer.view.speed_line import SpeedLine
@@ -91,7 +91,7 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
              for window, row in zip(at.windows, rows(at, found.gears), strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))
               if (words := usable_in_words([part], found.speeds))]
-    return AssessmentText(other, sentences, _shown(HEADINGS), avoid, usable,
+    return AssessmentText(other, sentences, _shown(headings(at)), avoid, usable,
                           f"Tried: {found.tried}; a motion that few states lead to can be missed.")
 
 
