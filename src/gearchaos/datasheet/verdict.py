@@ -158,8 +158,8 @@ def _usable(found: Assessment) -> list[str]:
                    + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
     if not any(each.load_change for each in found.at):
         return out[:1]
-    ranges = out[0].partition(":")[2]
-    return [f"usable in operation and also after a load change:{ranges}"] if out[1].endswith(f":{ranges}") else out
+    same = out[0].partition(":")[2]
+    return [f"usable in operation and also after a load change:{same}"] if out[1].endswith(f":{same}") else out
 
 
 def _percent_of_speeds(share: float) -> str:
