@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.datasheet.quantities import Entry, datasheet, with_scanned_speeds
+from gearchaos.datasheet.quantities import Entry, datasheet, pair_title, with_scanned_speeds
 from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
@@ -17,7 +17,7 @@ from gearchaos.gears.units import RPM, measured
 from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speed_windows import SpeedsToAvoid, Window
+    from gearchaos.studies.speed_windows import SpeedsToAvoid
 
 # speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
 # excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2
@@ -223,25 +223,6 @@ def default_speeds(design: GearDesign) -> str:
     fast, own = FAST / (design.geometry.reference_diameter[0] / 2) / RPM, design.speed or start
     stop = max(min(stop, fast), 1.1 * own)
     return f"{float(f'{min(start, own):.2g}'):g}:{float(f'{stop:.3g}'):g}:{_SCANNED_COUNT}"
-
-
-def pair_title(design: GearDesign) -> str:
-    """Kind, teeth and module of a pair."""
-    kind = "Helical" if design.helix_angle else "Spur"
-    return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words with commas, and "and" before the last."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
-
-
-def edges(window: Window) -> tuple[str, str]:
-    """Both ends of a range to avoid, in rpm, rounded outwards; an end of the computed speeds is marked, beyond which it
-    may go on.
-    """
-    start, stop = window.ends
-    return f"{'≤ ' * window.from_scan_start}{start}", f"{'≥ ' * window.to_scan_end}{stop}"
 
 
 def _both(values: tuple[float, float], factor: float = 1.0) -> str:

@@ -360,3 +360,9 @@ _GROUPS: dict[str, dict[str, _Row]] = {
                                 "ISO 6336-1:2006, 6.4.2, (9)")},
     "Dynamic factor": {name: row for each in standards() for name, row in _standard_rows(each).items()},
 }
+
+
+def pair_title(design: GearDesign) -> str:
+    """Kind, teeth and module of a pair."""
+    kind = "Helical" if design.helix_angle else "Spur"
+    return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gearchaos.datasheet.answer import edges, listed, pair_title
+from gearchaos.datasheet.quantities import pair_title
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
@@ -58,6 +58,19 @@ _STATES = {MOTIONS["load change"]: "load changes", MOTIONS["other"]: "wide state
 def headings(at: SpeedsToAvoid) -> Row:
     """Of the columns of a table of ranges to avoid."""
     return _HEADINGS._replace(share="% of wide\nstates") if at.wide else _HEADINGS
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words with commas, and "and" before the last."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+
+
+def edges(window: Window) -> tuple[str, str]:
+    """Both ends of a range to avoid, in rpm, rounded outwards; an end of the computed speeds is marked, beyond which it
+    may go on.
+    """
+    start, stop = window.ends
+    return f"{'≤ ' * window.from_scan_start}{start}", f"{'≥ ' * window.to_scan_end}{stop}"
 
 
 def torques_in_words(found: Assessment) -> str:

@@ -11,9 +11,9 @@ import pytest
 from gearchaos.cli.avoided import print_avoided
 from gearchaos.cli.datasheets import print_datasheets
 from gearchaos.cli.output import plain_table, print_table
-from gearchaos.datasheet.answer import Answer, default_speeds, edges
+from gearchaos.datasheet.answer import Answer, default_speeds
 from gearchaos.datasheet.page import sheet_html
-from gearchaos.datasheet.verdict import at_no_speed
+from gearchaos.datasheet.verdict import at_no_speed, edges
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.units import RPM, measured

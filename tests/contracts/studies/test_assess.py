@@ -16,12 +16,13 @@ from matplotlib.figure import Figure
 import gearchaos as gc
 from gearchaos.cli.avoided import print_avoided
 from gearchaos.cli.datasheets import print_answers, print_datasheets
-from gearchaos.datasheet.answer import Answer, edges
+from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
 from gearchaos.datasheet.verdict import (
     beyond_in_words,
     decision,
+    edges,
     headings,
     keep_out,
     knocks_in_words,
