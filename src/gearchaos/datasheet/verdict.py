@@ -19,6 +19,7 @@ from gearchaos.studies.speed_windows import (
     FEW,
     INWARDS,
     MOTIONS,
+    OPERATION,
     SEVERITIES,
     ends_in_words,
     range_in_words,
@@ -107,9 +108,11 @@ def decision(found: Assessment) -> list[str]:
     at, where, torques = found.at, scanned(found), torques_in_words(found)
     criterion, change = at[0].criterion, at[0].load_change
     windows = [window for each in at for window in each.windows]
+    met = [(part[0].reach[0], _stop(part)) for part in _merged([each for each in windows if each.operation])]
     out = []
     for operation in (True, False):
-        own = [window for window in windows if window.operation == operation]
+        own = [window for window in windows if window.operation == operation and (operation or not any(
+            low <= window.reach[0] and window.reach[1] <= high for low, high in met))]
         if not operation and not change:
             break
         named = _ranges(own)
@@ -126,13 +129,9 @@ def decision(found: Assessment) -> list[str]:
 
 def _ranges(windows: Sequence[Window]) -> str:
     """Ranges to avoid, those that overlap as one, the widest by name and minor ones gathered."""
-    merged: list[list[Window]] = []
-    for window in sorted(windows, key=lambda each: each.reach):
-        if merged and window.reach[0] <= max(each.reach[1] for each in merged[-1]):
-            merged[-1].append(window)
-        else:
-            merged.append([window])
-    wide = sorted((part for part in merged if not all(each.minor for each in part)), key=_reach)[-_MOST_RANGES:]
+    merged = _merged(windows)
+    wide = sorted((part for part in merged if not all(each.minor for each in part)),
+                  key=lambda part: _stop(part) - part[0].reach[0])[-_MOST_RANGES:]
     shown = [f"{edges(part[0])[0]} to {edges(max(part, key=lambda each: each.reach[1]))[1]}"
              for part in merged if part in wide]
     more = len(merged) - len(wide)
@@ -141,8 +140,19 @@ def _ranges(windows: Sequence[Window]) -> str:
     return " and ".join(filter(None, [words, few]))
 
 
-def _reach(part: Sequence[Window]) -> float:
-    return max(window.reach[1] for window in part) - part[0].reach[0]
+def _merged(windows: Sequence[Window]) -> list[list[Window]]:
+    """Those that overlap as one, in rising order of their starts."""
+    out: list[list[Window]] = []
+    for window in sorted(windows, key=lambda each: each.reach):
+        if out and window.reach[0] <= _stop(out[-1]):
+            out[-1].append(window)
+        else:
+            out.append([window])
+    return out
+
+
+def _stop(part: Sequence[Window]) -> float:
+    return max(window.reach[1] for window in part)
 
 
 def _at_worst(windows: Sequence[Window]) -> str:
@@ -186,10 +196,12 @@ def worst(found: Assessment) -> str:
     if math.isnan(part.dynamic_factor):
         return f"all motions found are {BEYOND}"
     there = at.dataset.sel(speed=part.speed_of_largest)
-    contact = there["contact"].values[there["dynamic_factor"].values == part.dynamic_factor].max()
-    meaning = ", where the teeth hit both flanks" * int(contact == 2)
+    there = there.isel(motion=there["dynamic_factor"].values == part.dynamic_factor)
+    meaning = ", where the teeth hit both flanks" * int(there["contact"].values.max() == 2)
+    motions = there["motion"].values.tolist()
+    after = "" if set(motions) & set(OPERATION) else f" ({MOTIONS[motions[0]]})"
     root = root_in_words(found.gears, at.torque, part.dynamic_factor)
-    return (f"the largest dynamic factor is {measured(part.dynamic_factor, 3)}{root}, at "
+    return (f"the largest dynamic factor{after} is {measured(part.dynamic_factor, 3)}{root}, at "
             f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{_largest_root(found, at.torque)}")
 
 

@@ -22,9 +22,11 @@ from gearchaos.studies.speed_windows import SEVERITIES, SpeedsToAvoid, Window
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-_COLOURS = dict(zip(SEVERITIES, (
-    CONTACT_CLASSES[0].colour, "#f2c14e", *(each.colour for each in CONTACT_CLASSES[1:3]), MOTION_CLASSES[-1].colour),
+COLOURS = dict(zip(SEVERITIES, (
+    CONTACT_CLASSES[0].colour, "#f7e7a3", "#e59a1f", CONTACT_CLASSES[2].colour, MOTION_CLASSES[-1].colour),
     strict=True))
+"""Of what happens in a range to avoid, on a light background."""
+
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
 _PALE = 0.45  # opacity of a range that operation does not meet
@@ -133,7 +135,7 @@ def _between(torques: np.ndarray) -> np.ndarray:
 
 def meaning(window: Window) -> tuple[str, str]:
     """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
-    return window.severity, _COLOURS[window.severity]
+    return window.severity, COLOURS[window.severity]
 
 
 def bar(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:

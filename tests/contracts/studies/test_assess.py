@@ -33,8 +33,7 @@ from gearchaos.datasheet.verdict import (
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.units import measured
-from gearchaos.plot._assessment import _COLOURS as COLOURS
-from gearchaos.plot._assessment import draw_factors
+from gearchaos.plot._assessment import COLOURS, draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import speed_windows as windows
@@ -154,12 +153,23 @@ def test_what_a_load_change_adds_has_a_sentence_of_its_own(found):
     *same, usable = said(second)
     assert same[1] == "where there may be a reversal of the load, avoid nothing more"
     assert usable == both[2].replace("in operation", "in operation and also after a load change")
+    inside = after_load_change(hard, start=600.0, stop=620.0)  # of a range at another torque
+    assert said(inside, second)[1:2] == same[1:2] != said(replace(inside, stop=630.0), second)[1:2]
     nothing = said(hard)
     assert nothing[0] == ("at 100 N m no speed from 500 to 700 rpm is to be avoided in operation: none was found at "
                           "which the teeth separate")
     wide = found.at[0].dataset.assign_coords(motion=[*found.at[0].dataset.motion.values[:-1], "other"])
     assert said(hard, change="any state of wide ranges is met", dataset=wide)[1].startswith(
         "where any state of wide ranges is met, avoid also 531 to 559 rpm")
+
+
+def test_the_largest_factor_says_where_a_load_change_alone_has_it(found):
+    at = found.at[0]
+    assert worst(found).startswith("the largest dynamic factor is 2.28 (root")
+    factor = at.dataset["dynamic_factor"].copy()
+    factor.loc[{"motion": "load change", "speed": at.largest.speed_of_largest}] = 9.0
+    one = replace(at, dataset=at.dataset.assign(dynamic_factor=factor))
+    assert worst(replace(found, at=(one,))).startswith("the largest dynamic factor (load change) is 9 (root")
 
 
 def test_many_ranges_are_gathered_in_a_sentence(found):
