@@ -24,7 +24,7 @@ _OTHERS = {
     "Axis": "studies.axis", "Classification": "dynamics.settings", "Verdict": "studies.regime",
     "orbit": "continuation.orbit", "orbits": "continuation.orbit",
     "agreement": "studies.agreement", "static_deflection": "model.static",
-    "natural_frequencies": "studies.natural_frequencies",
+    "natural_frequencies": "studies.natural_frequencies", "open": "studyfile.loading",
     "steady": "studies.regime", "operating_map": "studies.speed_and_torque",
     "dynamic_factor": "studies.speed_and_torque", "speeds_to_avoid": "studies.speeds_to_avoid",
     "assess": "studies.assess",

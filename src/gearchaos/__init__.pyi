@@ -74,6 +74,7 @@ from gearchaos.studies.speed_and_torque import dynamic_factor as dynamic_factor
 from gearchaos.studies.speed_and_torque import operating_map as operating_map
 from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
 from gearchaos.studies.zones import Zones as _Zones
+from gearchaos.studyfile.loading import open as open
 
 __version__: str
 

@@ -306,9 +306,11 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     import xarray as xr
 
-    if not Path(path).is_file() or Path(path).suffix.lower() in (CSV_SUFFIX, *UFF_SUFFIXES):
+    if not Path(path).is_file() or Path(path).suffix.lower() in (CSV_SUFFIX, *UFF_SUFFIXES, ".toml"):
         advice = "There is no such file."
-        if Path(path).is_file():
+        if Path(path).suffix.lower() == ".toml" and Path(path).is_file():
+            advice = "gearchaos.open reads the gears or the model of a study file."
+        elif Path(path).is_file():
             advice = "It lacks the model and the settings: save the result as NetCDF too."
         elif Path(path).is_dir():
             advice = "gearchaos.load reads the folder of a run."

@@ -1,15 +1,18 @@
 """Trains whose meshes stay in contact: natural modes and forced motions of linear systems, in closed form."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.train.modes import modes
+from tests import EXAMPLES
 
 
 def mesh(a: str, b: str, z1: int, z2: int, **values: Any) -> gc.Mesh:
@@ -100,6 +103,30 @@ def test_one_mesh_has_the_frequency_and_the_damping_ratio_of_its_pair():
         gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)]))
     assert found.natural_frequency.values == pytest.approx([0, pair.omega0 / (2 * math.pi)], abs=1e-3)
     assert float(found.damping_ratio[1]) == pytest.approx(pair.to_model().zeta, rel=1e-12)
+    for law in ("always", "unilateral"):
+        own = gc.natural_frequencies(replace(pair, damping_law=law))
+        for name in ("natural_frequency", "damping_ratio", "strain_energy", "order"):
+            assert np.array_equal(own[name], found[name], equal_nan=True)
+
+
+def test_a_pair_on_supports_has_the_frequencies_of_its_matrices():
+    pair = gc.open(EXAMPLES / "physical_pair.toml")
+    pair = replace(pair, R2=pair.R1 * pair.n2 / pair.n1)  # a train takes the ratio of the numbers of teeth
+    found = gc.natural_frequencies(pair)
+    row = np.array([pair.R1, 1.0, pair.R2, 1.0])
+    stiffness = 1.075 * pair.c0 * np.outer(row, row) + np.diag([0, pair.c1, 0, pair.c2])  # the mean over time
+    mass = np.diag([pair.I1, pair.m1, pair.I2, pair.m2])
+    squares = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
+    assert found.natural_frequency.values[1:] == pytest.approx(np.sqrt(squares[1:]) / (2 * np.pi), rel=1e-9)
+    assert found.speed == pair.speed and found.rigid.values.tolist() == [True, False, False, False]
+
+
+def test_a_design_without_speed_has_its_frequencies_at_its_main_resonance():
+    design = replace(gc.open(EXAMPLES / "spur_50_50.toml"), speed=None)
+    found = gc.natural_frequencies(design)
+    pair = design.at(speed=float(found.speed)).to_pair()
+    assert pair.mesh_frequency == pytest.approx(pair.omega0, rel=1e-12)
+    assert found.order.values.tolist() == [50.0]
 
 
 def test_a_body_on_a_damped_support_and_the_wheel_that_it_meets():
@@ -126,7 +153,7 @@ def test_stops_act_where_a_shaft_has_no_spring(shaft, frequency):
 
 
 def test_what_is_no_train_has_no_frequencies():
-    with pytest.raises(InputError, match="must be a Train"):
+    with pytest.raises(InputError, match="gears must be a Train, a GearDesign or a GearPair"):
         gc.natural_frequencies(gc.MeshModel())
 
 

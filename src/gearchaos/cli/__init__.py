@@ -13,7 +13,7 @@ from gearchaos.errors import InputError
 
 # isort: off
 # Importing a module adds its commands to the application; --help lists its groups, and what is in them, in this order.
-from gearchaos.cli import gears, assess, studies, explore, runs, proofs, installation  # noqa: F401
+from gearchaos.cli import gears, assess, modes, studies, explore, runs, proofs, installation  # noqa: F401
 # isort: on
 
 __all__ = ["app", "main"]

@@ -1,30 +1,37 @@
-"""Natural frequencies and modes of a gear train, and the orders that excite them."""
+"""Natural frequencies and modes of given gears, and the orders that excite them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operating import as_model, is_design
+from gearchaos.gears.pair import GearPair
 from gearchaos.gears.train.modes import modes
 from gearchaos.gears.train.train import Train
+from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.gears.design.gear_design import GearDesign
 
-def natural_frequencies(train: Train) -> xr.Dataset:
-    """Natural frequencies and modes of a train whose meshes are all in contact, at their mean stiffnesses.
+
+def natural_frequencies(gears: Train | GearDesign | GearPair) -> xr.Dataset:
+    """Natural frequencies and modes of gears whose meshes are all in contact, at their mean stiffnesses.
 
     Backlash, the variation of the stiffness and the coupling of modes by damping are left out. Stops of a shaft act
     where it has no spring beside them.
 
     Parameters
     ----------
-    train : Train
+    gears : Train, GearDesign or GearPair
+        A pair is a train of the bodies wheel1 and wheel2. The speed of a design without one is that of its main
+        resonance.
 
     Returns
     -------
@@ -39,7 +46,7 @@ def natural_frequencies(train: Train) -> xr.Dataset:
     Raises
     ------
     InputError
-        For anything but a `Train`.
+        For anything else, or a design that lacks an input of its model.
 
     Examples
     --------
@@ -52,8 +59,15 @@ def natural_frequencies(train: Train) -> xr.Dataset:
     >>> found.natural_frequency.values.round(2).tolist(), found.rigid.values.tolist()
     ([0.0, 159.15, 275.66], [True, False, False])
     """
-    if not isinstance(train, Train):
-        raise InputError("train", "must be a Train", f"a {type(train).__name__}")
+    if is_design(gears) and gears.speed is None:
+        pair = gears.at(speed=1.0).to_pair()
+        gears = gears.at(speed=pair.omega0 / pair.n1 / RPM)
+    if is_design(gears) or isinstance(gears, GearPair):
+        train = replace(gears, damping_law="contact").to_train()  # laws differ where contact is lost
+    elif isinstance(gears, Train):
+        train = gears
+    else:
+        raise InputError("gears", "must be a Train, a GearDesign or a GearPair", f"a {type(gears).__name__}")
     found = modes(train)
     bodies, elements = ("mode", "body"), ("mode", "element")
     values: dict[str, tuple[tuple[str, ...], Any]] = {
@@ -69,4 +83,4 @@ def natural_frequencies(train: Train) -> xr.Dataset:
     coords = {"mode": np.arange(1, len(found.frequency) + 1), "body": [body.name for body in train.bodies],
               "element": list(found.elements), "excitation": list(orders)}
     return new_dataset(data, {n: variable(n, (n,), np.asarray(v)) for n, v in coords.items()},
-                       provenance("natural_frequencies", as_model(train)))
+                       provenance("natural_frequencies", as_model(gears)))

@@ -5,7 +5,7 @@ A file has ``[model]`` (with ``[model.error]`` and ``[model.stiffness]``), ``[ge
 ``StudyFile.model_json_schema()`` describes the layout.
 """
 
-from gearchaos.studyfile.loading import LoadedStudy, load_design, load_study, parse_set, parse_value
+from gearchaos.studyfile.loading import LoadedStudy, load_design, load_study, open, parse_set, parse_value
 from gearchaos.studyfile.tables import StudyFile
 
-__all__ = ["LoadedStudy", "StudyFile", "load_design", "load_study", "parse_set", "parse_value"]
+__all__ = ["LoadedStudy", "StudyFile", "load_design", "load_study", "open", "parse_set", "parse_value"]

@@ -146,6 +146,43 @@ def load_study(
     return LoadedStudy(model, study_kind, options, settings, least, described)
 
 
+def open(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Any:
+    """The gears or the model that a study file describes.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file with ``[design]``, ``[gearpair]``, ``[train]`` or ``[model]``.
+    values : mapping, optional
+        Values by name that replace those of the file, as of ``--set``: ``{"design.damping_ratio": 0.03}``.
+
+    Returns
+    -------
+    GearDesign, GearPair, Train or MeshModel
+        A design may be without speed and torque.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or an input is missing or wrong.
+
+    Examples
+    --------
+    >>> import gearchaos as gc
+    >>> from tempfile import TemporaryDirectory
+    >>> from pathlib import Path
+    >>> with TemporaryDirectory() as folder:
+    ...     Path(f"{folder}/model.toml").write_text("[model]\\nomega = 0.8")
+    ...     gc.open(f"{folder}/model.toml").omega
+    19
+    0.8
+    """
+    if _read(Path(path)).design is not None:
+        return load_design(path, values)
+    model = load_study(path, values).model
+    return gears_of(model) or model
+
+
 def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> GearDesign:
     """The design that a file describes, which may be without speed and torque; raises `InputError` if it has none.
 

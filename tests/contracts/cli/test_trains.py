@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.errors import InputError
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
@@ -95,3 +96,37 @@ def test_what_takes_no_train_says_so(command, field):
 def test_torques_that_no_longer_balance_are_refused():
     assert "-30 N m would balance them" in refused("regime", IDLER, "--set", "pump.torque=-29")
     assert ask("simulate", IDLER, "--set", "torque=10", "--periods", 1).exit_code == 0
+
+
+def test_modes_are_said_with_the_speeds_that_meet_them(tmp_path):
+    path = EXAMPLES / "train_two_stage.toml"
+    result = ask("modes", path, "--plot", tmp_path / "campbell.png", "--out", tmp_path / "m.nc")
+    lines = result.stdout.splitlines()
+    assert " ".join(result.stdout.split()).startswith("lowest natural frequency 570.47 Hz, met by mesh frequencies at "
+                                                      "1711.4 rpm (first), 3422.8 rpm (second) of motor")
+    assert max(map(len, lines)) <= 80 and (tmp_path / "campbell.png").stat().st_size > 10_000
+    train, found = gc.open(path), gc.load(tmp_path / "m.nc")
+    rigid, lowest, *_ = run_json("modes", path)["modes"]
+    assert found.equals(gc.natural_frequencies(train)) and rigid["damping_ratio"] is None and rigid["met_at"] == {}
+    assert lowest["frequency"] == found.natural_frequency[1] and lowest["damping_ratio"] == found.damping_ratio[1]
+    assert lowest["shares"] == {
+        **{str(n): float(found.kinetic_energy.sel(body=n)[1]) for n in found.body.values},
+        **{str(n): float(found.strain_energy.sel(element=n)[1]) for n in found.element.values}}
+    at = lowest["met_at"]["mesh first"]
+    assert at / 60 * float(train.mesh_order(train.meshes[0])) == pytest.approx(lowest["frequency"], rel=1e-12)
+    assert "must have a table [design], [gearpair] or [train]" in refused("modes", EXAMPLES / "fig02.toml")
+
+
+@pytest.mark.parametrize(("name", "kind"), [
+    ("spur_50_50", gc.GearDesign), ("physical_pair", gc.GearPair), ("train_idler", gc.Train), ("fig02", gc.MeshModel)])
+def test_a_file_is_opened_as_what_it_describes(name, kind):
+    path = EXAMPLES / f"{name}.toml"
+    assert type(gc.open(path)) is kind
+    with pytest.raises(InputError, match=r"must be a NetCDF file; .* gearchaos.open reads"):
+        gc.load(path)
+
+
+def test_values_replace_those_of_an_opened_file():
+    design = gc.open(EXAMPLES / "spur_50_50.toml", {"design.damping_ratio": 0.02, "speed": 900.0})
+    assert (design.damping_ratio, design.speed) == (0.02, 900.0)
+    assert gc.open(EXAMPLES / "fig02.toml", {"omega": 0.5}).omega == 0.5

@@ -277,18 +277,7 @@ class GearDesign(Drawing, HasCard):
 
     def to_train(self) -> Train:
         """This pair as a train of the bodies wheel1 and wheel2, which can contain what repeats once per turn."""
-        from gearchaos.gears.train.train import Train  # many modules, for teeth that differ alone
-
-        pair, (z1, z2) = self.to_pair(), self.teeth
-        bodies = [{"name": f"wheel{n}", "inertia": inertia, "torque": torque} for n, inertia, torque in (
-            (1, pair.I1, pair.M10), (2, pair.I2, -pair.M10 * z2 / z1))]
-        mesh: dict[str, Any] = {"between": ("wheel1", "wheel2"), "design": self}
-        if not pair.rigid:
-            mesh["line_of_action"] = 0.0
-            for n, body in enumerate(bodies, 1):
-                support = {"stiffness": getattr(pair, f"c{n}"), "damping": getattr(pair, f"k{n}"), "direction": 0.0}
-                body |= {"mass": getattr(pair, f"m{n}"), "support": support}
-        return Train(speed=self.speed, bodies=bodies, meshes=[mesh], damping_law=self.damping_law)
+        return self.to_pair().to_train(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:
