@@ -109,6 +109,42 @@ def test_one_mesh_has_the_frequency_and_the_damping_ratio_of_its_pair():
             assert np.array_equal(own[name], found[name], equal_nan=True)
 
 
+def connected(speed: float, stiff: float, inertias: dict[str, float], shafts: dict[str, float],
+              meshes: dict[str, tuple[int, int]]) -> gc.Train:
+    """A train whose meshes are so ``stiff``, N m/rad, that they only couple angles."""
+    return gc.Train(
+        speed=speed, bodies=[gc.Body(name=name, inertia=inertia) for name, inertia in inertias.items()],
+        shafts=[gc.Shaft(between=ends.split(), stiffness=k) for ends, k in shafts.items()],
+        meshes=[gc.Mesh(between=ends.split(), teeth=z, base_radii=(1.0, z[1] / z[0]), stiffness=stiff, backlash=1e-4)
+                for ends, z in meshes.items()])
+
+
+STEEL = 68e9 * math.pi / 32  # G π/32
+INCH_POUND = 0.11298  # N m
+
+
+@pytest.mark.parametrize(("train", "frequencies", "digits"), [
+    # M. I. Friswell and others, Dynamics of Rotating Machines (2010): geared shafts, and its section 9.6.3
+    (connected(600, 1e9, {"motor": 4e-4, "a": 25e-6, "b": 25e-6, "rotor1": 7e-4, "rotor2": 7e-4},
+               {"motor a": 1e4, "b rotor1": 5e3, "a rotor2": 5e3}, {"a b": (20, 20)}), [425.4, 634.1, 3247.2], 0.05),
+    (connected(600, 1e12, {"drive": 3200, "a": 200, "b": 200, "c": 800, "d": 800, "load1": 450, "load2": 450},
+               {"drive a": STEEL * 0.2**4 / 2.5, "c load1": STEEL * 0.25**4 / 3.5, "d load2": STEEL * 0.25**4 / 3.5},
+               {"a b": (50, 50), "a c": (50, 80), "b d": (50, 80)}), [10.304, 20.479, 24.423], 5e-4),
+    # E. J. Gunter, W. J. Chen, Introduction to Dynamics of Rotor-Bearing Systems (2001), example 8.1, in cycles per
+    # minute: a propeller, a bull gear, and two turbines behind intermediate gears
+    (connected(85, 1e13, {n: v * INCH_POUND for n, v in {
+        "propeller": 2.454e6, "bull": 0.826e6, "low1": 0.02, "low2": 1.283e4, "low3": 0.02, "lowturbine": 1.509e4,
+        "high1": 0.02, "high2": 2.723e4, "high3": 0.02, "highturbine": 2.612e2}.items()},
+        {n: v * INCH_POUND for n, v in {
+            "propeller bull": 826e6, "low1 low2": 203.94e6, "low3 lowturbine": 30.51e6, "high1 high2": 24.17e6,
+            "high3 highturbine": 14.26e6}.items()},
+        {"bull low1": (94094, 10000), "low2 low3": (400424, 94094), "bull high1": (94094, 10000),
+         "high2 high3": (782365, 94094)}), np.array([177.7, 220.2, 1282.6]) / 60, 0.1 / 60)])
+def test_published_geared_systems(train, frequencies, digits):
+    found = gc.natural_frequencies(train)
+    assert found.natural_frequency.values[~found.rigid.values][:3] == pytest.approx(frequencies, abs=digits)
+
+
 def test_a_pair_on_supports_has_the_frequencies_of_its_matrices():
     pair = gc.open(EXAMPLES / "physical_pair.toml")
     pair = replace(pair, R2=pair.R1 * pair.n2 / pair.n1)  # a train takes the ratio of the numbers of teeth
