@@ -115,10 +115,11 @@ def regime(
     loaded = options.load(study, sets, physical)
     if prove:
         proofs.check_can_prove(loaded.model)
+    from gearchaos.studies.price import announce
     from gearchaos.studies.regime import Regime
 
     chosen = loaded.study(Regime)
-    chosen.cost.announce()
+    announce(chosen)
     verdict = chosen.verdict()
     proof = proofs.prove(verdict) if prove else None
     if proof is not None:

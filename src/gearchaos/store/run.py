@@ -28,6 +28,7 @@ from gearchaos.store.read import results
 from gearchaos.store.record import differences, to_record
 from gearchaos.store.store import STUDY, ArraySpec, Store, create, open_store, versions, write_finished, write_metadata
 from gearchaos.store.tiles import Grid, divide, with_blocks
+from gearchaos.studies.price import announce
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studies.study import Study
 
@@ -176,7 +177,7 @@ def run_into_store(
     with write_lock(objects, shard):
         if store is None:
             objects.check_creatable()
-            study.cost.announce(progress)
+            announce(study, progress)
             if objects.get(STUDY) is None:
                 _create(study, objects, divide(study, tile), shard)
             store = _opened(study, objects, None, False)
@@ -210,7 +211,7 @@ def _opened(study: Study, objects: Objects, tile: int | None, progress: bool) ->
                          + ". Give another --out, or the values in the store.")
     if progress:
         done = sum(map(partial(State.of(store).done, store), range(store.grid.block_count)))
-        study.cost.announce(not done)
+        announce(study, not done)
         _say(f"{objects}: {done} of {store.grid.count} tiles are done already", progress)
         for line in differences(store.versions, versions(study)):
             _say(f"warning: the store was begun with other versions, {line}; results may differ in the last digits",

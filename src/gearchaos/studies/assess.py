@@ -16,9 +16,10 @@ from gearchaos.studies.axis import Axis
 from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.load_change import REVERSAL
 from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
+from gearchaos.studies.price import announce
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
-from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, search_cost, search_torques, summarised
+from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, SpeedSearch, summarised
 
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),
@@ -220,11 +221,11 @@ def assess(
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
     base = checked_operating_model(as_model(gears)).with_values(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
-    search_cost(base, axis, len(torques), criteria).announce(progress, threads)
     own = base.value("torque") if base.kind != "train" else None
     _check_load(own)
-    found = search_torques(base, axis.values.tolist(), [own if t is None else t for t in torques], criteria,
-                           progress=progress, threads=threads)
+    search = SpeedSearch(base, axis, [own if t is None else t for t in torques], criteria)
+    announce(search, progress, threads)
+    found = search.run(progress=progress, threads=threads)
     return Assessment(gears_of(base), tuple(map(summarised, found)), (axis.start, axis.stop), like_teeth)
 
 

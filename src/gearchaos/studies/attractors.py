@@ -7,10 +7,11 @@ fatal shocks in multistable complex networks*, Sci. Rep. 10 (2020) 11783.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -48,6 +49,9 @@ _NEIGHBOURS = 32
 
 _REDUCTIONS = np.array([0.5, 0.7, 0.85, 0.93, 0.97, 0.99])
 """Norms that a round tries in each direction, relative to the best one."""
+
+_LEAST_STARTS = 64
+"""Least number of initial states of a thinned study."""
 
 _DECIDED = (*ON_ATTRACTOR, Label.DIVERGED)
 """Labels of motions that can have left the attractor; an undecided motion does not count."""
@@ -138,6 +142,11 @@ class Attractors(AttractorStudy):
         sequential = 2 * self.sweep.count * PERIODS_PER_VALUE if self.sweep else 0
         motions = self.starts + self.kicks * _MOTIONS_PER_DIRECTION
         return self.estimate(motions, self.classification.max_periods, sequential)
+
+    def thinned(self, share: float) -> Self:
+        """Of fewer initial states and directions of kicks."""
+        return replace(self, starts=min(self.starts, max(_LEAST_STARTS, round(share * self.starts))),
+                       kicks=math.ceil(share * self.kicks))
 
     @property
     def _box(self) -> Mapping[str, tuple[float, float]]:

@@ -1,13 +1,8 @@
-"""Upper bounds of the computing time and memory of a study, estimated before any work.
-
-A study that cannot end is refused; for one that may take long the time is announced.
-"""
+"""Upper bounds of the computing time and memory of a study, estimated before any work: one that cannot end is refused."""
 
 from __future__ import annotations
 
-import sys
-import textwrap
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,9 +14,6 @@ from gearchaos.model.switched import SwitchedAffine
 
 MAX_STEPS = 1_000_000
 """Largest number of steps in a mesh period; they take a tenth of a second."""
-
-ANNOUNCED_SECONDS = 20.0
-"""A longer computing time, in seconds, is announced."""
 
 _SPEED = 3e7
 """Lower bound of (d + 1) times the steps per second of one core, for a pack of eight motions with d coordinates."""
@@ -53,24 +45,11 @@ class Cost:
     table_bytes: int  # of the step matrices of one parameter point, the largest over the points
     dimension: int  # the number d of coordinates of the dynamic state
     step_cost: float = 1.0  # computing time of a step, relative to one with shared matrices and one harmonic
-    usual_periods: int = 0  # mesh periods after which most motions are known; 0 if that is left open
 
     def seconds(self, threads: int | None = None) -> float:
         """Upper bound of the computing time in seconds, with this many threads, by default one per core."""
         followed = -(-self.motions // WIDTH) * self.periods / useful_threads(self.motions, threads) + self.sequential
         return followed * self.steps * (self.dimension + 1) * self.step_cost / _SPEED
-
-    def warning(self, threads: int | None = None) -> str | None:
-        """A sentence on the computing time and the amount of work; None below `ANNOUNCED_SECONDS`."""
-        seconds = self.seconds(threads)
-        usually = replace(self, periods=self.usual_periods or self.periods).seconds(threads)
-        if usually <= ANNOUNCED_SECONDS:
-            return None
-        if self.usual_periods:
-            return (f"this may take about {_duration(usually)}, up to {_duration(seconds)} if all motions are chaotic. "
-                    f"{self.summary}")
-        usual = ", if all motions are chaotic; most settle far sooner" if self.motions > 1 else ""
-        return f"this may take up to about {_duration(seconds)}{usual}. {self.summary}"
 
     @property
     def summary(self) -> str:
@@ -82,18 +61,12 @@ class Cost:
         """Raise `InputError` if this machine would compute for more than a hundred years."""
         seconds = self.seconds()
         if seconds > _MAX_SECONDS * self.step_cost:  # the limit does not depend on the number of harmonics
-            limit = _duration(_MAX_SECONDS)
-            raise InputError("the study", f"must end within {limit}", _duration(seconds), self.summary)
+            limit = duration(_MAX_SECONDS)
+            raise InputError("the study", f"must end within {limit}", duration(seconds), self.summary)
 
     def max_parameter_points(self, threads: int | None = None) -> int:
         """Largest number of parameter points whose step matrices each of this many threads may hold at once."""
         return int(min(TILE, max(WIDTH, memory() // _MEMORY_DIVISOR // (threads or cores()) // self.table_bytes)))
-
-    def announce(self, progress: bool = True, threads: int | None = None) -> None:
-        """Print the `warning` on stderr, if there is one and progress is wanted."""
-        warning = self.warning(threads) if progress else None
-        if warning:
-            print(textwrap.fill(warning, 80), file=sys.stderr, flush=True)
 
 
 class TooManyStepsError(InputError):
@@ -129,7 +102,7 @@ def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int
 _UNITS = ((86400 * 365.25, "year"), (86400, "day"), (3600, "hour"), (60, "minute"))
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """A duration as text, rounded to two digits and to the largest unit of which there are at least two."""
     for size, name in _UNITS:
         if seconds >= 2 * size:

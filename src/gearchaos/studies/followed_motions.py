@@ -248,18 +248,18 @@ class FollowedMotions:
         period: none of them stands out.
         ``limit`` is that of the dynamic factor.
         """
-        yield from self._add_random(speeds, severity, starts, (seed, 0))
+        yield from self.add_random(speeds, severity, starts, (seed, 0))
         more = list[float]()
         for low, high in pairwise(self.speeds):
             free = not all(any(map(severity, self.at[end])) for end in (low, high))
             more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else _WITHIN) + 1)[
                 1:-1].tolist()
-        yield from self._add_random(more, severity, starts, (seed, 1))
+        yield from self.add_random(more, severity, starts, (seed, 1))
         yield from self.refine(severity, limit)
         yield from self._draw_in_ranges(severity, starts, seed)
         yield from self.refine(severity, limit)
 
-    def _add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
+    def add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
         """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth
         of that where one does not repeat, which takes as long as a hundred others."""
         yield from self.add(speeds, fewer(starts, 2), (*seed, 0))

@@ -25,6 +25,7 @@ from gearchaos.studies.cost import Cost
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.options import Option
+from gearchaos.studies.price import announce
 from gearchaos.studies.simulate import simulate, steady_sections
 from gearchaos.studies.study import PROGRESS, ClassifyingStudy, Results, mesh_coordinate
 
@@ -284,7 +285,7 @@ class Regime(ClassifyingStudy):
         return Verdict(self.model, verdicts, section, spectral_label, self.classification)
 
     def result(self, **run_options: Any) -> Verdict:
-        self.cost.announce(**run_options)
+        announce(self, **run_options)
         return self.verdict()
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:

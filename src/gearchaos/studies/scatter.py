@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -260,6 +260,11 @@ class Scatter(ClassifyingStudy):
         ends = [self.speed.start, self.speed.stop]
         return estimate(switched_system(vary(self.model, {self.speed.name: ends})), self.count,
                         self.classification.max_periods)
+
+    def thinned(self, share: float) -> Self:
+        """Of fewer samples."""
+        least = max(_LEAST, round(share * self.samples))
+        return replace(self, samples=min(self.samples, SCRAMBLES << (least // SCRAMBLES).bit_length() - 1))
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         per_design, speeds = len(self.torques) * self.speed.count, self.speed.values

@@ -7,9 +7,9 @@ all periods of a motion are computed in parallel.
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -94,6 +94,10 @@ class Simulate(Study):
     @cached_property
     def cost(self) -> Cost:
         return self.estimate(1, self.periods + self.transient, samples=self.samples or 0)
+
+    def thinned(self, share: float) -> Self:
+        """Of fewer periods."""
+        return replace(self, **{name: math.ceil(share * getattr(self, name)) for name in ("periods", "transient")})
 
     @cached_property
     def _problem(self) -> InitialValueProblems:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, cast
 
@@ -44,9 +45,9 @@ from gearchaos.studies.followed_motions import (
     side_by_side,
 )
 from gearchaos.studies.knocks import Knock, find_knocks
-from gearchaos.studies.known_orbits import LONGEST
 from gearchaos.studies.load_change import REVERSAL, Draw, LoadChange, wide_states
 from gearchaos.studies.operating_ranges import range_of_speeds
+from gearchaos.studies.price import announce
 from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
 from gearchaos.studies.speed_and_torque import by_standards, loaded
 from gearchaos.studies.speed_windows import (
@@ -75,10 +76,7 @@ if TYPE_CHECKING:
 _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2
 STARTS = 128  # random initial states at each speed
 SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
-_OF_TRAINS, _BESIDE = 160, 5000
-"""Mesh periods for which a motion of a train from a random state is followed, longer than one of a pair, and for which
-those that are followed along the speed are at each speed; measured on trains of two meshes."""
-
+_TRIAL_SPEEDS = 4  # least number of speeds at which a trial of a search looks for motions, at each torque
 _SUDDEN = 2.0  # peak of the force on an undamped spring over the load that is put on at once
 _SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
@@ -237,28 +235,71 @@ def _severity_of(rank: int) -> int:
     return rank - MOST_SEVERE * (rank > MOST_SEVERE)
 
 
-def search_cost(model: MeshModel, axis: Axis, torques: int, criteria: Criteria) -> Cost:
-    """What a search at so many torques computes: the motions from random states where none is to be avoided.
+@dataclass(frozen=True)
+class SpeedSearch:
+    """A search of the speeds to avoid at several torques, None for that of the model, as work that has a price: all of
+    it, or a trial at a number of its speeds alone."""
 
-    Raises `InputError` if that takes too many speeds, too much memory or too long.
-    """
-    speeds = sum(parts_between(model, low, high, criteria.spacing) for low, high in pairwise(axis.values.tolist()))
-    if speeds > MOST_SPEEDS:
-        raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{axis.start:g}:{axis.stop:g}",
-                         f"At a spacing of {criteria.spacing:g} it takes {speeds}. Give a narrower range.")
-    starts = max(1, criteria.starts)
-    check_memory("speeds times starts", speeds * starts * torques)
-    try:
-        cost = Bifurcation(model, axis, points=0, settings=brief_settings(criteria.settings)).cost
-    except TooManyStepsError as error:
-        least = axis.start * cast("float", error.value) / MAX_STEPS
-        raise InputError("speed", f"must be at least about {least:.2g} rpm", f"{axis.start:g}:{axis.stop:g}",
-                         f"Below it a mesh period takes more than {MAX_STEPS:,} steps.") from None
-    usual = _OF_TRAINS + _BESIDE // starts if model.kind == "train" else LONGEST
-    found = replace(cost, motions=torques * speeds * starts, usual_periods=usual,
-                    periods=max(usual, cost.periods * fewer(starts, 2) // starts))
-    found.check_time()
-    return found
+    model: MeshModel
+    axis: Axis
+    torques: Sequence[float | None]
+    criteria: Criteria
+    trial: int = 0
+
+    @property
+    def _count(self) -> int:
+        """The number of speeds at which motions from random states are looked for where none is to be avoided."""
+        return self.trial or sum(parts_between(self.model, low, high, self.criteria.spacing)
+                                 for low, high in pairwise(self.axis.values.tolist()))
+
+    @cached_property
+    def cost(self) -> Cost:
+        """Bound for the motions from random states where none is to be avoided.
+
+        Raises `InputError` if that takes too many speeds, too much memory or too long.
+        """
+        axis, speeds, starts = self.axis, self._count, max(1, self.criteria.starts)
+        if speeds > MOST_SPEEDS:
+            raise InputError("speed", f"must take at most {MOST_SPEEDS} speeds", f"{axis.start:g}:{axis.stop:g}",
+                             f"At a spacing of {self.criteria.spacing:g} it takes {speeds}. Give a narrower range.")
+        check_memory("speeds times starts", speeds * starts * len(self.torques))
+        try:
+            cost = Bifurcation(self.model, axis, points=0, settings=brief_settings(self.criteria.settings)).cost
+        except TooManyStepsError as error:
+            least = axis.start * cast("float", error.value) / MAX_STEPS
+            raise InputError("speed", f"must be at least about {least:.2g} rpm", f"{axis.start:g}:{axis.stop:g}",
+                             f"Below it a mesh period takes more than {MAX_STEPS:,} steps.") from None
+        found = replace(cost, motions=len(self.torques) * speeds * starts)
+        found.check_time()
+        return found
+
+    def thinned(self, share: float) -> SpeedSearch:
+        """A trial at some of the speeds, and of the torques, spread over all of them."""
+        points = max(_TRIAL_SPEEDS, round(share * self._count * len(self.torques)))
+        number = min(len(self.torques), max(1, points // _TRIAL_SPEEDS))
+        chosen = [self.torques[round((i + 0.5) * len(self.torques) / number - 0.5)] for i in range(number)]
+        return replace(self, torques=chosen, trial=points // number)
+
+    def smaller(self, share: float) -> tuple[str, SpeedSearch] | None:
+        """Fewer torques, or of a few a narrower range of speed."""
+        number, axis = max(2, round(share * len(self.torques))), self.axis
+        if number < len(self.torques):
+            chosen = self.torques[:: -(-len(self.torques) // number)]
+            return f"{len(chosen)} of the torques", replace(self, torques=chosen)
+        stop = axis.start * (axis.stop / axis.start) ** share if axis.start > 0 else share * axis.stop
+        return f"--speed {axis.start:g}:{stop:.4g}", replace(self, axis=replace(axis, stop=stop))
+
+    def run(self, *, progress: bool = False, threads: int | None = None) -> list[_AtTorque]:
+        """What is found at each torque."""
+        if not self.trial:
+            return search_torques(self.model, self.axis.values.tolist(), self.torques, self.criteria,
+                                  progress=progress, threads=threads)
+        shares, criteria = (np.arange(self.trial) + 0.5) / self.trial, self.criteria
+        at = [_at_torque(self.model, torque, criteria) for torque in self.torques]
+        speeds = (self.axis.start + shares * (self.axis.stop - self.axis.start)).tolist()
+        side_by_side([each.motions.add_random(speeds, each.severity, criteria.starts, (criteria.seed,)) for each in at],
+                     self.model, criteria.settings, threads=threads)
+        return at
 
 
 def search_torques(
@@ -269,10 +310,7 @@ def search_torques(
 
     Periodic motions that are lost between two speeds are followed by their orbits, and the search goes on from there.
     """
-    models = [model if t is None else model.with_values({"torque": t}) for t in torques]
-    at = [_at_torque(each, t, criteria) for each, t in zip(models, torques, strict=True)]
-    for loaded_model in models:
-        _check_deflection(loaded_model)
+    at = [_at_torque(model, torque, criteria) for torque in torques]
     words = "motions from random states" if progress else None
     side_by_side(
         [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
@@ -303,6 +341,8 @@ def search_torques(
 
 def _at_torque(model: MeshModel, torque: float | None, criteria: Criteria) -> _AtTorque:
     """A model at a torque, before a search."""
+    model = model if torque is None else model.with_values({"torque": torque})
+    _check_deflection(model)
     gears, load = gears_of(model), model.value("torque") or 0.0
     root = peak_root_stress(gears, load, 1.0)
     if criteria.root_stress is not None and root is None:
@@ -397,9 +437,9 @@ def speeds_to_avoid(
         starts, spacing, seed, settings, factor=factor, root_stress=root_stress, separation=separation,
         load_change=load_change, wide=wide, knocks=knocks)
     model = as_model(at_start)
-    search_cost(model, axis, 1, criteria).announce(progress, threads)
-    (found,) = search_torques(
-        model, axis.values.tolist(), [model.value("torque")], criteria, progress=progress, threads=threads)
+    search = SpeedSearch(model, axis, [model.value("torque")], criteria)
+    announce(search, progress, threads)
+    (found,) = search.run(progress=progress, threads=threads)
     result = summarised(found)
     return replace(result, dataset=result.dataset.assign(by_standards(at_start, np.array(found.motions.speeds))))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, field, fields
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -23,6 +23,7 @@ from gearchaos.quantities import OPERATION
 from gearchaos.studies.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.options import Option, options_of
+from gearchaos.studies.price import announce
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,10 +34,13 @@ def mesh_coordinate(model: Any) -> dict[str, Any]:
     return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.kind == "train" else {}
 
 
+_LEAST = 8
+"""Least number of values of an axis of a thinned study."""
+
 Results = dict[str, np.ndarray]
 """Results of work items: arrays (L, ...) by name."""
 
-PROGRESS = Option("progress", "bool", False, "Show progress on stderr, and announce a computing time that may be long.")
+PROGRESS = Option("progress", "bool", False, "Show progress on stderr, and tell a long computing time before the work.")
 THREADS = Option("threads", "int | None", None, "Tiles computed at once; by default one per core.")
 
 
@@ -138,6 +142,20 @@ class Study(HasCard, ABC):
         """`cost.estimate` for motions at the operating point of the model."""
         return estimate(switched_system(vary(self.model, {})), motions, periods, sequential, samples)
 
+    def thinned(self, share: float) -> Self:
+        """About this share of the study, for its `price`: fewer values of each axis, over the same range."""
+        by_axis = share ** (1 / max(1, len(self.axes)))
+        return replace(self, **{name: replace(axis, count=min(axis.count, max(_LEAST, round(by_axis * axis.count))))
+                                for name, axis in zip(self.axis_fields, self.axes, strict=True)})
+
+    def smaller(self, share: float) -> tuple[str, Self] | None:
+        """`thinned` as a user can ask for it, in words; None if there is no smaller study."""
+        less = self.thinned(share)
+        changed = [(name, new) for name in options_of(type(self)) if (new := getattr(less, name)) != getattr(self, name)]
+        words = [f"{new.name}={new.start:g}:{new.stop:g}:{new.count}" if isinstance(new, Axis) else f"--{name} {new:g}"
+                 for name, new in changed if name != "settings"]
+        return (" and ".join(words), less) if words else None
+
     @abstractmethod
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         """Results of the items with these numbers (L,), arrays (L, ...) by name."""
@@ -175,13 +193,13 @@ class Study(HasCard, ABC):
         Parameters
         ----------
         progress : bool
-            Show progress on stderr, and announce a computing time that may be long.
+            Show progress on stderr, and tell a long computing time before the work.
         threads : int, optional
             Tiles computed at once; by default one per core.
         """
         threads = None if threads is None else whole_number("threads", threads, 1)
         self.check_in_memory()
-        self.cost.announce(progress, threads)
+        announce(self, progress, threads)
         items = np.arange(self.count, dtype=np.int32 if self.count < 2**31 else np.int64)
         found = self.compute(items, progress=progress, threads=threads)
         return self.finish(found, progress=progress, threads=threads)
@@ -251,6 +269,14 @@ class ClassifyingStudy(Study):
     def classification(self) -> Classification:
         """The settings, which `__post_init__` has set where none were given."""
         return self.settings or self.default_settings
+
+    def thinned(self, share: float) -> Self:
+        """As of every study; one without axes has shorter runs, after which it is known whether its motion repeats."""
+        if self.axes:
+            return super().thinned(share)
+        first = self.classification.transient_lengths[:1]
+        return replace(self, settings=replace(self.classification, transient_lengths=first, doublings=0,
+                                              longest_transient=0))
 
     def provenance(self, **settings: Any) -> dict[str, Any]:
         """As that of every study, with the classification settings."""

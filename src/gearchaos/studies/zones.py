@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -159,6 +159,10 @@ class Zones(ClassifyingStudy):
     @property
     def recorded(self) -> dict[str, Any]:
         return {"starts": self.starts, "refine": self.refine, **({"prove": 1} if self.prove else {})}
+
+    def thinned(self, share: float) -> Self:
+        """As of every study, but a refined map is computed in full, and no certificate is written."""
+        return replace(super().thinned(share), refine=1, certificates=None)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
