@@ -95,7 +95,7 @@ def simulate(
         Instants recorded in each mesh period, at equal distances. By default only the stroboscopic section is
         recorded.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def regime(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
 
     Returns
     -------
@@ -248,7 +248,7 @@ def attractors(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
@@ -343,7 +343,7 @@ def bifurcation(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
@@ -895,7 +895,7 @@ def scatter(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
@@ -1031,7 +1031,7 @@ def zones(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
@@ -1125,7 +1125,7 @@ def basins(
     settings : Classification, optional
         Lengths of the runs by which motions are classified.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     threads : int, optional
         Tiles computed at once; by default one per core.
 
@@ -1445,7 +1445,7 @@ def skeleton(
     journal : str | PathLike[str], optional
         A file that keeps finished work. If it exists, the same call goes on from there.
     progress : bool
-        Show progress on stderr, and announce a computing time that may be long.
+        Show progress on stderr, and tell a long computing time before the work.
     workers : int, optional
         Processes, by default one per core. With 1 all is computed in this process.
 

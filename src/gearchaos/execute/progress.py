@@ -13,6 +13,9 @@ from typing import Any
 on_progress: ContextVar[Callable[[float], None] | None] = ContextVar("on_progress", default=None)
 """A function that is told at each advance which share of the whole is done, in place of a bar with a name."""
 
+told_end: ContextVar[float | None] = ContextVar("told_end", default=None)
+"""When, by the monotonic clock, the whole work is to end, of which a bar may show only a stage; None if not told."""
+
 _INTERVAL = 0.2
 """Shortest time between two updates of the bar in a notebook, in seconds."""
 
@@ -41,10 +44,10 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
             shown.show()
     else:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-                   TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+                   TextColumn("{task.fields[rate]}"))
         console = Console(stderr=True)
         # it vanishes from a terminal when all is done: the answer stands alone there
         with Progress(*columns, console=console, transient=console.is_terminal) as progress:
@@ -52,8 +55,10 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
 
             def advance(n: int) -> None:
                 progress.advance(task, n)
-                speed = progress.tasks[0].finished_speed or progress.tasks[0].speed
-                progress.update(task, rate=rate_text(speed) if speed else "")
+                shown = progress.tasks[0]
+                speed = shown.finished_speed or shown.speed
+                left = f" · {left_text(shown.remaining / speed)}" if speed and shown.remaining else ""
+                progress.update(task, rate=rate_text(speed) + left if speed else "")
 
             yield advance
 
@@ -99,7 +104,7 @@ class NotebookBar:
         if (computed := self.done - self._before) > 0 and seconds > 0:
             rate = computed / seconds
             parts.append(rate_text(rate))
-            left = f"{(self.total - self.done) / rate:,.0f} s left"
+            left = left_text((self.total - self.done) / rate)
             parts.append(left if self.done < self.total else f"{seconds:,.0f} s")
         return " · ".join(parts)
 
@@ -108,6 +113,12 @@ class NotebookBar:
         """The same text beside a bar."""
         return (f'<div style="font:13px/1.6 system-ui,sans-serif"><progress value="{self.done}" max="{self.total}" '
                 f'style="width:16em;max-width:100%;vertical-align:middle"></progress> {escape(self.text)}</div>')
+
+
+def left_text(seconds: float) -> str:
+    """How long the work goes on: the time told for the whole of it, but no less than the seconds of a bar."""
+    end = told_end.get()
+    return f"{max(seconds, 0.0 if end is None else end - time.monotonic()):,.0f} s left"
 
 
 def rate_text(rate: float) -> str:

@@ -1,4 +1,4 @@
-"""Upper bounds of the computing time and memory of a study, estimated before any work: one that cannot end is refused."""
+"""Upper bounds of the computing time and memory of a study, by which one that cannot end is refused before any work."""
 
 from __future__ import annotations
 

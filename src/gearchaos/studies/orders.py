@@ -28,7 +28,6 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.mesh_study import MeshStudy
 from gearchaos.studies.options import option
-from gearchaos.studies.price import announce
 from gearchaos.studies.study import ClassifyingStudy
 
 if TYPE_CHECKING:
@@ -240,7 +239,6 @@ class Orders(ClassifyingStudy, MeshStudy):
         return self.estimate(1, self.classification.max_periods)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        announce(self, progress)
         found, speed = self._spectrum(), float(self.model.value("speed"))  # type: ignore[arg-type]
         name, order = self._variable, np.arange(len(found.amplitude)) / found.turns
         coords = {"order": order, "quefrency": np.linspace(0.0, found.turns / 2, len(order)),

@@ -7,22 +7,26 @@ import textwrap
 import time
 from typing import Any, Protocol, Self
 
+from gearchaos.execute.progress import told_end
 from gearchaos.studies.cost import Cost, duration
 
-TOLD_SECONDS = 10.0
+TOLD_SECONDS = 20.0
 """A longer computing time, in seconds, is told."""
 
-_LONG = 60.0
-"""Of a longer one, in seconds, a smaller choice is told too."""
+_LONG, _SMALLER = 60.0, 0.25
+"""Of a longer one, in seconds, a smaller choice is told too, about this share of the work."""
 
-_TRIAL = 0.4
-"""Least computing time of a trial, in seconds, unless it is already a large part of the work."""
+_TRIAL = 0.7
+"""Least time in seconds that a trial takes of the processors, so that a busy machine makes it no smaller."""
 
-_FIRST, _GROWTH, _LARGEST = 1 / 1024, 4, 0.1
-"""Share of the work that the first trial does, its growth from one to the next, and the largest."""
+_FIRST, _LARGEST = 1 / 1024, 0.1
+"""Share of the work that the first trial does, and from which no further one follows."""
 
-_SMALLER = 0.25
-"""Share of the work that the smaller choice is."""
+_GROWTH, _MORE = 16.0, 1.2
+"""Largest growth of the share from one trial to the next, and the time of the next, as a multiple of the least one."""
+
+_SOON = 0.5
+"""A work of which even a small trial shows that it takes less than this part of `TOLD_SECONDS` is not tried further."""
 
 
 class Priced(Protocol):
@@ -33,43 +37,45 @@ class Priced(Protocol):
         """Upper bound of the computing time."""
 
     def thinned(self, share: float) -> Self:
-        """About this share of the work, spread over all of it: at least as much as fills the vectors of a core."""
+        """About this share of the work, spread over all of it, or the least part that is possible."""
 
     def smaller(self, share: float) -> tuple[str, Self] | None:
-        """About this share of the work as a user can ask for it, in words; None if there is no smaller choice."""
+        """About this share of the work with the words by which a user asks for it; None where nothing is smaller."""
 
     def run(self, *, threads: int | None = None) -> Any:
         """Do the work."""
 
 
 def price(work: Priced, threads: int | None = None) -> float:
-    """The computing time of a work in seconds, from trials of parts that grow until one takes long enough.
+    """The computing time of a work in seconds, from trials of parts that grow until one takes long enough, or shows
+    that the whole is soon done.
 
-    The first trial loads the kernels and does not count. What a motion takes until it is known is measured with it,
-    and the ratio of the work to its part is that of the upper bounds of both.
+    A part before them loads the kernels. A trial measures both the rate of this machine and how soon motions of this
+    model are known; the ratio of the work to its part is that of the upper bounds of both.
     """
-    share, took, part = _FIRST, 0.0, work.thinned(_FIRST)
-    part.run(threads=threads)
+    work.thinned(0.0).run(threads=threads)
+    share, bound = _FIRST, work.cost.seconds(threads)
     while True:
-        begun = time.perf_counter()
-        part.run(threads=threads)
-        took = time.perf_counter() - begun
-        if took >= _TRIAL or share >= _LARGEST:
-            return took * work.cost.seconds(threads) / part.cost.seconds(threads)
-        share *= _GROWTH
         part = work.thinned(share)
+        begun, spent = time.perf_counter(), time.process_time()
+        part.run(threads=threads)
+        took, spent = time.perf_counter() - begun, time.process_time() - spent
+        seconds = took * bound / part.cost.seconds(threads)
+        if spent >= _TRIAL or share >= _LARGEST or seconds < _SOON * TOLD_SECONDS:
+            return seconds
+        share *= min(_GROWTH, _MORE * _TRIAL / max(spent, 1e-3))
 
 
 def announce(work: Priced, progress: bool = True, threads: int | None = None) -> None:
     """Print on stderr how long a work takes, if that is long and progress is wanted, and of a very long one a smaller
-    choice with its price."""
-    if not progress or work.cost.seconds(threads) < TOLD_SECONDS or sys.stderr is None:
+    choice with its price. Bars of progress then count on that time, and on more where it turns out too short."""
+    told_end.set(None)
+    bound = work.cost.seconds(threads)
+    if not progress or bound < TOLD_SECONDS or (seconds := price(work, threads)) < TOLD_SECONDS:
         return
-    seconds = price(work, threads)
-    if seconds < TOLD_SECONDS:
-        return
+    told_end.set(time.monotonic() + seconds)
     words = f"this takes about {duration(seconds)}. {work.cost.summary}"
     if seconds > _LONG and (choice := work.smaller(_SMALLER)):
-        less = seconds * choice[1].cost.seconds(threads) / work.cost.seconds(threads)
+        less = seconds * choice[1].cost.seconds(threads) / bound
         words += f" With {choice[0]} it takes about {duration(less)}."
     print(textwrap.fill(words, 80, break_on_hyphens=False), file=sys.stderr, flush=True)

@@ -123,7 +123,8 @@ class Rattle(ClassifyingStudy, WholeStudy):
         return Bifurcation(self.model, self.axis, points=0, mode=mode, settings=self.settings)  # type: ignore[arg-type]
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        scans = [self._scan(mode).run(progress=progress, threads=threads) for mode in HISTORIES.values()]
+        scans = [scan.finish(scan.compute(np.arange(scan.count), progress=progress, threads=threads))
+                 for scan in map(self._scan, HISTORIES.values())]
         over = ("history", self.axis.name, MESH)
         names = ["label", "period", *MeshResponse.declared()]
         data = {n: np.stack([scan[n].values for scan in scans]) for n in names}

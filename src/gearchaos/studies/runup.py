@@ -27,7 +27,6 @@ from gearchaos.studies.declaration import function_of
 from gearchaos.studies.mesh_study import TURNS, MeshStudy
 from gearchaos.studies.operating_ranges import operating_axis
 from gearchaos.studies.options import RANGE, Option, axis_option, option
-from gearchaos.studies.price import announce
 from gearchaos.studies.runup_jumps import Jump, find_event, find_jumps
 from gearchaos.studies.runup_results import WORST, Journal, Run, RunResults
 from gearchaos.studies.torque_profile import Profile, as_profile, check_covers, extremes, largest_torque, torque_at
@@ -138,7 +137,7 @@ class RunUp(MeshStudy):
                 self._set(model=self.model.at(torque=largest_torque(profile)))
         super().__post_init__()
         first, last = self.speed.start, self.speed.stop
-        change = (last - first) / self.duration / (first**2 * self._cycles_per_rpm)
+        change = self._change
         if change > _FASTEST_CHANGE:
             raise InputError("duration", "must let the speed change by at most 5 % within a period", self.duration,
                              f"At {first:g} rpm it would change by {100 * change:.3g} %. It must be at least "
@@ -157,6 +156,11 @@ class RunUp(MeshStudy):
         _ = self.cost
 
     @property
+    def _change(self) -> float:
+        """The largest relative change of the speed within a period."""
+        return (self.speed.stop - self.speed.start) / self.duration / (self.speed.start**2 * self._cycles_per_rpm)
+
+    @property
     def _periods(self) -> int:
         """Whole periods in a run."""
         return int((self.speed.start + self.speed.stop) / 2 * self._cycles_per_rpm * self.duration)
@@ -173,8 +177,10 @@ class RunUp(MeshStudy):
         return replace(found, step_cost=_OWN_MATRICES * found.step_cost)
 
     def thinned(self, share: float) -> Self:
-        """In less time, at the largest torque, without the events of jumps."""
-        return replace(self, duration=share * self.duration, torque=None, events=False)
+        """In less time, as far as that is possible, at the largest torque, without the events of jumps."""
+        least = max(self.duration * self._change / _FASTEST_CHANGE, self.duration * self._window / self._periods)
+        return replace(self, duration=min(self.duration, max(share * self.duration, 1.1 * least)), torque=None,
+                       events=False)
 
     @cached_property
     def _runs(self) -> dict[str, Run]:
@@ -200,7 +206,6 @@ class RunUp(MeshStudy):
     ) -> xr.Dataset:
         if journal is not None and self.signal:
             raise InputError("journal", "must be left out with a signal", str(journal), "That is not kept in it.")
-        announce(self, progress)
         edges = np.linspace(self.speed.start, self.speed.stop, self._bins() + 1)
         orders = np.arange(_HIGHEST * (self._samples // self.samples) * self._window + 1)
         found = {way: RunResults(run, edges, self._window, len(orders)) for way, run in self._runs.items()}

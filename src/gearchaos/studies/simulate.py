@@ -97,7 +97,7 @@ class Simulate(Study):
 
     def thinned(self, share: float) -> Self:
         """Of fewer periods."""
-        return replace(self, **{name: math.ceil(share * getattr(self, name)) for name in ("periods", "transient")})
+        return replace(self, **{name: max(1, round(share * getattr(self, name))) for name in ("periods", "transient")})
 
     @cached_property
     def _problem(self) -> InitialValueProblems:

@@ -39,7 +39,6 @@ from gearchaos.studies.followed_motions import (
     Severity,
     brief_settings,
     damping_ratio,
-    fewer,
     parts_between,
     runs,
     side_by_side,
@@ -275,7 +274,7 @@ class SpeedSearch:
 
     def thinned(self, share: float) -> SpeedSearch:
         """A trial at some of the speeds, and of the torques, spread over all of them."""
-        points = max(_TRIAL_SPEEDS, round(share * self._count * len(self.torques)))
+        points = max(_TRIAL_SPEEDS, round(share * self._count * len(self.torques))) if share else 1
         number = min(len(self.torques), max(1, points // _TRIAL_SPEEDS))
         chosen = [self.torques[round((i + 0.5) * len(self.torques) / number - 0.5)] for i in range(number)]
         return replace(self, torques=chosen, trial=points // number)

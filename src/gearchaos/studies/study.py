@@ -149,11 +149,15 @@ class Study(HasCard, ABC):
                                 for name, axis in zip(self.axis_fields, self.axes, strict=True)})
 
     def smaller(self, share: float) -> tuple[str, Self] | None:
-        """`thinned` as a user can ask for it, in words; None if there is no smaller study."""
+        """`thinned` with the words by which a user asks for it; None where nothing is smaller."""
         less = self.thinned(share)
-        changed = [(name, new) for name in options_of(type(self)) if (new := getattr(less, name)) != getattr(self, name)]
-        words = [f"{new.name}={new.start:g}:{new.stop:g}:{new.count}" if isinstance(new, Axis) else f"--{name} {new:g}"
-                 for name, new in changed if name != "settings"]
+        words = []
+        for name in options_of(type(self)):
+            new = getattr(less, name)
+            if isinstance(new, Axis) and new != getattr(self, name):
+                words.append(f"{new.name}={new.start:g}:{new.stop:g}:{new.count}")
+            elif isinstance(new, int | float) and not isinstance(new, bool) and new < getattr(self, name):
+                words.append(f"--{name} {new:g}")
         return (" and ".join(words), less) if words else None
 
     @abstractmethod
@@ -297,6 +301,7 @@ class WholeStudy(Study):
 
     def run(self, *, progress: bool = False, threads: int | None = None, **run_options: Any) -> xr.Dataset:
         threads = None if threads is None else whole_number("threads", threads, 1)
+        announce(self, progress, threads)
         return self.dataset(progress=progress, threads=threads, **run_options)
 
     @property
