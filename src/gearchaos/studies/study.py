@@ -145,8 +145,10 @@ class Study(HasCard, ABC):
     def thinned(self, share: float) -> Self:
         """About this share of the study, for its `price`: fewer values of each axis, over the same range."""
         by_axis = share ** (1 / max(1, len(self.axes)))
-        return replace(self, **{name: replace(axis, count=min(axis.count, max(_LEAST, round(by_axis * axis.count))))
-                                for name, axis in zip(self.axis_fields, self.axes, strict=True)})
+        fewer: dict[str, Any] = {
+            name: replace(axis, count=min(axis.count, max(_LEAST, round(by_axis * axis.count))))
+            for name, axis in zip(self.axis_fields, self.axes, strict=True)}
+        return replace(self, **fewer)
 
     def smaller(self, share: float) -> tuple[str, Self] | None:
         """`thinned` with the words by which a user asks for it; None where nothing is smaller."""

@@ -5,6 +5,7 @@ Zones are the regions of such a map with one kind of motion.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -37,6 +38,7 @@ from gearchaos.studies.proved_cells import certificate_files, check_folder, mark
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, Results
 
+_REFINED = 8  # the refinement that is proposed for a map that takes long
 _COMPUTED_SHARE = 1 / 8
 """Rough estimate of the share of the cells of a refined map that are computed."""
 
@@ -131,17 +133,17 @@ class Zones(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        """Bound for all cells; with several starts also for sweeps along all rows, `WIDTH` rows at a time.
+        """Bound for all cells, of a refined map for those usually computed; with several starts also for sweeps along all rows, `WIDTH` rows at a time.
 
         Raises `InputError` if a single row, which one machine computes, cannot end.
         """
-        motions, sequential = self.x.count, 0
+        motions, sequential = self.x.count * (_COMPUTED_SHARE if self.refine > 1 else 1), 0
         if self.starts > 1:
             motions *= self.starts + 2
             sequential = 2 * self.x.count * PERIODS_PER_VALUE
         system = switched_system(corners(self.model, self.x, self.y))
-        row = estimate(system, motions, self.classification.max_periods, sequential)
-        return replace(row, motions=motions * self.y.count, sequential=sequential * -(-self.y.count // WIDTH))
+        row = estimate(system, math.ceil(motions), self.classification.max_periods, sequential)
+        return replace(row, motions=math.ceil(motions * self.y.count), sequential=sequential * -(-self.y.count // WIDTH))
 
     def check_in_memory(self) -> None:
         check_memory("cells", self.x.count * self.y.count)
@@ -163,6 +165,13 @@ class Zones(ClassifyingStudy):
     def thinned(self, share: float) -> Self:
         """As of every study, but a refined map is computed in full, and no certificate is written."""
         return replace(super().thinned(share), refine=1, certificates=None)
+
+    def smaller(self, share: float) -> tuple[str, Self] | None:
+        """The same map refined; fewer cells of one that is, or that has several starts."""
+        if self.refine == self.starts == 1:
+            return f"--refine {_REFINED}", replace(self, refine=_REFINED)
+        found = super(Zones, replace(self, refine=1)).smaller(share)
+        return found and (found[0], replace(found[1], refine=self.refine))
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -1,6 +1,8 @@
 """What cannot end, or not be kept, is refused before any work; what takes long says how long."""
 
 import time
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from unittest.mock import ANY
 
 import numpy as np
@@ -10,10 +12,13 @@ import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.errors import LARGEST_INTEGER, whole_number
 from gearchaos.execute import machine, tiles
+from gearchaos.execute import progress as progress_bars
+from gearchaos.execute.progress import left_text, told_end
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies import cost as costs
-from gearchaos.studies.cost import ANNOUNCED_SECONDS, MAX_STEPS, estimate
+from gearchaos.studies import price as prices
+from gearchaos.studies.cost import MAX_STEPS, estimate
 from gearchaos.studies.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
@@ -138,34 +143,125 @@ def test_time_grows_with_work_and_falls_with_threads():
     assert estimate(system(), 1, 1000, sequential=1000).seconds(4) == pytest.approx(2 * one.seconds())
 
 
-@pytest.mark.parametrize(("seconds", "words"), [
-    (ANNOUNCED_SECONDS - 0.01, None), (45, "45 seconds"), (300, "5 minutes"), (3 * 3600, "3 hours"),
-    (400 * 86400, "400 days"), (9e8, "29 years")])
-def test_long_work_says_how_long(seconds, words, monkeypatch, capsys):
-    monkeypatch.setattr(costs.Cost, "seconds", lambda *_: seconds)
-    estimate(system(), 12345, 1000).announce()
+@dataclass(frozen=True)
+class _Work:
+    """Work that takes 5 ms for each of its motions, the first ones of 10 s for the kernels, on a clock that tests move."""
+
+    motions: int
+    clock: SimpleNamespace
+    choice: str = ""
+
+    @property
+    def cost(self):
+        return estimate(system(), self.motions, 1_000_000)
+
+    def thinned(self, share):
+        return replace(self, motions=max(64, round(share * self.motions / 64) * 64))
+
+    def smaller(self, share):
+        return (self.choice, self.thinned(share)) if self.choice else None
+
+    def run(self, threads=None):
+        self.clock.runs.append(self.motions)
+        self.clock.now += 10 * (len(self.clock.runs) == 1) + 0.005 * self.motions
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    found = SimpleNamespace(now=0.0, runs=[])
+    read = lambda: found.now  # noqa: E731 -- of the processors and on the wall
+    monkeypatch.setattr(prices, "time", SimpleNamespace(perf_counter=read, process_time=read, monotonic=read))
+    yield found
+    told_end.set(None)
+
+
+@pytest.mark.parametrize("motions", [64 * 100, 64 * 1000, 64 * 10_000])
+def test_a_price_is_that_of_a_trial_without_loading_kernels(motions, clock):
+    assert prices.price(_Work(motions, clock), 1) == pytest.approx(0.005 * motions)
+    assert 0.7 <= 0.005 * clock.runs[-1] < 4 and sum(clock.runs) <= 0.2 * motions
+
+
+def test_a_busy_machine_makes_a_price_higher_and_a_trial_no_smaller(clock, monkeypatch):
+    quiet = prices.price(_Work(64_000, clock), 1)
+    runs, clock.runs = clock.runs, []
+    monkeypatch.setattr(prices.time, "process_time", lambda: clock.now / 5)
+    monkeypatch.setattr(_Work, "run", lambda work, threads: (clock.runs.append(work.motions), setattr(
+        clock, "now", clock.now + 0.025 * work.motions)))
+    assert prices.price(_Work(64_000, clock), 1) == pytest.approx(5 * quiet)
+    assert clock.runs == runs
+
+
+def test_what_is_soon_done_is_hardly_tried(clock, capsys):
+    prices.announce(_Work(1000, clock), threads=1)
+    assert clock.runs == [64, 64] and capsys.readouterr().err == "" and told_end.get() is None
+
+
+@pytest.mark.parametrize(("motions", "words"), [
+    (64 * 62, None), (9000, "45 seconds"), (64_000, "5 minutes"), (2_160_000, "3 hours")])
+def test_long_work_says_how_long(motions, words, clock, capsys):
+    prices.announce(_Work(motions, clock), threads=1)
     lines = capsys.readouterr().err.splitlines()
-    assert " ".join(lines) == (
-        (words and f"this may take up to about {words}, if all motions are chaotic; most settle far "
-         "sooner. 12,345 motions are followed for at most 1,000 periods of 16 steps.") or "")
+    assert " ".join(lines) == ("" if words is None else (
+        f"this takes about {words}. {motions:,} motions are followed for at most 1,000,000 periods of 16 steps."))
     assert all(len(line) <= 80 for line in lines)
-    estimate(system(), 1, 1000).announce()
-    assert "chaotic" not in capsys.readouterr().err  # the only motion of `simulate` is followed to its end
+    assert told_end.get() == (words and pytest.approx(clock.now + 0.005 * motions, rel=0.02))
+
+
+def test_above_a_minute_a_smaller_choice_has_its_price(clock, capsys):
+    for motions, more in ((9000, ""), (64_000, "With --samples 8 it takes about 80 seconds.")):
+        prices.announce(_Work(motions, clock, "--samples 8"), threads=1)
+        assert " ".join(capsys.readouterr().err.split()).endswith(f"steps. {more}".strip())
+    prices.announce(_Work(64_000, clock), progress=False)
+    assert capsys.readouterr().err == ""
+
+
+def test_what_is_left_is_that_told_but_no_less_than_of_a_bar(monkeypatch):
+    monkeypatch.setattr(progress_bars.time, "monotonic", lambda: 100.0)
+    assert left_text(7.2) == "7 s left"
+    told_end.set(160.0)
+    assert (left_text(7.2), left_text(90.0)) == ("60 s left", "90 s left")
+    told_end.set(None)
+
+
+GRID = gc.Axis("omega", 0.5, 2.0, 400), gc.Axis("eps1", 0.0, 0.3, 100)
+DESIGN = load_study(EXAMPLES / "spur_50_50.toml", {"torque": 100.0, "design.load_sharing": "prescribed"}).gears
+
+
+@pytest.mark.parametrize(("study", "words"), [
+    (gc.Zones(PAIR, *GRID), "--refine 8"),
+    (gc.Zones(PAIR, *GRID, starts=4), "omega=0.5:2:200 and eps1=0:0.3:50"),
+    (gc.Zones(PAIR, *GRID, refine=8), "omega=0.5:2:200 and eps1=0:0.3:50"),
+    (gc.Bifurcation(PAIR, GRID[0], mode="up"), "omega=0.5:2:100"),
+    (gc.Attractors(PAIR, 4096, kicks=20), "--starts 1024 and --kicks 5"),
+    (gc.Simulate(PAIR, 1000, 200), "--periods 250 and --transient 50"),
+    (gc.Scatter(DESIGN, ["damping_ratio=0.03:0.1"], "speed=1000:4000:4", samples=256), "--samples 64"),
+    (gc.RunUp(DESIGN, "speed=500:1000", 40.0, events=True), "--duration 10"),
+    (gc.Regime(PAIR), None),
+], ids=lambda each: getattr(each, "kind", ""))
+def test_a_study_names_a_smaller_choice(study, words):
+    found = study.smaller(0.25)
+    if words is None:
+        assert found is None and study.thinned(0.25).cost.seconds() < study.cost.seconds() / 5
+    else:
+        assert found[0] == words
+        assert study.cost.seconds(1) / 8.5 < found[1].cost.seconds(1) < study.cost.seconds(1) / 3.5
+    assert study.thinned(0.0).cost.seconds(1) < study.cost.seconds(1) / 2
 
 
 @pytest.mark.parametrize("command", [
     ["regime"], ["simulate", "--periods", "2"],
     ["zones", "--axis", "omega=1:2:2", "--axis", "eps1=0:.1:2", "--out", "o.nc"], ["run", "s.toml", "--out", "o.zarr"],
+    ["orders", str(EXAMPLES / "physical_pair.toml")],
 ], ids=lambda c: c[0])
 def test_every_command_says_how_long(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.toml").write_text('[study]\nkind = "simulate"\nperiods = 2\n')
-    assert "may take" not in ask(*command).stderr
-    monkeypatch.setattr(costs, "ANNOUNCED_SECONDS", 0.0)
+    assert "this takes" not in ask(*command).stderr
+    monkeypatch.setattr(prices, "TOLD_SECONDS", 0.0)
     (tmp_path / "again").mkdir()
     monkeypatch.chdir(tmp_path / "again")
     result = ask(*(c.replace("s.toml", "../s.toml") for c in command))
-    assert result.exit_code == 0 and result.stderr.count("this may take up to about") == 1
+    assert result.exit_code == 0 and result.stderr.count("this takes about") == 1
 
 
 def test_step_matrices_of_many_points_take_a_part_of_the_memory(monkeypatch):

@@ -42,7 +42,7 @@ from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
 from gearchaos.studies.knocks import Knock
 from gearchaos.studies.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
-from gearchaos.studies.speeds_to_avoid import Criteria, search_cost
+from gearchaos.studies.speeds_to_avoid import Criteria, SpeedSearch
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, run_json
@@ -655,25 +655,34 @@ def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
 
 def test_the_price_is_said_before_the_work(monkeypatch):
     few = ("--speed", "643:644:2", "--starts", 0, "--torque")
-    assert "this may take" not in assess(SPUR, *few, 100).stderr
-    monkeypatch.setattr("gearchaos.studies.cost.ANNOUNCED_SECONDS", 0.0)
-    alone, both = (assess(SPUR, *few, torques).stderr for torques in (100, "100,300"))
-    assert re.match(r"this may take about \d+ \w+, up to \d+ \w+ if all motions are chaotic", " ".join(alone.split()))
-    assert "One motion is followed" in " ".join(alone.split()) and "2 motions are followed" in " ".join(both.split())
-    counted = list[int]()
-    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.check_memory", lambda _, count: counted.append(count))
-    found = search_cost(as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 200, 3000, 40), 1,
-                        Criteria())
-    assert counted == [found.motions]  # of all speeds, not of the first ones alone
-    assert found.seconds(1) > 1.3 * replace(found, periods=found.usual_periods).seconds(1) > 60
+    assert "this takes" not in assess(SPUR, *few, 100).stderr
+    monkeypatch.setattr("gearchaos.studies.price.TOLD_SECONDS", 0.0)
+    alone, both = (" ".join(assess(SPUR, *few, torques).stderr.split()) for torques in (100, "100,300"))
+    assert re.match(r"this takes about \d+ seconds\. One motion is followed", alone)
+    assert "2 motions are followed" in both
 
 
-def test_the_price_of_a_train_has_the_motions_that_are_followed_along_the_speed():
-    train, axis = as_model(load_study(EXAMPLES / "train_idler.toml").gears), gc.Axis("speed", 500, 6000, 40)
-    prices = [search_cost(train, axis, 1, Criteria(starts=starts)) for starts in (0, 16, 512)]
-    usual = [each.motions * each.usual_periods for each in prices]
-    assert usual[1] / 3 < usual[0] < usual[1] < usual[2]  # most are there without random states
-    assert all(each.periods >= each.usual_periods for each in prices) and prices[1].warning(2) is not None
+def _search(torques, **criteria):
+    model = as_model(load_study(SPUR, {"torque": 100.0, "speed": 500.0}).gears)
+    return SpeedSearch(model, gc.Axis("speed", 500, 4000, 40), torques, Criteria(**criteria))
+
+
+def test_a_trial_of_a_search_is_spread_over_speeds_and_torques():
+    whole = _search([100.0, 150.0, 200.0, 250.0, 300.0, 350.0], starts=2)
+    assert [whole.thinned(share).torques for share in (0.0, 1e-3, 2e-3)] == [[200.0], [200.0], [150.0, 300.0]]
+    trial = whole.thinned(0.05)
+    assert trial.torques == whole.torques
+    assert trial.cost.motions == pytest.approx(0.05 * whole.cost.motions, rel=0.05)
+    (found,) = replace(whole.thinned(1e-3), trial=4).run()
+    assert found.motions.speeds == [937.5, 1812.5, 2687.5, 3562.5] and found.motions.drawn
+
+
+def test_a_search_proposes_fewer_torques_or_speeds():
+    words, less = _search([100.0, 150.0, 200.0, 250.0, 300.0, 350.0]).smaller(0.25)
+    assert words == "2 of the torques" and less.torques == [100.0, 250.0]
+    words, less = _search([100.0]).smaller(0.25)
+    assert words == "--speed 500:840.9" and less.axis.stop == pytest.approx(840.9, abs=0.01)
+    assert less.cost.motions == pytest.approx(_search([100.0]).cost.motions / 4, rel=0.1)
 
 
 def test_the_tables_of_the_print_have_every_word(found):
