@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 2 * SCRAMBLES  # designs: two in each scrambling
-_PER_SECOND = 2500  # motions that a core classifies in a second, roughly: for the price of a study
 _TWO_SIDED, _PERMANENT = CONTACTS.index("two-sided"), CONTACTS.index("permanent")
 
 
@@ -211,7 +210,7 @@ class Scatter(ClassifyingStudy):
             fewer.append(f"--no-indices ({self.samples * points:,})")
         raise InputError(
             "budget", f"must be at least {self.count:,}, the motions of {self.count // points:,} designs at "
-            f"{points} points, about {max(1, round(self.count / _PER_SECOND / 60))} minutes of a core", self.budget,
+            f"{points} points", self.budget,
             f"Or choose {' or '.join([*fewer, 'fewer speeds'])}.")
 
     @property

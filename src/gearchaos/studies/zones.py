@@ -133,7 +133,8 @@ class Zones(ClassifyingStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        """Bound for all cells, of a refined map for those usually computed; with several starts also for sweeps along all rows, `WIDTH` rows at a time.
+        """Bound for all cells, of a refined map for as many as are usually computed; with several starts also for
+        sweeps along all rows, `WIDTH` rows at a time.
 
         Raises `InputError` if a single row, which one machine computes, cannot end.
         """
@@ -143,7 +144,8 @@ class Zones(ClassifyingStudy):
             sequential = 2 * self.x.count * PERIODS_PER_VALUE
         system = switched_system(corners(self.model, self.x, self.y))
         row = estimate(system, math.ceil(motions), self.classification.max_periods, sequential)
-        return replace(row, motions=math.ceil(motions * self.y.count), sequential=sequential * -(-self.y.count // WIDTH))
+        rounds = -(-self.y.count // WIDTH)
+        return replace(row, motions=math.ceil(motions * self.y.count), sequential=sequential * rounds)
 
     def check_in_memory(self) -> None:
         check_memory("cells", self.x.count * self.y.count)

@@ -145,7 +145,7 @@ def test_time_grows_with_work_and_falls_with_threads():
 
 @dataclass(frozen=True)
 class _Work:
-    """Work that takes 5 ms for each of its motions, the first ones of 10 s for the kernels, on a clock that tests move."""
+    """Work that takes 5 ms for each of its motions, and 10 s more for the first kernels, on a clock that it moves."""
 
     motions: int
     clock: SimpleNamespace
