@@ -175,7 +175,7 @@ def test_pieces_are_numbered_in_as_few_bytes_as_will_do(count, dtype, monkeypatc
 
     class Numbers(Study):
         grid = {"x": count}  # noqa: RUF012 -- it stands for a property
-        cost = SimpleNamespace(announce=lambda *_: None, check_time=lambda: None)
+        cost = SimpleNamespace(check_time=lambda: None)
 
         def compute(self, items, **_):
             return {"numbers": items}
