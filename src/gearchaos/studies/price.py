@@ -70,7 +70,9 @@ def announce(work: Priced, progress: bool = True, threads: int | None = None) ->
     """Print on stderr how long a work takes, if that is long and progress is wanted, and of a very long one a smaller
     choice with its price. Bars of progress then count on that time, and on more where it turns out too short."""
     told_end.set(None)
-    if not progress or (bound := work.cost.seconds(threads)) < TOLD_SECONDS or (seconds := price(work, threads)) < TOLD_SECONDS:
+    if not progress or (bound := work.cost.seconds(threads)) < TOLD_SECONDS:
+        return
+    if (seconds := price(work, threads)) < TOLD_SECONDS:
         return
     told_end.set(time.monotonic() + seconds)
     words = f"this takes about {duration(seconds)}. {work.cost.summary}"
