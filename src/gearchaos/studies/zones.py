@@ -42,6 +42,8 @@ _REFINED = 8  # the refinement that is proposed for a map that takes long
 _COMPUTED_SHARE = 1 / 8
 """Rough estimate of the share of the cells of a refined map that are computed."""
 
+_PARTS = 4  # least number of parts of the coarsest lattice in a row of the middle by which a refined map is tried
+
 _NO_CONTACT = CONTACTS.index("none")
 
 
@@ -165,8 +167,16 @@ class Zones(ClassifyingStudy):
         return {"starts": self.starts, "refine": self.refine, **({"prove": 1} if self.prove else {})}
 
     def thinned(self, share: float) -> Self:
-        """As of every study, but a refined map is computed in full, and no certificate is written."""
-        return replace(super().thinned(share), refine=1, certificates=None)
+        """As of every study, without certificates; of a refined map the middle, where as many cells are inferred."""
+        spread = replace(super().thinned(share), certificates=None)
+        if self.refine == 1:
+            return spread
+        ends: dict[str, Any] = {}
+        for name, axis, count in (("x", self.x, spread.x.count), ("y", self.y, spread.y.count)):
+            count = min(axis.count, max(_PARTS * self.refine, count))
+            first = (axis.count - count) // 2
+            ends[name] = Axis(axis.name, axis.values[first], axis.values[first + count - 1], count)
+        return replace(spread, **ends)
 
     def smaller(self, share: float) -> tuple[str, Self] | None:
         """The same map refined; fewer cells of one that is, or that has several starts."""

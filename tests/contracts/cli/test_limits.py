@@ -248,6 +248,12 @@ def test_a_study_names_a_smaller_choice(study, words):
     assert study.thinned(0.0).cost.seconds(1) < study.cost.seconds(1) / 2
 
 
+def test_a_trial_of_a_refined_map_is_its_middle_at_the_same_density():
+    part = gc.Zones(PAIR, *GRID, refine=8).thinned(0.25)
+    assert part.refine == 8 and (part.x.count, part.y.count) == (200, 50)
+    assert np.allclose(part.x.values, GRID[0].values[100:300]) and np.allclose(part.y.values, GRID[1].values[25:75])
+
+
 @pytest.mark.parametrize("command", [
     ["regime"], ["simulate", "--periods", "2"],
     ["zones", "--axis", "omega=1:2:2", "--axis", "eps1=0:.1:2", "--out", "o.nc"], ["run", "s.toml", "--out", "o.zarr"],
