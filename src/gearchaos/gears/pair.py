@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
@@ -27,9 +27,6 @@ from gearchaos.model import (
 )
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
-
-if TYPE_CHECKING:
-    from gearchaos.gears.train.train import Train
 
 Value = TypeVar("Value")
 # a float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
@@ -263,22 +260,6 @@ class GearPair(HasCard):
     def to_pair(self) -> GearPair:
         """The pair itself; a `GearDesign` has the same method."""
         return self
-
-    def to_train(self, design: Any = None) -> Train:
-        """This pair as a train of the bodies wheel1 and wheel2, at the torques that balance M10; ``design`` is that
-        which it was made of."""
-        from gearchaos.gears.train.train import Train  # many modules, for what a pair cannot contain alone
-
-        bodies = [{"name": f"wheel{n}", "inertia": inertia, "torque": torque, "damping": friction}
-                  for n, inertia, torque, friction in (
-                      (1, self.I1, self.M10, self.b1), (2, self.I2, -self.M10 * self.n2 / self.n1, self.b2))]
-        mesh: dict[str, Any] = {"between": ("wheel1", "wheel2"), "design": design or self}
-        if not self.rigid:
-            mesh["line_of_action"] = 0.0
-            for n, body in enumerate(bodies, 1):
-                support = {"stiffness": getattr(self, f"c{n}"), "damping": getattr(self, f"k{n}"), "direction": 0.0}
-                body |= {"mass": getattr(self, f"m{n}"), "support": support}
-        return Train(speed=self.speed, bodies=bodies, meshes=[mesh], damping_law=self.damping_law)
 
     def to_model(self, kind: str | None = None) -> MeshModel:
         """The dimensionless model by (2.11).

@@ -63,7 +63,8 @@ def natural_frequencies(gears: Train | GearDesign | GearPair) -> xr.Dataset:
         pair = gears.at(speed=1.0).to_pair()
         gears = gears.at(speed=pair.omega0 / pair.n1 / RPM)
     if is_design(gears) or isinstance(gears, GearPair):
-        train = replace(gears, damping_law="contact").to_train()  # laws differ where contact is lost
+        gears = replace(gears, damping_law="contact")  # laws differ where contact is lost
+        train = Train.of_pair(gears.to_pair(), gears)
     elif isinstance(gears, Train):
         train = gears
     else:

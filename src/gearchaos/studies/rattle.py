@@ -110,9 +110,9 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     @cached_property
     def cost(self) -> Cost:
-        """That of three scans along the axis."""
-        one = self._scan("fixed").cost
-        return replace(one, motions=3 * one.motions)
+        """That of three scans along the axis, two of them slow sweeps."""
+        one = self._scan("up").cost
+        return replace(one, motions=3 * one.motions, sequential=2 * one.sequential)
 
     @property
     def _meshes(self) -> tuple[str, ...]:

@@ -277,7 +277,9 @@ class GearDesign(Drawing, HasCard):
 
     def to_train(self) -> Train:
         """This pair as a train of the bodies wheel1 and wheel2, which can contain what repeats once per turn."""
-        return self.to_pair().to_train(self)
+        from gearchaos.gears.train.train import Train  # many modules, for teeth that differ alone
+
+        return Train.of_pair(self.to_pair(), self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
-from gearchaos.gears.pair import Scales
+from gearchaos.gears.pair import GearPair, Scales
 from gearchaos.gears.train.assembly import mean_imbalance, units_of
 from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
 from gearchaos.gears.train.parts import GROUND, LAWS, Body, Shaft, Units, field_of, parts
@@ -77,6 +77,21 @@ class Train(HasCard):
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
     damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*LAWS)))
     reference: Any = field(default=None, metadata=read_by(record(Units)))
+
+    @classmethod
+    def of_pair(cls, pair: GearPair, gears: Any) -> Train:
+        """A pair, and the gears that it was made of, as a train of the bodies wheel1 and wheel2, at the torques that
+        balance M10."""
+        bodies = [{"name": f"wheel{n}", "inertia": inertia, "torque": torque, "damping": friction}
+                  for n, inertia, torque, friction in (
+                      (1, pair.I1, pair.M10, pair.b1), (2, pair.I2, -pair.M10 * pair.n2 / pair.n1, pair.b2))]
+        mesh: dict[str, Any] = {"between": ("wheel1", "wheel2"), "design": gears}
+        if not pair.rigid:
+            mesh["line_of_action"] = 0.0
+            for n, body in enumerate(bodies, 1):
+                support = {"stiffness": getattr(pair, f"c{n}"), "damping": getattr(pair, f"k{n}"), "direction": 0.0}
+                body |= {"mass": getattr(pair, f"m{n}"), "support": support}
+        return cls(speed=pair.speed, bodies=bodies, meshes=[mesh], damping_law=pair.damping_law)
 
     def __post_init__(self) -> None:
         convert_fields(self)
