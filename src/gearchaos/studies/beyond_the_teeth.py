@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.operating import is_design
 from gearchaos.gears.units import measured
@@ -39,9 +41,9 @@ class TeethLimits(NamedTuple):
         shown = "/".join(dict.fromkeys(measured(each, 4) for each in strengths))
         assumed = ", assumed" * any(each is None for each in known)
         stress_words = f"a nominal root stress above {shown} {ROOT_STRESS.unit}{assumed}, or " * (stresses is not None)
-        return cls(deflection / gears.at(torque=torque).to_pair().half_backlash, factor,
+        return cls(2 * deflection / gears.backlash_line_of_action, factor,
                    f"{stress_words}a deflection above {measured(1e3 * deflection, 3)} mm")
 
-    def exceeded(self, dynamic_factor: float, deflection: float) -> bool:
-        """Whether a motion is beyond them; one that diverges has NaN for both."""
-        return not (dynamic_factor <= self.factor and deflection <= self.deflection)
+    def exceeded(self, dynamic_factor: Any, deflection: Any) -> Any:
+        """Whether motions are beyond them, an array of the shape of both; one that diverges has NaN for both."""
+        return np.logical_not((dynamic_factor <= self.factor) & (deflection <= self.deflection))

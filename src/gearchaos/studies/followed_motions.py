@@ -19,7 +19,7 @@ from gearchaos.execute import tiles
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, signature
+from gearchaos.studies.batch_classification import SAME_CENTRE, classify_batch, measured_at_end, signature
 from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
 from gearchaos.studies.load_change import REVERSAL, Draw
@@ -150,8 +150,7 @@ def classified(
     others = np.array([i for i in order if motions[i] is None], int)
 
     def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-        periods = np.where(found.period > 0, found.period, settings.averaging_periods)
-        measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
+        measures = measured_at_end(final, found, settings)
         return {
             **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
             "compression": measures[Measure.Z_MIN] - 1, "deflection": largest_deflection(measures), "w": found.w.T,

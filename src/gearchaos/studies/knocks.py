@@ -15,7 +15,7 @@ from gearchaos.gears.operating import gears_of, pair_of
 from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.model.switched import begun_at, coordinates
-from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.batch_classification import classify_batch, measured_at_end
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, Severity, brief_settings, largest_deflection
 from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
@@ -127,10 +127,9 @@ class Knocked:
         return _Tried(number, phase, step, [m if m and self.severity(m) else None for m in out])
 
     def _collect(self, _: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-        periods = np.where(found.period > 0, found.period, self.settings.averaging_periods)
-        measures = final.flow.advance(final.w, periods, points=final.points, measured=True).measures
         return {"label": found["label"], "period": found.period, "contact": found["contact"],
-                "factor": found.variables()["dynamic_factor"], "deflection": largest_deflection(measures)}
+                "factor": found.variables()["dynamic_factor"],
+                "deflection": largest_deflection(measured_at_end(final, found, self.settings))}
 
     def least(self, found: _Tried, number: int) -> tuple[float, int, Motion] | None:
         """The least step that leads from a motion to one to avoid, its phase, and that motion, to `_ACCURACY`."""

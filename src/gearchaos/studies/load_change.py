@@ -65,18 +65,23 @@ class LoadChange(NamedTuple):
                  seed: tuple[int, ...]) -> np.ndarray:
         base, values = replace(model, initial={}), {"speed": np.array(speeds, float)}
         names = coordinates(vary(base, {}))
-        rest = np.repeat(initial_states(base, values, names), starts, axis=1)
-        meshes = _meshes(switched_system(vary(base, values), names))
+        meshes = Meshes.of(switched_system(vary(base, values), names))
         box = {f"{part}{k}": (0.0, 1.0) for k in range(len(meshes.front)) for part in ("z", "v")}
         unit = np.stack(list(spread(box, len(speeds) * starts, seed).values()))
+        return self.states(meshes, initial_states(base, values, names), factors, unit)
+
+    def states(self, meshes: Meshes, rest: np.ndarray, factors: Any, unit: np.ndarray) -> np.ndarray:
+        """States (d, n P) of K meshes at P points, n at each, from those at rest (d, P), the dynamic factors (P,) of
+        the motions before, and even numbers between 0 and 1 (2 K, n P)."""
         excess = np.fmin(np.nan_to_num(factors, nan=np.inf), _MOST_FACTOR) - 1
-        drawn = unit.reshape(len(meshes.front), 2, len(speeds), starts).copy()
+        drawn = unit.reshape(len(meshes.front), 2, rest.shape[1], -1).copy()
         for k, front in enumerate(meshes.front.tolist()):
             for p, (mass, stiffness, force, own) in enumerate(zip(
                     *(each[:, k] for each in meshes[3:]), excess, strict=True)):
                 drawn[k, :, p] = _evenly(_stored(front, stiffness, abs(force), self.ratio, own), mass, force < 0,
                                          drawn[k, :, p])
-        both = np.stack([meshes.rows, meshes.rates], axis=1).reshape(len(unit), -1)
+        rest, both = np.repeat(rest, drawn.shape[-1], axis=1), np.stack([meshes.rows, meshes.rates], axis=1)
+        both = both.reshape(len(unit), -1)
         return rest + np.linalg.pinv(both) @ (drawn.reshape(unit.shape) - both @ rest)
 
 
@@ -84,7 +89,7 @@ REVERSAL = LoadChange()
 """The change of the load unless another is given."""
 
 
-class _Meshes(NamedTuple):
+class Meshes(NamedTuple):
     """K meshes at P points: rows of displacement and velocity (K, d), front flank (K,), mass, mean stiffness and mean
     force (P, K)."""
 
@@ -95,19 +100,19 @@ class _Meshes(NamedTuple):
     stiffness: np.ndarray
     force: np.ndarray
 
-
-def _meshes(system: SwitchedAffine) -> _Meshes:
-    """The meshes of a system; the mean stiffness of a pair is 1."""
-    contacts, force = system.contacts, system.static_force
-    if contacts is None or not contacts.names:
-        unit = np.eye(system.dimension)
-        return _Meshes(unit[:1], unit[1:2], np.ones(1), np.ones_like(force), np.ones_like(force), force)
-    length = np.diff(contacts.edges, axis=1, append=1.0)
-    mean = np.einsum("pmn,pn->pm", contacts.stiffness, length)
-    stiffness = np.stack([mean[:, (contacts.meshes == k) & (contacts.sides > 0)].sum(axis=1)
-                          for k in range(len(contacts.rows))], axis=1)
-    return _Meshes(contacts.rows, contacts.rates, contacts.front, 1 / np.einsum(
-        "pkd,kd->pk", contacts.pushes, contacts.rates), stiffness, force)
+    @classmethod
+    def of(cls, system: SwitchedAffine) -> Meshes:
+        """The meshes of a system; the mean stiffness of a pair is 1."""
+        contacts, force = system.contacts, system.static_force
+        if contacts is None or not contacts.names:
+            unit = np.eye(system.dimension)
+            return cls(unit[:1], unit[1:2], np.ones(1), np.ones_like(force), np.ones_like(force), force)
+        length = np.diff(contacts.edges, axis=1, append=1.0)
+        mean = np.einsum("pmn,pn->pm", contacts.stiffness, length)
+        stiffness = np.stack([mean[:, (contacts.meshes == k) & (contacts.sides > 0)].sum(axis=1)
+                              for k in range(len(contacts.rows))], axis=1)
+        return cls(contacts.rows, contacts.rates, contacts.front, 1 / np.einsum(
+            "pkd,kd->pk", contacts.pushes, contacts.rates), stiffness, force)
 
 
 class _Stored(NamedTuple):

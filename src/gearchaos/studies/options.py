@@ -41,7 +41,7 @@ class Option:
         """A value in the type of the option; raises `InputError` if it breaks its rule. None is kept if it may be left
         out; ``field`` names the value in the message."""
         field = field or self.name
-        if value is None and self.default is None:
+        if value is None and (self.default is None or self.annotation.endswith("| None")):
             return None
         if self.type is Axis:
             return as_axis(value, field) if self.count is None else as_range(value, field, self.count)

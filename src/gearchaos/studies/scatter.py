@@ -11,7 +11,7 @@ import numpy as np
 
 from gearchaos.datasets import new_dataset, variables
 from gearchaos.dynamics import Classification, Label
-from gearchaos.dynamics.response import CONTACTS
+from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears.operating import gears_of, is_design
@@ -19,7 +19,7 @@ from gearchaos.model import MeshModel, check_is_pair, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.batch_classification import classify_batch
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.distributions import (
@@ -30,11 +30,11 @@ from gearchaos.studies.distributions import (
     correlation_factor,
     probabilities,
 )
+from gearchaos.studies.load_change import LOAD_CHANGES, REVERSAL, LoadChange
 from gearchaos.studies.operating_ranges import operating_axis, torques_of
 from gearchaos.studies.options import axis_option, option
-from gearchaos.studies.scatter_results import OUTCOMES, ScatterResults
+from gearchaos.studies.scatter_results import AFTER, OUTCOMES, ScatterResults
 from gearchaos.studies.scattered_models import (
-    Machine,
     ScatteredModels,
     check_parameters,
     check_values,
@@ -42,6 +42,7 @@ from gearchaos.studies.scattered_models import (
     resolved,
     with_varied_deviations,
 )
+from gearchaos.studies.scattered_motions import PERMANENT, TWO_SIDED, ScatteredMotions, lost
 from gearchaos.studies.study import ClassifyingStudy, Results
 from gearchaos.validation import check_rule
 
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 2 * SCRAMBLES  # designs: two in each scrambling
-_TWO_SIDED, _PERMANENT = CONTACTS.index("two-sided"), CONTACTS.index("permanent")
 
 
 @dataclass(frozen=True)
@@ -137,6 +137,10 @@ class Scatter(ClassifyingStudy):
         "steady contact those of the motion of flanks that never part, at the mean stiffness.")
     correlations: tuple[tuple[str, str, float], ...] = option(
         (), "Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.")
+    load_change: float | None = option(
+        REVERSAL.ratio, "After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.",
+        rule=LOAD_CHANGES)
+    wide: bool = option(False, "Look at wide ranges of states instead, which no load stores.")
     seed: int = option(0, "Of the samples.", least=0)
     budget: int = option(2_000_000, "Most motions that are followed.", least=1)
 
@@ -151,6 +155,8 @@ class Scatter(ClassifyingStudy):
             check_rule("torque", np.array(self.torque), POSITIVE)
         if is_design(self.model) and self.torque:
             self._set(model=self.model.at(torque=self.torque[0]))
+        if self.load_change == "none":  # as study files and commands have it
+            self._set(load_change=None)
         super().__post_init__()
         check_is_pair(self.model, "a scatter")
         gears = gears_of(self.model)
@@ -245,6 +251,13 @@ class Scatter(ClassifyingStudy):
         """The values of all inputs, of the shape of `points`, as `Scattered.at` gives them."""
         return np.stack([each.at(self.points[..., i]) for i, each in enumerate(self.inputs)], axis=-1)
 
+    @cached_property
+    def changes(self) -> np.ndarray:
+        """Even numbers between 0 and 1, (n, samples, torques, speeds), from which states after load changes follow."""
+        count = len(default_box(self.model)) if self.wide else 2
+        return np.random.default_rng([self.seed, 1]).random(
+            (count, self.samples, len(self.torques), self.speed.count))
+
     @property
     def grid(self) -> dict[str, int]:
         designs = self.samples * (len(self.inputs) + 2) // 2 if self.has_indices else self.samples
@@ -273,52 +286,59 @@ class Scatter(ClassifyingStudy):
         machines, _ = self.models.machines(samples, "designs" if progress else None)
         place = {int(design): position for position, design in enumerate(designs)}
         shape = len(designs), len(self.torques), len(speeds)
-        out: Results = {"label": np.zeros(shape, np.int8), "contact": np.full(shape, _PERMANENT, np.int8),
-               "excess": np.full(shape, np.nan, np.float32), "possible": np.zeros(shape, np.int8)}
+        out: Results = {"possible": np.zeros(shape, np.int8)}
+        for after in self._classes:
+            out |= {f"label{after}": np.zeros(shape, np.int8), f"contact{after}": np.full(shape, PERMANENT, np.int8),
+                    f"excess{after}": np.full(shape, np.nan, np.float32), f"beyond{after}": np.zeros(shape, np.int8)}
         for number, keys in enumerate(groups := self.models.alike(machines), 1):
             name = f"scatter {number} of {len(groups)}" if progress else None
-            found = self._classified([machines[key] for key in keys], name, threads)
-            at = tuple(np.transpose([(place[design], torque) for design, torque in keys]))
-            for each, values in out.items():
-                values[at] = found[each]
+            motions = ScatteredMotions(
+                self.models, [machines[key] for key in keys], speeds, self.classification,
+                self.cost.max_parameter_points(threads), name, threads)
+            design, torque = np.transpose(keys)
+            at = np.array([place[each] for each in design.tolist()]), torque
+            out["possible"][at] = 1
+            for after, values in self._found(motions, design, torque).items():
+                for each in ("label", "contact", "excess", "beyond"):
+                    out[f"{each}{after}"][at] = values[each].reshape(len(keys), -1)
         return {n: v.reshape(-1) for n, v in out.items()}
 
-    def _classified(self, machines: list[Machine], progress: str | None, threads: int | None) -> Results:
-        """The results (M, speeds) of machines that are alike, those of similar mesh frequency computed together."""
-        speeds = self.speed.values
+    @property
+    def _classes(self) -> tuple[str, ...]:
+        """What the names of results end in: of motions in operation, and after a change of the load."""
+        return ("", AFTER) if self.wide or self.load_change is not None else ("",)
 
-        def initial_states(number: np.ndarray) -> Any:
-            machine, speed = np.divmod(number, len(speeds))
-            return self.models.motions(machines, machine, speeds[speed])
-
-        order = np.arange(len(machines) * len(speeds)).reshape(-1, len(speeds)).T.ravel()
-        found = classify_batch(
-            initial_states, lambda _, motions, verdicts: {
-                n: verdicts[n] for n in ("label", "contact", "dynamic_factor")},
-            order, settings=self.classification, progress=progress, threads=threads,
-            largest=self.cost.max_parameter_points(threads))
-        by_machine = {n: v.reshape(len(machines), -1) for n, v in found.items()}
-        ratios = np.array([machine.quasi_static for machine in machines])[:, None]
-        factor = by_machine.pop("dynamic_factor") / ratios
-        return {**by_machine, "excess": factor, "possible": np.ones(factor.shape)}
+    def _found(self, motions: ScatteredMotions, design: np.ndarray, torque: np.ndarray) -> dict[str, Results]:
+        """The results by class of motions of the machines with these numbers of the design and torque; after a change
+        of the load only of the designs that are samples of the inputs."""
+        found = {"": motions.from_start()}
+        if AFTER in self._classes:
+            cells = np.arange(len(design) * self.speed.count)
+            machine, speed = np.divmod(cells[np.repeat(design < self.samples, self.speed.count)], self.speed.count)
+            cells = machine * self.speed.count + speed
+            changed = motions.after_change(
+                cells, found[""]["dynamic_factor"][cells], self.changes[:, design[machine], torque[machine], speed],
+                None if self.wide else LoadChange.checked(self.load_change))
+            found[AFTER] = {n: np.zeros_like(v) for n, v in found[""].items()}
+            for name, values in changed.items():
+                found[AFTER][name][cells] = values
+        motions.carry(found[""])
+        return found
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
-        label, contact, excess, possible = (
-            found[n].reshape(tuple(self.grid.values())) for n in ("label", "contact", "excess", "possible"))
-        diverged = label == Label.DIVERGED
-        outcomes = {
-            "contact loss": (contact != _PERMANENT) | diverged, "both flanks hit": (contact == _TWO_SIDED) | diverged,
-            "no repetition": np.isin(label, (Label.CHAOTIC, Label.QUASI_PERIODIC)),
-            "force over limit": (excess > self.factor) | diverged}
-        loaded = possible.astype(bool) & (np.isfinite(excess) | diverged)
+        found = {name: values.reshape(tuple(self.grid.values())) for name, values in found.items()}
+        possible, excess, beyond = found["possible"] == 1, found["excess"], found["beyond"] == 1
+        outcomes = [self._outcomes({n: found[f"{n}{after}"] for n in ("label", "contact", "excess", "beyond")})
+                    for after in self._classes]
+        loaded = possible & (np.isfinite(excess) | beyond)
         results = ScatterResults(
             inputs=self.inputs, points=self.points, values=self.values, speeds=self.speed, indices=self.has_indices,
-            independent=not self.correlations, outcomes=np.stack([outcomes[n] for n in OUTCOMES]),
-            contact=contact, excess=np.where(diverged, np.inf, excess), possible=possible[:, 0, 0] == 1,
+            independent=not self.correlations, outcomes=outcomes[0], after=outcomes[1] if outcomes[1:] else None,
+            contact=found["contact"], excess=np.where(beyond, np.nan, excess), possible=possible[:, 0, 0],
             loaded=loaded[:, 0, 0])
-        undecided = (label == Label.UNDECIDED) & (possible == 1)
+        undecided = (found["label"] == Label.UNDECIDED) & possible
         data = {**results.variables(), **variables((), {
-            "undecided_share": np.array(undecided.sum() / max(1, np.sum(possible == 1)))})}
+            "undecided_share": np.array(undecided.sum() / max(1, np.sum(possible)))})}
         coords = variables((self.speed.name,), {self.speed.name: self.speed.values})
         if self.torque is not None:
             coords |= variables(("torque",), {"torque": np.array(self.torque)})
@@ -328,6 +348,15 @@ class Scatter(ClassifyingStudy):
         attributes = {"indices_refused": self._why_no_indices(results), "impossible_because": self._why(results)}
         coords |= results.coordinates()
         return new_dataset(data, coords, {**self.provenance(**self.recorded), **attributes})
+
+    def _outcomes(self, found: Results) -> np.ndarray:
+        """Which of `OUTCOMES` motions have, (outcomes, ...)."""
+        beyond = found["beyond"] == 1
+        outcomes = {
+            "contact loss": lost(found), "both flanks hit": (found["contact"] == TWO_SIDED) | beyond,
+            "no repetition": np.isin(found["label"], (Label.CHAOTIC, Label.QUASI_PERIODIC)),
+            "force over limit": (found["excess"] > self.factor) | beyond, BEYOND: beyond}
+        return np.stack([outcomes[n] for n in OUTCOMES])
 
     def _why_no_indices(self, results: ScatterResults) -> str:
         if self.correlations:

@@ -12,15 +12,18 @@ import numpy as np
 from gearchaos.datasets import variables
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.distributions import Scattered
 from gearchaos.studies.scatter_estimates import at_best, at_half, probability, sobol_indices
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OUTCOMES = ("contact loss", "both flanks hit", "no repetition", "force over limit")
+OUTCOMES = ("contact loss", "both flanks hit", "no repetition", "force over limit", BEYOND)
 OUTPUTS = ("share of speeds with contact loss", "largest force over the quasi-static one")
 AIMS = ("contact loss anywhere", "share of speeds with contact loss")
+AFTER = "_after_load_change"
+"""What the names of results end in that hold after a change of the load."""
 PERCENTILES = (5.0, 50.0, 95.0)
 
 
@@ -34,9 +37,10 @@ class ScatterResults:
     speeds: Axis
     indices: bool
     independent: bool
-    outcomes: np.ndarray  # (outcomes, D, T, S) of bool
+    outcomes: np.ndarray  # (outcomes, D, T, S) of bool, in operation
+    after: np.ndarray | None  # the same after a change of the load; None where the load never changes
     contact: np.ndarray  # (D, T, S), indices into `CONTACTS`
-    excess: np.ndarray  # (D, T, S), the dynamic factor over the quasi-static ratio, inf where motions diverge
+    excess: np.ndarray  # (D, T, S), the dynamic factor over the quasi-static ratio, NaN beyond the teeth
     possible: np.ndarray  # (D,) of bool
     loaded: np.ndarray  # (D,): possible, with a static load
 
@@ -53,7 +57,7 @@ class ScatterResults:
     @cached_property
     def largest(self) -> np.ndarray:
         """The largest excess over the speeds, (D, T)."""
-        return self.excess.max(axis=2)
+        return np.fmax.reduce(self.excess, axis=2)
 
     def coordinates(self) -> dict[str, xr.Variable]:
         return {name: values[name] for name, values in (
@@ -66,22 +70,24 @@ class ScatterResults:
         units = np.array([each.unit for each in self.inputs])
         words = np.array([each.words for each in self.inputs])
         among = self.by_scrambling(self.possible)
+        changed = {} if self.after is None else self._probabilities(self.after, among, AFTER)
         return {
-            **self._probabilities(among), **self._percentiles(among), **self._indices(), **self._tightened(among),
+            **self._probabilities(self.outcomes, among), **changed, **self._percentiles(among), **self._indices(),
+            **self._tightened(among),
             **variables(("varied",), {"distribution": words, "varied_unit": units, "cut_share": np.array([
                 each.cut for each in self.inputs])}),
             **variables((), {"impossible": np.array(1 - among.mean())}), **self._samples()}
 
-    def _probabilities(self, among: np.ndarray) -> dict[str, xr.Variable]:
-        outcomes = np.moveaxis(self.outcomes, 0, 1)  # (D, outcomes, T, S)
+    def _probabilities(self, outcomes: np.ndarray, among: np.ndarray, after: str = "") -> dict[str, xr.Variable]:
+        outcomes = np.moveaxis(outcomes, 0, 1)  # (D, outcomes, T, S)
         loaded = np.array([name == "force over limit" for name in OUTCOMES])[:, None, None]
         counted = np.where(loaded, self.by_scrambling(self.loaded)[..., None, None, None],
                            among[..., None, None, None])
         counted = np.broadcast_to(counted, (*among.shape, len(OUTCOMES), *outcomes.shape[2:]))
         found = probability(self.by_scrambling(outcomes), counted)
         anywhere = probability(self.by_scrambling(np.any(outcomes, axis=3)), counted[..., 0])
-        return {**variables(("outcome", "torque", self.speeds.name), _with_ends("probability", found)),
-                **variables(("outcome", "torque"), _with_ends("anywhere", anywhere))}
+        return {**variables(("outcome", "torque", self.speeds.name), _with_ends(f"probability{after}", found)),
+                **variables(("outcome", "torque"), _with_ends(f"anywhere{after}", anywhere))}
 
     def _percentiles(self, among: np.ndarray) -> dict[str, xr.Variable]:
         lost = self.by_scrambling(self.outcomes[0])[among]  # (samples, T, S)

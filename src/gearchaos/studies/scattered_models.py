@@ -7,7 +7,7 @@ geometry that cannot run, is a sample without a model.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -19,9 +19,10 @@ from gearchaos.execute.progress import bar
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import OPERATING_NAMES, gears_of, operating_model
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
-from gearchaos.model import MeshModel, has_effect, known_names, vary
+from gearchaos.model import Batch, MeshModel, has_effect, known_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
+from gearchaos.studies.beyond_the_teeth import TeethLimits
 from gearchaos.studies.distributions import WITHIN, Scattered
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.quasi_static import quasi_static_ratio
@@ -35,6 +36,7 @@ DEVIATIONS = "quality.deviations"
 _DRAWN = f"normal(0, {1 / PERMISSIBLE_OVER_SD!r}, -1, 1)"  # of each wheel, over the permissible deviation
 
 Values = tuple[float, ...]  # of the inputs of a sample, in their units, as `Scattered.at` gives them
+States = Callable[[Batch, SwitchedAffine], np.ndarray]  # states (P, d) of motions in phase 0
 
 
 def drawn_within_grade(vary: Sequence[Any]) -> tuple[Any, ...]:
@@ -168,10 +170,12 @@ def _replaced(value: Any, path: Sequence[str], new: Any) -> Any:
 
 
 class Machine(NamedTuple):
-    """A sample at one torque: its model, and the peak of the mesh force over the static one at no speed."""
+    """A sample at one torque: its model, the peak of the mesh force over the static one at no speed, and what its teeth
+    bear."""
 
     model: MeshModel
     quasi_static: float
+    limits: TeethLimits
 
 
 @dataclass(frozen=True)
@@ -187,13 +191,19 @@ class ScatteredModels:
 
     def models(self, values: Values) -> list[MeshModel]:
         """The models of a sample at all torques; raises `InputError` for one that is not possible."""
+        return [model for model, _ in self._made(values)]
+
+    def _made(self, values: Values) -> list[tuple[MeshModel, TeethLimits]]:
+        """The same with what the teeth bear."""
         given = {each.path or each.name: each.given(value) for each, value in zip(self.inputs, values, strict=True)}
         gears: Any = gears_of(self.model)
         if gears is None:
-            return [self.model.with_values(given)]
+            return [(self.model.with_values(given), TeethLimits())]
         found = replace(gears, **with_values(gears, given))
         models = [found.at(torque=torque, speed=self.first).to_model(self.model.kind) for torque in self.torques]
-        return [replace(model, initial=self.model.initial) for model in models] if self.model.initial else models
+        if self.model.initial:
+            models = [replace(model, initial=self.model.initial) for model in models]
+        return [(model, TeethLimits.of(found, torque)) for model, torque in zip(models, self.torques, strict=True)]
 
     def middle(self, **changed: float) -> Values:
         """The values of a sample in the middle of all distributions, but for some probabilities by input."""
@@ -223,8 +233,8 @@ class ScatteredModels:
         with bar(progress, len(samples)) as advance:
             for number, values in samples.items():
                 try:
-                    models = self.models(values)
-                    out |= {(number, t): Machine(model, _ratio(model)) for t, model in enumerate(models)}
+                    out |= {(number, t): Machine(model, _ratio(model), limits)
+                            for t, (model, limits) in enumerate(self._made(values))}
                 except InputError as error:
                     refused[f"{error.field} {error.rule}"] += 1
                 advance(1)
@@ -237,7 +247,7 @@ class ScatteredModels:
         not either, to the last bit.
         """
         groups = dict[Any, list[tuple[int, int]]]()
-        for key, (model, _) in machines.items():
+        for key, (model, *_) in machines.items():
             groups.setdefault(self._likeness(model), []).append(key)
         return list(groups.values())
 
@@ -248,16 +258,27 @@ class ScatteredModels:
             (n, tuple(v) if isinstance(v, list) else v) for n, v in stiffness.record().items() if n not in parameters)
         return type(stiffness), unnamed, same, coordinates(vary(model, {})), model.damping_law
 
-    def motions(self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray) -> Motions:
-        """The motions of machines that are alike from their initial states: of machine (L,) at the speed or ω (L,)."""
-        values = [m.model.parameters() for m in machines]
+    def motions(
+        self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray, states: States,
+        initial: Mapping[str, np.ndarray] | None = None,
+    ) -> Motions:
+        """The motions of machines that are alike from ``states``: of machine (L,) at the speed or ω (L,).
+
+        ``initial`` values by name, (L,), stand for those of the model where they are given, even if there are none."""
+        values, names = [m.model.parameters() for m in machines], coordinates(vary(machines[0].model, {}))
         arrays = {n: np.array([each[n] for each in values])[machine] for n in values[0] if n in self.varying}
         omega = np.array([each["omega"] for each in values])[machine]
         arrays["omega"] = at if self.along == "omega" else omega * (at / self.first)
-        batch = vary(machines[0].model, arrays)
-        system = switched_system(batch, coordinates(vary(machines[0].model, {})))
-        w = initial_state(batch, system) if self.start == "rest" else in_contact(system, self.start == "steady contact")
-        return Motions(ExactFlow(system), w.T.copy(), np.arange(batch.size))
+        model = machines[0].model if initial is None else replace(machines[0].model, initial={})
+        batch = vary(model, {**arrays, **(initial or {})})
+        system = switched_system(batch, names)
+        return Motions(ExactFlow(system), states(batch, system).T.copy(), np.arange(batch.size))
+
+    def begin(self, batch: Batch, system: SwitchedAffine) -> np.ndarray:
+        """The `States` from which the motions of a scatter begin."""
+        if self.start == "rest":
+            return initial_state(batch, system)
+        return in_contact(system, self.start == "steady contact")
 
 
 def in_contact(system: SwitchedAffine, vibrating: bool) -> np.ndarray:

@@ -174,7 +174,7 @@ class _AtTorque:
 
     def beyond(self, motion: Motion) -> bool:
         """Whether teeth cannot bear it."""
-        return self.limits.exceeded(motion.dynamic_factor, motion.deflection)
+        return bool(self.limits.exceeded(motion.dynamic_factor, motion.deflection))
 
     def severity(self, motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
