@@ -14,6 +14,7 @@ from gearchaos.dynamics import Classification, Label
 from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
+from gearchaos.execute.tiles import useful_threads
 from gearchaos.gears.operating import gears_of, is_design
 from gearchaos.model import MeshModel, check_is_pair, vary
 from gearchaos.model.switched import switched_system
@@ -290,11 +291,13 @@ class Scatter(ClassifyingStudy):
         for after in self._classes:
             out |= {f"label{after}": np.zeros(shape, np.int8), f"contact{after}": np.full(shape, PERMANENT, np.int8),
                     f"excess{after}": np.full(shape, np.nan, np.float32), f"beyond{after}": np.zeros(shape, np.int8)}
-        for number, keys in enumerate(groups := self.models.alike(machines), 1):
-            name = f"scatter {number} of {len(groups)}" if progress else None
+        most = max(1, useful_threads(self.count, threads) * self.cost.max_parameter_points(threads) // len(speeds))
+        groups = [keys[i : i + most] for keys in self.models.alike(machines) for i in range(0, len(keys), most)]
+        for number, keys in enumerate(groups, 1):
             motions = ScatteredMotions(
                 self.models, [machines[key] for key in keys], speeds, self.classification,
-                self.cost.max_parameter_points(threads), name, threads)
+                self.cost.max_parameter_points(threads), f"scatter {number} of {len(groups)}" if progress else None,
+                threads)
             design, torque = np.transpose(keys)
             at = np.array([place[each] for each in design.tolist()]), torque
             out["possible"][at] = 1
@@ -311,19 +314,15 @@ class Scatter(ClassifyingStudy):
     def _found(self, motions: ScatteredMotions, design: np.ndarray, torque: np.ndarray) -> dict[str, Results]:
         """The results by class of motions of the machines with these numbers of the design and torque; after a change
         of the load only of the designs that are samples of the inputs."""
-        found = {"": motions.from_start()}
-        if AFTER in self._classes:
-            cells = np.arange(len(design) * self.speed.count)
-            machine, speed = np.divmod(cells[np.repeat(design < self.samples, self.speed.count)], self.speed.count)
-            cells = machine * self.speed.count + speed
-            changed = motions.after_change(
-                cells, found[""]["dynamic_factor"][cells], self.changes[:, design[machine], torque[machine], speed],
-                None if self.wide else LoadChange.checked(self.load_change))
-            found[AFTER] = {n: np.zeros_like(v) for n, v in found[""].items()}
-            for name, values in changed.items():
-                found[AFTER][name][cells] = values
-        motions.carry(found[""])
-        return found
+        changing = (design < self.samples) & (AFTER in self._classes)
+        cells = np.flatnonzero(np.repeat(changing, self.speed.count))
+        machine, speed = np.divmod(cells, self.speed.count)
+        found, changed = motions.found(cells, self.changes[:, design[machine], torque[machine], speed],
+                                       None if self.wide else LoadChange(self.load_change or 0.0))
+        after = {n: np.zeros_like(v) for n, v in found.items()}
+        for name, values in changed.items():
+            after[name][cells] = values
+        return dict(zip(self._classes, (found, after), strict=False))
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         found = {name: values.reshape(tuple(self.grid.values())) for name, values in found.items()}

@@ -7,7 +7,7 @@ geometry that cannot run, is a sample without a model.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -36,7 +36,6 @@ DEVIATIONS = "quality.deviations"
 _DRAWN = f"normal(0, {1 / PERMISSIBLE_OVER_SD!r}, -1, 1)"  # of each wheel, over the permissible deviation
 
 Values = tuple[float, ...]  # of the inputs of a sample, in their units, as `Scattered.at` gives them
-States = Callable[[Batch, SwitchedAffine], np.ndarray]  # states (P, d) of motions in phase 0
 
 
 def drawn_within_grade(vary: Sequence[Any]) -> tuple[Any, ...]:
@@ -258,27 +257,26 @@ class ScatteredModels:
             (n, tuple(v) if isinstance(v, list) else v) for n, v in stiffness.record().items() if n not in parameters)
         return type(stiffness), unnamed, same, coordinates(vary(model, {})), model.damping_law
 
-    def motions(
-        self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray, states: States,
+    def batch(
+        self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray,
         initial: Mapping[str, np.ndarray] | None = None,
-    ) -> Motions:
-        """The motions of machines that are alike from ``states``: of machine (L,) at the speed or ω (L,).
+    ) -> Batch:
+        """The parameters of machines that are alike: of machine (L,) at the speed or ω (L,).
 
         ``initial`` values by name, (L,), stand for those of the model where they are given, even if there are none."""
-        values, names = [m.model.parameters() for m in machines], coordinates(vary(machines[0].model, {}))
+        values = [m.model.parameters() for m in machines]
         arrays = {n: np.array([each[n] for each in values])[machine] for n in values[0] if n in self.varying}
         omega = np.array([each["omega"] for each in values])[machine]
         arrays["omega"] = at if self.along == "omega" else omega * (at / self.first)
         model = machines[0].model if initial is None else replace(machines[0].model, initial={})
-        batch = vary(model, {**arrays, **(initial or {})})
-        system = switched_system(batch, names)
-        return Motions(ExactFlow(system), states(batch, system).T.copy(), np.arange(batch.size))
+        return vary(model, {**arrays, **(initial or {})})
 
-    def begin(self, batch: Batch, system: SwitchedAffine) -> np.ndarray:
-        """The `States` from which the motions of a scatter begin."""
-        if self.start == "rest":
-            return initial_state(batch, system)
-        return in_contact(system, self.start == "steady contact")
+    def motions(self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray) -> Motions:
+        """The motions of a `batch` from the initial states of the scatter."""
+        batch = self.batch(machines, machine, at)
+        system = switched_system(batch, coordinates(vary(machines[0].model, {})))
+        w = initial_state(batch, system) if self.start == "rest" else in_contact(system, self.start == "steady contact")
+        return Motions(ExactFlow(system), w.T.copy(), np.arange(batch.size))
 
 
 def in_contact(system: SwitchedAffine, vibrating: bool) -> np.ndarray:

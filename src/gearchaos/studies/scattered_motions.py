@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box
 from gearchaos.dynamics.response import CONTACTS
+from gearchaos.execute import tiles
+from gearchaos.flow import OK, Measure
 from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.batch_classification import classify_batch, measured_at_end
 from gearchaos.studies.beyond_the_teeth import TeethLimits
@@ -21,6 +23,8 @@ from gearchaos.studies.scattered_models import Machine, ScatteredModels
 from gearchaos.studies.study import Results
 
 PERMANENT, TWO_SIDED = CONTACTS.index("permanent"), CONTACTS.index("two-sided")
+_SETTLING, _WATCHED = 80, 16  # mesh periods at a speed before it is seen whether contact is still lost, and in which
+_ROUNDING = 1e-9  # of the share of the time in contact
 
 
 def lost(found: Results) -> np.ndarray:
@@ -44,57 +48,80 @@ class ScatteredMotions:
     progress: str | None
     threads: int | None
 
-    def from_start(self) -> Results:
+    def found(self, cells: np.ndarray, unit: np.ndarray, change: LoadChange | None) -> tuple[Results, Results]:
+        """The motions in operation (M S,), and those of cells (L,) after a change of the load; None: from wide ranges.
+
+        Even numbers ``unit`` (n, L) say which states these begin in."""
+        every = np.arange(len(self._begun.points))
+        operation = self._classified(self._begun.take, every)
+        to, carried = self._carried(operation)
+        changed = self._changed(cells, operation["dynamic_factor"][cells], unit, change)
+        begun = replace(self._begun, w=np.concatenate([changed, carried], axis=1), points=np.concatenate([cells, to]))
+        more = self._classified(begun.take, begun.points) if len(begun.points) else operation
+        stays = np.flatnonzero(lost(more)[len(cells):])
+        for name, values in operation.items():
+            values[to[stays]] = more[name][len(cells):][stays]
+        return operation, {name: values[:len(cells)] for name, values in more.items()}
+
+    @cached_property
+    def _begun(self) -> Motions:
         """The motions of all cells from the initial states of the scatter."""
-        every = np.arange(len(self.machines) * len(self.speeds))
-        return self._classified(every, lambda number: self._at(every[number], self.models.begin))
+        machine, speed = np.divmod(np.arange(len(self.machines) * len(self.speeds)), len(self.speeds))
+        return self.models.motions(self.machines, machine, self.speeds[speed])
 
-    def carry(self, found: Results) -> None:
-        """Carry the motions of all cells that lose contact to the next speeds, up and down, as far as they lose it.
+    def _carried(self, found: Results) -> tuple[np.ndarray, np.ndarray]:
+        """The cells (L,) in which contact was kept and to which one that lost it is carried, with its states (d, L).
 
-        Where contact was kept, they take the place of the motion found: as the speed rises or falls, a motion in
-        permanent contact is followed by the one in permanent contact, if there is one."""
-        new, last = np.flatnonzero(lost(found)), len(self.speeds) - 1
+        Motions without contact go on to the next speed, up and down, as far as they lose it. As the speed rises or
+        falls a motion in permanent contact is followed by the one in permanent contact, where there is one."""
+        w, is_lost, last = found["w"].T.copy(), lost(found), len(self.speeds) - 1
+        new = np.flatnonzero(is_lost & (found["label"] != Label.DIVERGED))
         while True:
             up, down = new[new % len(self.speeds) < last], new[new % len(self.speeds) > 0]
             here, there = np.concatenate([up, down]), np.concatenate([up + 1, down - 1])
-            going = ~lost(found)[there] & (found["label"][here] != Label.DIVERGED)
-            if not going.any():
-                return
-            new, w = there[going], found["w"][here[going]]
-            reached = self._from_states(new, w)
-            stays = lost(reached)
-            new = new[stays]
-            for name, values in found.items():
-                values[new] = reached[name][stays]
+            here, there = here[~is_lost[there]], there[~is_lost[there]]
+            if not len(there):
+                to = np.flatnonzero(is_lost & ~lost(found))
+                return to, w[:, to]
+            states, stays = self._swept(there, w[:, here])
+            new = there[stays]
+            w[:, new], is_lost[new] = states[:, stays], True
+            new = np.unique(new)
 
-    def after_change(self, cells: np.ndarray, factors: np.ndarray, unit: np.ndarray,
-                     change: LoadChange | None) -> Results:
-        """The motions of cells (L,) after a change of the load, or from wide ranges for None.
+    def _swept(self, cells: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The states (d, L) after a while in cells (L,), and whether contact is lost then."""
+        flow, is_lost = self._begun.flow, np.zeros(len(cells), bool)
 
-        ``factors`` (L,) are the dynamic factors before, and even numbers ``unit`` (n, L) say which states they are."""
-        box = default_box(self.machines[0].model)
+        def follow(tile: slice) -> None:
+            points = cells[tile]
+            run = flow.advance(w[:, tile], _SETTLING, points=points)
+            bounded = np.flatnonzero(run.status == OK) + tile.start
+            run = flow.advance(run.w[:, bounded - tile.start], _WATCHED, points=cells[bounded], measured=True)
+            w[:, bounded] = run.w
+            touching = run.measures[Measure.FRONT_TIME] + run.measures[Measure.BACK_TIME]
+            whole = _WATCHED * flow.system.period[cells[bounded]]
+            is_lost[bounded] = (run.status == OK) & (touching < (1 - _ROUNDING) * whole)
 
-        def started(number: np.ndarray) -> Motions:
-            if change is None:
-                initial = {n: low + (high - low) * u for (n, (low, high)), u in zip(box.items(), unit[:, number],
-                                                                                    strict=True)}
-                return self._at(cells[number], initial_state, initial)
-            return self._at(cells[number], lambda batch, system: change.states(
-                Meshes.of(system), initial_state(batch, system).T, factors[number], unit[:, number]).T, {})
+        for _ in tiles.run(follow, tiles.split(len(cells), self.largest, self.threads), threads=self.threads):
+            pass
+        return w, is_lost
 
-        return self._classified(cells, started)
-
-    def _from_states(self, cells: np.ndarray, w: np.ndarray) -> Results:
-        """The motions of cells (L,) from states (L, d)."""
-        return self._classified(cells, lambda number: self._at(cells[number], lambda *_: w[number]))
-
-    def _at(self, cells: np.ndarray, *states: Any) -> Motions:
+    def _changed(
+        self, cells: np.ndarray, factors: np.ndarray, unit: np.ndarray, change: LoadChange | None
+    ) -> np.ndarray:
+        """The states (d, L) of cells after a change of the load, from wide ranges for None, after motions with these
+        dynamic factors."""
         machine, speed = np.divmod(cells, len(self.speeds))
-        return self.models.motions(self.machines, machine, self.speeds[speed], *states)
+        system = self._begun.flow.system.take(cells)
+        initial = {}
+        if change is None:
+            initial = {n: low + (high - low) * u for (n, (low, high)), u in zip(
+                default_box(self.machines[0].model).items(), unit, strict=True)}
+        w = initial_state(self.models.batch(self.machines, machine, self.speeds[speed], initial), system).T
+        return w if change is None else change.states(Meshes.of(system), w, factors, unit)
 
-    def _classified(self, cells: np.ndarray, started: Callable[[np.ndarray], Motions]) -> Results:
-        """The results of cells (L,), those of similar mesh frequency computed together."""
+    def _classified(self, started: Callable[[np.ndarray], Motions], cells: np.ndarray) -> Results:
+        """The results of motions in cells (L,), those of similar mesh frequency computed together."""
         machine, speed = np.divmod(cells, len(self.speeds))
         ratio, factor, deflection = np.array([(each.quasi_static, each.limits.factor, each.limits.deflection)
                                               for each in self.machines]).T
