@@ -859,8 +859,9 @@ class RunUp(_RunUp):
 def scatter(
     model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *, samples: int
     = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection", "steady contact"] =
-    'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int = 2000000, settings:
-    Classification | None = None, progress: bool = False, threads: int | None = None,
+    'rest', correlations: tuple[tuple[str, str, float], ...] = (), load_change: float | None = 1.0, wide: bool = False,
+    seed: int = 0, budget: int = 2000000, settings: Classification | None = None, progress: bool = False, threads: int |
+    None = None,
 ) -> xr.Dataset:
     """Say what the scatter of uncertain inputs does to contact loss and dynamic factor along the speed.
 
@@ -888,6 +889,10 @@ def scatter(
         contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
+    load_change : float, optional
+        After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.
+    wide : bool
+        Look at wide ranges of states instead, which no load stores.
     seed : int
         Of the samples.
     budget : int
@@ -972,6 +977,10 @@ class Scatter(_Scatter):
         contact those of the motion of flanks that never part, at the mean stiffness.
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
+    load_change : float, optional
+        After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.
+    wide : bool
+        Look at wide ranges of states instead, which no load stores.
     seed : int
         Of the samples.
     budget : int
@@ -996,8 +1005,8 @@ class Scatter(_Scatter):
     def __init__(
         self, model: AnyModel, vary: tuple[str, ...], speed: Axis | str, torque: tuple[float, ...] | None = None, *,
         samples: int = 1024, factor: float = 1.5, indices: bool = True, start: Literal["rest", "static deflection",
-        "steady contact"] = 'rest', correlations: tuple[tuple[str, str, float], ...] = (), seed: int = 0, budget: int =
-        2000000, settings: Classification | None = None,
+        "steady contact"] = 'rest', correlations: tuple[tuple[str, str, float], ...] = (), load_change: float | None =
+        1.0, wide: bool = False, seed: int = 0, budget: int = 2000000, settings: Classification | None = None,
     ) -> None: ...
 
 def zones(

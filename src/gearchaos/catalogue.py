@@ -200,6 +200,13 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'type': 'tuple[tuple[str, str, float], ...]',
                 'help': 'Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.',
             },
+            'load_change': {
+                'type': 'float',
+                'help': 'After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none; 1 by default.',
+            },
+            'wide': {
+                'type': 'bool', 'help': 'Look at wide ranges of states instead, which no load stores.',
+            },
             'seed': {'type': 'int', 'help': 'Of the samples; 0 by default.', 'least': 0},
             'budget': {
                 'type': 'int', 'help': 'Most motions that are followed; 2000000 by default.', 'least': 1,

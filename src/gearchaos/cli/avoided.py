@@ -25,7 +25,7 @@ RootStress = Annotated[
                  help="Also speeds in contact with a nominal root stress above S, N/mm²."),
 ]
 LoadChange = Annotated[
-    str,
+    str | None,
     typer.Option("--load-change", metavar="LAMBDA|none",
                  help="The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, -0.5 fall to half."),
 ]
@@ -36,18 +36,22 @@ _COLUMNS = 8
 """Of the table that have room in a terminal; a page has the events at the edges, too."""
 
 
-def criteria(factor: float | None, root_stress: str | None, load_change: str, wide: bool) -> dict[str, Any]:
+def criteria(
+    factor: float | None, root_stress: str | None, load_change: str | None, wide: bool
+) -> dict[str, Any]:
     """The options as the functions take them; raises `InputError` for a change of the load that is no number."""
-    change = None
-    if load_change != "none":
-        try:
-            change = float(load_change)
-        except ValueError:
-            raise InputError("--load-change", "must be a number or none", load_change,
-                             "The load goes to -LAMBDA times itself: 1 is a reversal.") from None
     if root_stress is not None and not any(letter.isalpha() for letter in root_stress):
         root_stress += " N/mm^2"
-    return {"factor": factor, "root_stress": root_stress, "load_change": change, "wide": wide}
+    return {"factor": factor, "root_stress": root_stress, "load_change": change_of(load_change), "wide": wide}
+
+
+def change_of(text: str | None) -> float | None:
+    """The change of the load of ``--load-change``, None for none; raises `InputError` for what is no number."""
+    try:
+        return None if text in (None, "none") else float(text)
+    except ValueError:
+        raise InputError("--load-change", "must be a number or none", text,
+                         "The load goes to -LAMBDA times itself: 1 is a reversal.") from None
 
 
 def say_lines(*texts: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.datasheet.scatter import aimed_at, answer, best_part, speed_unit, torque_head, tried
-from gearchaos.studies.scatter_results import OUTCOMES, OUTPUTS
+from gearchaos.studies.scatter_results import AFTER, OUTCOMES, OUTPUTS
 
 _SHOWN_ROWS = 12  # most rows of probabilities along the speed
 
@@ -62,11 +62,14 @@ def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:
     """A table of the probabilities along the speed; the rows are spread over it."""
     values = content[content["along"]]
     rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
-    table = plain_table(f"{content['along']}\n({speed_unit(content).strip()})", "contact loss\n(95 %)", "both\nflanks",
-                        "no\nrepetition", "force over\nlimit", gap=2)
+    changed = one[f"probability{AFTER}"]
+    table = plain_table(f"{content['along']}\n({speed_unit(content).strip()})", "contact loss\n(95 %)",
+                        *["after load change\n(95 %)"] * bool(changed), "both\nflanks", "no\nrepetition",
+                        "force over\nlimit", gap=2)
     for i in rows.tolist():
-        chances = [{n: v[i] for n, v in one["along"][name].items()} for name in OUTCOMES]
-        table.add_row(f"{values[i]:.5g}", _short(chances[0]), *(
+        chances = [{n: v[i] for n, v in one["along"][name].items()} for name in OUTCOMES[:4]]
+        after = [{n: v[i] for n, v in changed["along"][OUTCOMES[0]].items()}] if changed else []
+        table.add_row(f"{values[i]:.5g}", *map(_short, [chances[0], *after]), *(
             "none" if not np.isfinite(each["value"]) else f"{each['value']:.2f}" for each in chances[1:]))
     shown = f", {len(rows)} of {len(values)} rows" * (len(rows) < len(values))
     print_wrapped(f"{torque_head(one)}probabilities{shown}")

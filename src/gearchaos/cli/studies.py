@@ -13,6 +13,7 @@ import typer
 
 from gearchaos import catalogue
 from gearchaos.cli import options
+from gearchaos.cli.avoided import LoadChange, Wide, change_of
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import TORQUES, Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
@@ -343,6 +344,8 @@ def scatter(
     samples: options.study_option("samples", _OF_SCATTER["samples"]) = None,  # type: ignore[valid-type]
     factor: options.study_option("factor", _OF_SCATTER["factor"]) = None,  # type: ignore[valid-type]
     start: options.study_option("start", _OF_SCATTER["start"]) = None,  # type: ignore[valid-type]
+    load_change: LoadChange = None,
+    wide: Wide = False,
     indices: Annotated[bool | None, typer.Option("--indices/--no-indices", help=_OF_SCATTER["indices"]["help"])] = None,
     correlation: Annotated[
         list[str] | None, typer.Option(metavar="NAME,NAME=VALUE", help="Of two inputs: backlash,damping_ratio=0.5; "
@@ -374,8 +377,10 @@ def scatter(
             raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
     given = options.given(
         vary=vary or None, torque=torques, samples=samples, factor=factor, start=start, indices=indices, seed=seed,
-        budget=budget, correlations=None if not correlation else [_correlation(text) for text in correlation],
+        budget=budget, wide=wide or None, correlations=None if not correlation else [_correlation(text) for text in correlation],
         **({} if speed is None else {"speed": axes[0]}))
+    if load_change is not None:
+        given["load_change"] = change_of(load_change)
     chosen = loaded.study(Scatter, **given)
     found = Found("scatter", chosen.run(progress=True), loaded, False, chosen.axes, out, plot)
     save(found.dataset, out)

@@ -10,8 +10,10 @@ import numpy as np
 from gearchaos.datasets import model_from_json
 from gearchaos.gears.units import measured
 from gearchaos.studies.beside_factors import beside_factors
+from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.distributions import Scattered
-from gearchaos.studies.scatter_results import AIMS, OUTCOMES, OUTPUTS
+from gearchaos.studies.load_change import LoadChange
+from gearchaos.studies.scatter_results import AFTER, AIMS, OUTCOMES, OUTPUTS
 from gearchaos.studies.scattered_models import DEVIATIONS, STARTS
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
     return {
         "designs": int(dataset.sizes["sample"]), "impossible": float(dataset["impossible"]),
         "impossible_because": dataset.attrs["impossible_because"], "undecided": float(dataset["undecided_share"]),
-        "start": settings["start"], "factor": settings["factor"], "force_over": _force_over(dataset), "along": along,
+        "start": settings["start"], "load_change": settings["load_change"], "wide": settings["wide"], "factor": settings["factor"], "force_over": _force_over(dataset), "along": along,
         "inputs": inputs,
         along: dataset[along].values.tolist(), "indices_refused": dataset.attrs["indices_refused"],
         "correlations": settings["correlations"],
@@ -67,9 +69,13 @@ def _at_torque(one: xr.Dataset, torque: float | None) -> dict[str, Any]:
         for name, entry in found.items():
             at = one.sel(aim=aim, varied=name)
             entry["best"] = [float(at["best_from"]), float(at["best_to"])]
+    def of_outcomes(after: str = "") -> dict[str, Any]:
+        return {key: {n: triple(f"{variable}{after}", outcome=n) for n in OUTCOMES}
+                for key, variable in (("anywhere", "anywhere"), ("along", "probability"))}
+
+    changed = f"probability{AFTER}"
     return {
-        "torque": torque, "anywhere": {n: triple("anywhere", outcome=n) for n in OUTCOMES},
-        "along": {n: triple("probability", outcome=n) for n in OUTCOMES},
+        "torque": torque, **of_outcomes(), changed: of_outcomes(AFTER) if changed in one else None,
         **{n: one[n].values.tolist() for n in ("lowest_speed_lost", "highest_speed_lost", "share_lost")},
         "mean_share_lost": float(one["probability"].sel(outcome=OUTCOMES[0]).mean()),
         "indices": {output: of_inputs({"first": "first_index", "total": "total_index"}, output=output)
@@ -83,8 +89,10 @@ def answer(content: dict[str, Any], one: dict[str, Any]) -> list[str]:
     place = f"at {speeds[0]:g}{unit}" if single else (
         f"at one or more of {len(speeds)} speeds from {speeds[0]:g} to {speeds[-1]:g}{unit}, at "
         f"{_percent(one['mean_share_lost'])} of them on average")
-    found = [f"{torque_head(one)}contact is lost {STARTS[content['start']]} with probability {_chance(lost)} "
-             f"{place}{_most(one)}"]
+    found = [f"{torque_head(one)}contact is lost in operation with probability {_chance(lost)} {place}{_most(one)}"]
+    if changed := one[f"probability{AFTER}"]:
+        share = "" if single else f", at {_percent(np.mean(changed['along'][OUTCOMES[0]]['value']))} of them on average"
+        found.append(f"{change_in_words(content)} with probability {_chance(changed['anywhere'][OUTCOMES[0]])}{share}")
     low, middle, high = one["lowest_speed_lost"]
     if np.isfinite(middle) and not single:
         share = one["share_lost"]
@@ -92,7 +100,8 @@ def answer(content: dict[str, Any], one: dict[str, Any]) -> list[str]:
                      f"{high:.5g}); of all designs, share of the speeds {_percent(share[1])} ({_percent(share[0])} to "
                      f"{_percent(share[2])})")
     words = {OUTCOMES[1]: "both flanks hit", OUTCOMES[2]: "no repetition",
-             OUTCOMES[3]: f"force over {content['factor']:g} times the {content['force_over']}"}
+             OUTCOMES[3]: f"force over {content['factor']:g} times the {content['force_over']}",
+             **({BEYOND: BEYOND} if one["anywhere"][BEYOND]["value"] else {})}
     found.append(("there: " if single else "at one or more: ") + ", ".join(
         f"{text} {_chance(one['anywhere'][n])}" for n, text in words.items()
         if np.isfinite(one["anywhere"][n]["value"])))
@@ -105,8 +114,10 @@ def tried(content: dict[str, Any]) -> list[str]:
     inputs = "; ".join(f"{name} {each['distribution']}" + (
         f" ({100 * each['cut']:.2g} % cut off)" if each["cut"] > _TOLD else "")
         for name, each in content["inputs"].items())
-    found = [f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]} alone: "
-             "others may be possible at the same speed. In brackets: 95 %."]
+    after = f", and {change_in_words(content)}, one at each speed" * (content["load_change"] is not None
+                                                                      or content["wide"])
+    found = [f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]}, those without "
+             f"contact as the speed rises and falls{after}: others may be possible. In brackets: 95 %."]
     if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
         found.append(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade "
                      "permits, with its sign. No standard says how it is distributed: this is a convention.")
@@ -116,6 +127,11 @@ def tried(content: dict[str, Any]) -> list[str]:
     if content["undecided"]:
         found.append(f"{_percent(content['undecided'])} of the motions are undecided: they count as repeating.")
     return found
+
+
+def change_in_words(content: dict[str, Any]) -> str:
+    """After what contact may be lost that operation keeps: "after a reversal of the load"."""
+    return "from wide ranges of states" if content["wide"] else f"after {LoadChange(content['load_change']).words}"
 
 
 def _percent(share: float) -> str:

@@ -198,11 +198,13 @@ class ScatteredModels:
         gears: Any = gears_of(self.model)
         if gears is None:
             return [(self.model.with_values(given), TeethLimits())]
-        found = replace(gears, **with_values(gears, given))
-        models = [found.at(torque=torque, speed=self.first).to_model(self.model.kind) for torque in self.torques]
-        if self.model.initial:
-            models = [replace(model, initial=self.model.initial) for model in models]
-        return [(model, TeethLimits.of(found, torque)) for model, torque in zip(models, self.torques, strict=True)]
+        table, out = with_values(gears, given), []
+        for torque in self.torques:
+            found = replace(gears, **table).at(torque=torque, speed=self.first)
+            model = found.to_model(self.model.kind)
+            out.append((replace(model, initial=self.model.initial) if self.model.initial else model,
+                        TeethLimits.of(found, torque)))
+        return out
 
     def middle(self, **changed: float) -> Values:
         """The values of a sample in the middle of all distributions, but for some probabilities by input."""

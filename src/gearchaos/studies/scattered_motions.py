@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from gearchaos.studies.batch_classification import classify_batch, measured_at_e
 from gearchaos.studies.beyond_the_teeth import TeethLimits
 from gearchaos.studies.followed_motions import largest_deflection
 from gearchaos.studies.initial_value_problems import Motions
+from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
 from gearchaos.studies.load_change import LoadChange, Meshes
 from gearchaos.studies.scattered_models import Machine, ScatteredModels
 from gearchaos.studies.study import Results
@@ -25,6 +27,13 @@ from gearchaos.studies.study import Results
 PERMANENT, TWO_SIDED = CONTACTS.index("permanent"), CONTACTS.index("two-sided")
 _SETTLING, _WATCHED = 80, 16  # mesh periods at a speed before it is seen whether contact is still lost, and in which
 _ROUNDING = 1e-9  # of the share of the time in contact
+
+
+class _Known(NamedTuple):
+    """An orbit that is known."""
+
+    period: int
+    w: np.ndarray
 
 
 def lost(found: Results) -> np.ndarray:
@@ -37,7 +46,7 @@ class ScatteredMotions:
     """The motions of M machines that are alike at S speeds, in cells that are numbered machine by machine.
 
     Results are arrays (L, ...) by name: ``label``, ``contact``, ``excess``, the dynamic factor over the quasi-static
-    ratio, ``beyond`` for those beyond the teeth, ``dynamic_factor`` and a state ``w`` (L, d).
+    ratio, ``beyond`` for those beyond the teeth, ``dynamic_factor``, ``period`` and a state ``w`` (L, d).
     """
 
     models: ScatteredModels
@@ -55,13 +64,37 @@ class ScatteredMotions:
         every = np.arange(len(self._begun.points))
         operation = self._classified(self._begun.take, every)
         to, carried = self._carried(operation)
-        changed = self._changed(cells, operation["dynamic_factor"][cells], unit, change)
-        begun = replace(self._begun, w=np.concatenate([changed, carried], axis=1), points=np.concatenate([cells, to]))
-        more = self._classified(begun.take, begun.points) if len(begun.points) else operation
-        stays = np.flatnonzero(lost(more)[len(cells):])
-        for name, values in operation.items():
-            values[to[stays]] = more[name][len(cells):][stays]
-        return operation, {name: values[:len(cells)] for name, values in more.items()}
+        w = self._changed(cells, operation["dynamic_factor"][cells], unit, change)
+        w, reached = self._followed(cells, w, operation)
+        others = np.flatnonzero(~reached)
+        begun = replace(self._begun, w=np.concatenate([w[:, others], carried], axis=1),
+                        points=np.concatenate([cells[others], to]))
+        changed = {name: values[cells] for name, values in operation.items()}
+        if len(begun.points):
+            more = self._classified(begun.take, begun.points)
+            stays = np.flatnonzero(lost(more)[len(others):])
+            for name, values in operation.items():
+                changed[name][others] = more[name][:len(others)]
+                values[to[stays]] = more[name][len(others):][stays]
+        return operation, changed
+
+    def _followed(self, cells: np.ndarray, w: np.ndarray, found: Results) -> tuple[np.ndarray, np.ndarray]:
+        """The states (d, L) to which motions in cells (L,) were followed, and whether they reached the orbit found."""
+        reached = np.zeros(len(cells), bool)
+        known = [[_Known(period, state)] if 0 < period <= LONGEST_ORBIT else [] for period, state in zip(
+            found["period"].tolist(), found["w"], strict=True)]
+
+        def follow(tile: slice) -> None:
+            motions = Motions(self._begun.flow, w[:, tile].copy(), cells[tile])
+            reached[tile] = reach(motions, known) >= 0
+            w[:, tile] = motions.w
+
+        if not any(known):
+            return w, reached
+
+        for _ in tiles.run(follow, tiles.split(len(cells), self.largest, self.threads), threads=self.threads):
+            pass
+        return w, reached
 
     @cached_property
     def _begun(self) -> Motions:
@@ -131,8 +164,8 @@ class ScatteredMotions:
             limits = TeethLimits(deflection[own], factor[own])
             teeth = largest_deflection(measured_at_end(final, found, self.settings))
             beyond = limits.exceeded(np.nan_to_num(of_factor), teeth) | (found["label"] == Label.DIVERGED)
-            return {"label": found["label"], "contact": found["contact"], "excess": of_factor / ratio[own],
-                    "beyond": beyond, "dynamic_factor": of_factor, "w": found.w.T}
+            return {"label": found["label"], "period": found.period, "contact": found["contact"], "beyond": beyond,
+                    "excess": of_factor / ratio[own], "dynamic_factor": of_factor, "w": found.w.T}
 
         return classify_batch(started, collect, np.argsort(speed, kind="stable"), settings=self.settings,
                               progress=self.progress, threads=self.threads, largest=self.largest)
