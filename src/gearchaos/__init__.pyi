@@ -890,7 +890,7 @@ def scatter(
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     load_change : float, optional
-        After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.
+        The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.
     wide : bool
         Look at wide ranges of states instead, which no load stores.
     seed : int
@@ -978,7 +978,7 @@ class Scatter(_Scatter):
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     load_change : float, optional
-        After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.
+        The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.
     wide : bool
         Look at wide ranges of states instead, which no load stores.
     seed : int

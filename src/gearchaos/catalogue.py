@@ -202,7 +202,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'load_change': {
                 'type': 'float',
-                'help': 'After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none; 1 by default.',
+                'help': 'The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none; 1 by default.',
             },
             'wide': {
                 'type': 'bool', 'help': 'Look at wide ranges of states instead, which no load stores.',

@@ -377,7 +377,8 @@ def scatter(
             raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
     given = options.given(
         vary=vary or None, torque=torques, samples=samples, factor=factor, start=start, indices=indices, seed=seed,
-        budget=budget, wide=wide or None, correlations=None if not correlation else [_correlation(text) for text in correlation],
+        budget=budget, wide=wide or None,
+        correlations=None if not correlation else [_correlation(text) for text in correlation],
         **({} if speed is None else {"speed": axes[0]}))
     if load_change is not None:
         given["load_change"] = change_of(load_change)

@@ -81,7 +81,8 @@ def usable_share(found: Assessment) -> str:
     """The share of the speeds that is usable at all torques, and the range with the largest margin."""
     widest = next(iter(usable_in_words(found.usable_at_all[:1], found.speeds)), "")
     margin = f", with the largest margin {widest}" * bool(widest)
-    return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}"
+    operation = f", in operation {100 * found.usable_share_in_operation:.1f} %" * bool(found.at[0].load_change)
+    return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}{operation}"
 
 
 def changed_in_words(each: Changed, found: Assessment) -> str:

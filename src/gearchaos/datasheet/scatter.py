@@ -39,7 +39,8 @@ def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
     return {
         "designs": int(dataset.sizes["sample"]), "impossible": float(dataset["impossible"]),
         "impossible_because": dataset.attrs["impossible_because"], "undecided": float(dataset["undecided_share"]),
-        "start": settings["start"], "load_change": settings["load_change"], "wide": settings["wide"], "factor": settings["factor"], "force_over": _force_over(dataset), "along": along,
+        **{name: settings[name] for name in ("start", "load_change", "wide", "factor")},
+        "force_over": _force_over(dataset), "along": along,
         "inputs": inputs,
         along: dataset[along].values.tolist(), "indices_refused": dataset.attrs["indices_refused"],
         "correlations": settings["correlations"],
@@ -89,7 +90,9 @@ def answer(content: dict[str, Any], one: dict[str, Any]) -> list[str]:
     place = f"at {speeds[0]:g}{unit}" if single else (
         f"at one or more of {len(speeds)} speeds from {speeds[0]:g} to {speeds[-1]:g}{unit}, at "
         f"{_percent(one['mean_share_lost'])} of them on average")
-    found = [f"{torque_head(one)}contact is lost in operation with probability {_chance(lost)} {place}{_most(one)}"]
+    start = f" {STARTS[content['start']]}" * (content["start"] != "rest")
+    found = [f"{torque_head(one)}contact is lost in operation{start} with probability {_chance(lost)} "
+             f"{place}{_most(one)}"]
     if changed := one[f"probability{AFTER}"]:
         share = "" if single else f", at {_percent(np.mean(changed['along'][OUTCOMES[0]]['value']))} of them on average"
         found.append(f"{change_in_words(content)} with probability {_chance(changed['anywhere'][OUTCOMES[0]])}{share}")

@@ -95,13 +95,12 @@ class Assessment:
         return sum(part.stop - part.start for part in parts) / (self.speeds[1] - self.speeds[0])
 
     @property
-    def largest_usable_share(self) -> float:
-        """The usable share if all was usable of which it is not certain that a search drawn anew finds it to be
-        avoided: what lies beyond the edges that are located, and ranges to which few load changes lead."""
-        sure = tuple(replace(each, windows=tuple(
+    def sure(self) -> Assessment:
+        """It without what a search drawn anew may well not find to be avoided: what lies beyond the edges that are
+        located, and ranges to which few load changes lead."""
+        return replace(self, at=tuple(replace(each, windows=tuple(
             replace(w, start_resolution=0.0, stop_resolution=0.0) for w in each.windows if not w.may_be_missed))
-            for each in self.at)
-        return replace(self, at=sure).usable_share
+            for each in self.at))
 
     @property
     def tried(self) -> str:

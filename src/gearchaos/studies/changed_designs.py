@@ -14,6 +14,7 @@ from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.studies.assess import Assessment, assess
 
 _LEAST = 1e-3  # share of the speeds by which what is usable must differ to be told apart
+_SHARES = "usable_share", "usable_share_in_operation"
 _DAMPING = (0.6, 1.6)  # factors of the damping ratio: its usual range about its middle
 _BACKLASH = (0.7, 1.3)
 _RELIEF = (0.0, 0.7, 1.3)  # factors of the tip relief
@@ -36,20 +37,26 @@ class Changed:
     reason: str = ""
 
     def widening(self, found: Assessment) -> float:
-        """By how much the usable share of the speeds is larger than in the assessment of the design itself."""
-        return 0.0 if self.assessment is None else self.assessment.usable_share - found.usable_share
+        """By how much the usable share of the speeds is larger than in the assessment of the design itself: that after
+        a load change too, or where this is the same that in operation."""
+        own = self.assessment
+        if own is None:
+            return 0.0
+        return own.usable_share - found.usable_share or own.usable_share_in_operation - found.usable_share_in_operation
 
     def told_apart(self, found: Assessment) -> bool:
-        """Whether its usable share differs by more than the search leaves open, in both assessments."""
+        """Whether a usable share of it differs by more than the search leaves open, in both assessments."""
         own = self.assessment
-        return own is not None and (own.usable_share > found.largest_usable_share + _LEAST
-                                    or found.usable_share > own.largest_usable_share + _LEAST)
+        return own is not None and any(
+            getattr(one, share) > getattr(other.sure, share) + _LEAST
+            for one, other in ((own, found), (found, own)) for share in _SHARES)
 
     def document(self, found: Assessment) -> dict[str, Any]:
         """It ready for JSON, beside the assessment of the design itself."""
         own = self.assessment
-        return {"input": self.name, "given": self.given, "value": self.value, "reason": self.reason,
-                "usable_share": [found.usable_share, None if own is None else own.usable_share],
+        shares = {name: [getattr(found, name), None if own is None else getattr(own, name)]
+                  for name in _SHARES}
+        return {"input": self.name, "given": self.given, "value": self.value, "reason": self.reason, **shares,
                 "told_apart": self.told_apart(found),
                 "largest_margin": [_widest(found), None if own is None else _widest(own)]}
 

@@ -139,7 +139,7 @@ class Scatter(ClassifyingStudy):
     correlations: tuple[tuple[str, str, float], ...] = option(
         (), "Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.")
     load_change: float | None = option(
-        REVERSAL.ratio, "After a change of the load to -LAMBDA times itself: 1 reversal, 0 loss; none for none.",
+        REVERSAL.ratio, "The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.",
         rule=LOAD_CHANGES)
     wide: bool = option(False, "Look at wide ranges of states instead, which no load stores.")
     seed: int = option(0, "Of the samples.", least=0)

@@ -203,7 +203,7 @@ class ScatteredModels:
             found = replace(gears, **table).at(torque=torque, speed=self.first)
             model = found.to_model(self.model.kind)
             out.append((replace(model, initial=self.model.initial) if self.model.initial else model,
-                        TeethLimits.of(found, torque)))
+                        TeethLimits.of(found, torque or 0.0)))
         return out
 
     def middle(self, **changed: float) -> Values:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +28,8 @@ _SETTLING, _WATCHED = 80, 16  # mesh periods at a speed before it is seen whethe
 _ROUNDING = 1e-9  # of the share of the time in contact
 
 
-class _Known(NamedTuple):
+@dataclass
+class _Known:
     """An orbit that is known."""
 
     period: int
