@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import INK, STROBE, adapt
-from gearchaos.studies.scatter_results import OUTCOMES, OUTPUTS
+from gearchaos.studies.scatter_results import AFTER, OUTCOMES, OUTPUTS
 
 _STYLES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of the torques, beside their colours
 _BARS = 0.8  # width of all bars of an input
@@ -25,7 +25,8 @@ _INDICES = (("first_index", "first-order index S", 0.45), ("total_index", "total
 
 @keeps_data
 def scatter(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
-    """Draw a scatter: the probability of contact loss along the speed for each torque, its 95 % interval as a band.
+    """Draw a scatter: the probability of contact loss along the speed for each torque, its 95 % interval as a band, and
+    pale that after a change of the load.
 
     Below, if they are known, bars of the first-order and the total index of each input for the share of the speeds with
     contact loss, with intervals; a group for each input, in it a pair of bars for each torque.
@@ -74,18 +75,22 @@ def _colours(count: int) -> list[str]:
 
 
 def _draw_probabilities(ax: Axes, ds: xr.Dataset, along: str, colours: list[str]) -> None:
-    x, handles = ds[along].values, list[Any]()
+    x, handles, changed = ds[along].values, list[Any](), f"probability{AFTER}"
     for t, colour in enumerate(colours):
         one = ds.isel(torque=t)
         style = _STYLES[t % len(_STYLES)]
         marker = "o" if len(x) == 1 else ""
         ax.fill_between(x, one["probability_lo"], one["probability_hi"], color=colour, alpha=0.25, linewidth=0)
         ax.plot(x, one["probability"], color=colour, linestyle=style, marker=marker, linewidth=1.4)
+        if changed in ds:
+            ax.plot(x, one[changed], color=colour, linestyle=style, marker=marker, linewidth=1.0, alpha=0.45)
         if "torque" in ds.coords:
             handles.append(Line2D([], [], color=colour, linestyle=style, label=f"{float(one['torque']):g} N m"))
     ax.set(xlabel=axis_label(ds[along], along), ylabel="probability of contact loss", ylim=(0, 1.02))
     if len(x) > 1:
         ax.set_xlim(x[0], x[-1])
+    if changed in ds:
+        handles.append(Line2D([], [], color=colours[0], linewidth=1.0, alpha=0.45, label="after a change of the load"))
     if handles:
         draw_legend(ax, handles)
 

@@ -135,6 +135,7 @@ def correlated(*correlations, vary=VARY):
                 vary=[*VARY, "bore=20:30 mm", "face_width=15:20 mm"]), "correlations", "must be positive definite"),
     ({"model": replace(DESIGN, faults=[{"wheel": 1, "tooth": 1, "stiffness_loss": 0.3}], speed=1000)}, "model",
      "must be a single pair"),
+    ({"load_change": 4}, "load_change", "must be greater than -1"),
     ({"model": MODEL}, "speed", "must be an axis of omega"), ({**OF_MODEL, "torque": 5}, "torque", "must be left out"),
     ({**OF_MODEL, "vary": ["omega=1:2"]}, "vary", "must name parameters other than"),
     ({**OF_MODEL, "vary": ["zeta=0.1:0.2 mm"]}, "zeta", "must have numbers without"),
@@ -259,7 +260,7 @@ def test_the_command_says_what_the_function_finds(command, tmp_path):
     assert (tmp_path / "s.png").stat().st_size > 0
     found = gc.load(tmp_path / "s.nc")
     value = float(found.anywhere.sel(outcome="contact loss", torque=60))
-    assert said.startswith(f"60 N m: contact is lost from rest with probability {value:.2f} (")
+    assert said.startswith(f"60 N m: contact is lost in operation with probability {value:.2f} (")
     assert "0.13 % cut off" in said and "150 N m: which input matters" in said
     assert "which the grade permits" not in " ".join(said.split())
     document = json.loads(command("scatter", "--json"))
@@ -275,7 +276,7 @@ def test_options_of_the_command_take_the_place_of_the_study(command):
     few = ("--samples", 32, "--no-indices")
     other = command("scatter", *few, "--vary", "backlash=0.1:0.2 mm", "--vary", VARY[0], "--speed", "1000:2000:2",
                     "--torque", 80, "--correlation", "backlash,damping_ratio=0.5", "--start", "steady contact")
-    assert other.startswith("80 N m: contact is lost from steady contact with")
+    assert other.startswith("80 N m: contact is lost in operation from steady contact with")
     drawn = command("scatter", *few, "--vary", WITHIN, "--speed", "1000:2000:2")
     assert "0.27 % cut off" in drawn and "over that which the grade permits" in " ".join(drawn.split())
     words = " ".join(command("scatter", *few, "--speed", "2000:2000:1", "--torque", 80).split())
@@ -326,3 +327,55 @@ def test_inputs_that_the_indices_do_not_tell_apart_are_both_named():
     one = {"indices": {OUTPUTS[0]: {
         name: {"total": dict(zip(("value", "low", "high"), values, strict=True))} for name, values in total.items()}}}
     assert _most(one) == "; most by a or b (S_T 0.50)"
+
+
+DRAWN = {"vary": ["damping_ratio=0.02:0.05", "quality.grade=5:8"], "speed": "speed=2600:3600:9", "torque": [100.0]}
+
+
+@pytest.fixture(scope="module")
+def carried():
+    return study(**DRAWN).run()
+
+
+def test_operation_is_that_of_rising_and_falling_speed(carried):
+    """Of each design contact is lost at the speeds at which `speeds_to_avoid` finds a motion of operation without it."""
+    share = carried.sample_share_lost.values[0]
+    for i in (3, 11, 20):
+        damping, grade = carried.sample_value.values[:, i]
+        own = replace(DESIGN, damping_ratio=damping, quality={"standard": "ISO 1328-1:1995", "grade": 5 + int(grade)})
+        found = gc.speeds_to_avoid(own, "2600:3600:9", starts=0, knocks=False)
+        met = [any(w.start <= s <= w.stop for w in found.windows if w.operation) for s in carried.speed.values]
+        assert share[i] == pytest.approx(np.mean(met), abs=1 / 9 + 1e-9)
+    rest = gc.scatter(DESIGN, **{**DRAWN, "speed": "speed=2600:2600:1"}, samples=32, indices=False)
+    lost = [float(each.probability.sel(outcome="contact loss")[0, 0]) for each in (rest, carried)]
+    assert lost[0] < lost[1]  # the motion of higher speeds is carried down
+
+
+def test_load_changes_have_their_own_probabilities(carried):
+    after = carried.probability_after_load_change.sel(outcome="contact loss")[0].values
+    found = gc.speeds_to_avoid(DESIGN, "2600:3600:9", 100, load_change=-0.99, starts=2, knocks=False)
+    assert np.isfinite(after).all() and found.torque == 100
+    low = carried.probability_after_load_change_lo.sel(outcome="contact loss")[0].values
+    assert (low <= after).all() and not np.allclose(after, carried.probability.sel(outcome="contact loss")[0])
+    none, wide = (study(**DRAWN, **options).run() for options in ({"load_change": "none"}, {"wide": True}))
+    assert "probability_after_load_change" not in none and none.probability.equals(carried.probability)
+    assert scatter_document(none)["torques"][0]["probability_after_load_change"] is None
+    assert wide.probability.equals(carried.probability)
+    assert float(wide.probability_after_load_change[0].mean()) > after.mean()  # they hold more energy
+    assert "from wide ranges of states with" in " ".join(
+        answer(scatter_document(wide), scatter_document(wide)["torques"][0]))
+    fall = study(**DRAWN, load_change=-0.99).run()  # next to no change: the motion from rest
+    assert fall.probability_after_load_change.sel(outcome="contact loss").mean() < after.mean()
+
+
+def test_what_is_beyond_the_teeth_is_named_without_a_factor():
+    soft = replace(DESIGN, material={"root_strength": "150 N/mm^2"})
+    plain, found = (study(["damping_ratio=0.02:0.05"], "speed=3000:3000:1", [100.0], model=each).run()
+                    for each in (DESIGN, soft))
+    assert float(plain.anywhere.sel(outcome="beyond the teeth")[0]) == 0
+    beyond = np.isnan(found.sample_factor.values[0])
+    assert beyond.mean() == pytest.approx(float(found.anywhere.sel(outcome="beyond the teeth")[0])) and beyond.any()
+    content = scatter_document(found)
+    assert any("beyond the teeth 1.00" in text or "beyond the teeth 0." in text
+               for text in answer(content, content["torques"][0]))
+    assert not any("beyond" in text for text in answer(*(lambda c: (c, c["torques"][0]))(scatter_document(plain))))
