@@ -64,8 +64,10 @@ class ScatteredMotions:
         every = np.arange(len(self._begun.points))
         operation = self._classified(self._begun.take, every)
         to, carried = self._carried(operation)
-        w = self._changed(cells, operation["dynamic_factor"][cells], unit, change)
-        w, reached = self._followed(cells, w, operation)
+        w, reached = operation["w"][cells].T, np.zeros(len(cells), bool)
+        if len(cells):
+            w, reached = self._followed(
+                cells, self._changed(cells, operation["dynamic_factor"][cells], unit, change), operation)
         others = np.flatnonzero(~reached)
         begun = replace(self._begun, w=np.concatenate([w[:, others], carried], axis=1),
                         points=np.concatenate([cells[others], to]))

@@ -329,7 +329,7 @@ def test_inputs_that_the_indices_do_not_tell_apart_are_both_named():
     assert _most(one) == "; most by a or b (S_T 0.50)"
 
 
-DRAWN = {"vary": ["damping_ratio=0.02:0.05", "quality.grade=5:8"], "speed": "speed=2600:3600:9", "torque": [100.0]}
+DRAWN = {"vary": ["damping_ratio=0.03:0.05", "quality.grade=5:8"], "speed": "speed=2600:3600:9", "torque": [100.0]}
 
 
 @pytest.fixture(scope="module")
@@ -338,7 +338,7 @@ def carried():
 
 
 def test_operation_is_that_of_rising_and_falling_speed(carried):
-    """Of each design contact is lost at the speeds at which `speeds_to_avoid` finds a motion of operation without it."""
+    """Of designs contact is lost at the speeds at which `speeds_to_avoid` finds a motion of operation without it."""
     share = carried.sample_share_lost.values[0]
     for i in (3, 11, 20):
         damping, grade = carried.sample_value.values[:, i]
@@ -346,15 +346,15 @@ def test_operation_is_that_of_rising_and_falling_speed(carried):
         found = gc.speeds_to_avoid(own, "2600:3600:9", starts=0, knocks=False)
         met = [any(w.start <= s <= w.stop for w in found.windows if w.operation) for s in carried.speed.values]
         assert share[i] == pytest.approx(np.mean(met), abs=1 / 9 + 1e-9)
-    rest = gc.scatter(DESIGN, **{**DRAWN, "speed": "speed=2600:2600:1"}, samples=32, indices=False)
-    lost = [float(each.probability.sel(outcome="contact loss")[0, 0]) for each in (rest, carried)]
-    assert lost[0] < lost[1]  # the motion of higher speeds is carried down
+    alone = [gc.scatter(DESIGN, **{**DRAWN, "speed": f"speed={s}:{s}:1"}, samples=32, indices=False)
+             for s in carried.speed.values]
+    rest, both = (np.array([float(each.probability[0, 0, i]) for i, each in every]) for every in (
+        [(0, each) for each in alone], list(enumerate([carried] * len(alone)))))
+    assert (rest <= both).all() and (rest < both).any()  # a motion without contact is carried to other speeds
 
 
 def test_load_changes_have_their_own_probabilities(carried):
     after = carried.probability_after_load_change.sel(outcome="contact loss")[0].values
-    found = gc.speeds_to_avoid(DESIGN, "2600:3600:9", 100, load_change=-0.99, starts=2, knocks=False)
-    assert np.isfinite(after).all() and found.torque == 100
     low = carried.probability_after_load_change_lo.sel(outcome="contact loss")[0].values
     assert (low <= after).all() and not np.allclose(after, carried.probability.sel(outcome="contact loss")[0])
     none, wide = (study(**DRAWN, **options).run() for options in ({"load_change": "none"}, {"wide": True}))
@@ -369,8 +369,8 @@ def test_load_changes_have_their_own_probabilities(carried):
 
 
 def test_what_is_beyond_the_teeth_is_named_without_a_factor():
-    soft = replace(DESIGN, material={"root_strength": "150 N/mm^2"})
-    plain, found = (study(["damping_ratio=0.02:0.05"], "speed=3000:3000:1", [100.0], model=each).run()
+    soft = replace(DESIGN, material=replace(DESIGN.material[0], root_strength="150 N/mm^2"))
+    plain, found = (study(["damping_ratio=0.03:0.05"], "speed=3000:3000:1", [100.0], model=each).run()
                     for each in (DESIGN, soft))
     assert float(plain.anywhere.sel(outcome="beyond the teeth")[0]) == 0
     beyond = np.isnan(found.sample_factor.values[0])
