@@ -107,21 +107,22 @@ class ScatteredMotions:
     def _carried(self, found: Results) -> tuple[np.ndarray, np.ndarray]:
         """The cells (L,) in which contact was kept and to which one that lost it is carried, with its states (d, L).
 
-        Motions without contact go on to the next speed, up and down, as far as they lose it. As the speed rises or
-        falls a motion in permanent contact is followed by the one in permanent contact, where there is one."""
-        w, is_lost, last = found["w"].T.copy(), lost(found), len(self.speeds) - 1
-        new = np.flatnonzero(is_lost & (found["label"] != Label.DIVERGED))
-        while True:
-            up, down = new[new % len(self.speeds) < last], new[new % len(self.speeds) > 0]
-            here, there = np.concatenate([up, down]), np.concatenate([up + 1, down - 1])
-            here, there = here[~is_lost[there]], there[~is_lost[there]]
-            if not len(there):
-                to = np.flatnonzero(is_lost & ~lost(found))
-                return to, w[:, to]
-            states, stays = self._swept(there, w[:, here])
-            new = there[stays]
-            w[:, new], is_lost[new] = states[:, stays], True
-            new = np.unique(new)
+        Motions without contact go on from speed to speed, rising and falling, as far as they lose it. One in permanent
+        contact is followed by that in permanent contact, where there is one."""
+        count, w, is_lost = len(self.speeds), found["w"].T, lost(found)
+        begins, first = is_lost & (found["label"] != Label.DIVERGED), np.arange(0, len(is_lost), count)
+        cells, step = np.concatenate([first, first + count - 1]), np.repeat([1, -1], len(first))
+        state, going, to = w[:, cells], begins[cells], [(cells[:0], w[:, :0])]
+        for _ in range(count - 1):
+            cells, now = cells + step, np.flatnonzero(going)
+            if len(now):
+                state[:, now], going[now] = self._swept(cells[now], state[:, now])
+                new = going & ~is_lost[cells]
+                to.append((cells[new], state[:, new]))
+            begun = ~going & begins[cells]
+            state[:, begun], going = w[:, cells[begun]], going | begun
+        reached, states = zip(*to, strict=True)
+        return np.concatenate(reached), np.concatenate(states, axis=1)
 
     def _swept(self, cells: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The states (d, L) after a while in cells (L,), and whether contact is lost then."""

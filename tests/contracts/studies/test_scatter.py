@@ -337,20 +337,21 @@ def carried():
     return study(**DRAWN).run()
 
 
-def test_operation_is_that_of_rising_and_falling_speed(carried):
+@pytest.mark.slow
+def test_operation_is_that_of_rising_and_falling_speed():
     """Of designs contact is lost at the speeds at which `speeds_to_avoid` finds a motion of operation without it."""
-    share = carried.sample_share_lost.values[0]
-    for i in (3, 11, 20):
-        damping, grade = carried.sample_value.values[:, i]
-        own = replace(DESIGN, damping_ratio=damping, quality={"standard": "ISO 1328-1:1995", "grade": 5 + int(grade)})
-        found = gc.speeds_to_avoid(own, "2600:3600:9", starts=0, knocks=False)
-        met = [any(w.start <= s <= w.stop for w in found.windows if w.operation) for s in carried.speed.values]
-        assert share[i] == pytest.approx(np.mean(met), abs=1 / 9 + 1e-9)
-    alone = [gc.scatter(DESIGN, **{**DRAWN, "speed": f"speed={s}:{s}:1"}, samples=32, indices=False)
-             for s in carried.speed.values]
-    rest, both = (np.array([float(each.probability[0, 0, i]) for i, each in every]) for every in (
-        [(0, each) for each in alone], list(enumerate([carried] * len(alone)))))
-    assert (rest <= both).all() and (rest < both).any()  # a motion without contact is carried to other speeds
+    own = replace(DESIGN, teeth=(50, 50), load_sharing="tooth pairs", torque=300)
+    found = study(["quality.grade=7,8"], "speed=2000:2250:11", model=own).run()
+    share, falling = found.sample_share_lost.values[0], 0
+    for item, grade in enumerate((7, 8)):
+        avoided = gc.speeds_to_avoid(replace(own, quality={"standard": "ISO 1328-1:1995", "grade": grade}),
+                                     "2000:2250:11", starts=0, knocks=False)
+        windows = [w for w in avoided.windows if w.operation]
+        met = [any(w.start <= s <= w.stop for w in windows) for s in found.speed.values]
+        assert np.unique(share[found.sample_value.values[0] == item]) == pytest.approx(np.mean(met))
+        rest = gc.dynamic_factor(own, "speed=2000:2250:11", 300)
+        falling += np.mean(met) > float((rest.contact != 0).mean())
+    assert falling  # somewhere motions that have lost contact are carried on
 
 
 def test_load_changes_have_their_own_probabilities(carried):
