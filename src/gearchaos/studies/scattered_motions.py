@@ -25,6 +25,7 @@ from gearchaos.studies.study import Results
 
 PERMANENT, TWO_SIDED = CONTACTS.index("permanent"), CONTACTS.index("two-sided")
 _SETTLING, _WATCHED = 80, 16  # mesh periods at a speed before it is seen whether contact is still lost, and in which
+_PASSING = 16  # the first of these at a speed at which contact is lost from rest
 _ROUNDING = 1e-9  # of the share of the time in contact
 
 
@@ -116,7 +117,8 @@ class ScatteredMotions:
         for _ in range(count - 1):
             cells, now = cells + step, np.flatnonzero(going)
             if len(now):
-                state[:, now], going[now] = self._swept(cells[now], state[:, now])
+                state[:, now], going[now] = self._swept(
+                    cells[now], state[:, now], np.where(is_lost[cells[now]], _PASSING, _SETTLING))
                 new = going & ~is_lost[cells]
                 to.append((cells[new], state[:, new]))
             begun = ~going & begins[cells]
@@ -124,13 +126,13 @@ class ScatteredMotions:
         reached, states = zip(*to, strict=True)
         return np.concatenate(reached), np.concatenate(states, axis=1)
 
-    def _swept(self, cells: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The states (d, L) after a while in cells (L,), and whether contact is lost then."""
+    def _swept(self, cells: np.ndarray, w: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The states (d, L) after so many mesh periods (L,) in cells (L,), and whether contact is lost then."""
         flow, is_lost = self._begun.flow, np.zeros(len(cells), bool)
 
         def follow(tile: slice) -> None:
             points = cells[tile]
-            run = flow.advance(w[:, tile], _SETTLING, points=points)
+            run = flow.advance(w[:, tile], periods[tile], points=points)
             bounded = np.flatnonzero(run.status == OK) + tile.start
             run = flow.advance(run.w[:, bounded - tile.start], _WATCHED, points=cells[bounded], measured=True)
             w[:, bounded] = run.w

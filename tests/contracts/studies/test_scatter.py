@@ -341,17 +341,15 @@ def carried():
 def test_operation_is_that_of_rising_and_falling_speed():
     """Of designs contact is lost at the speeds at which `speeds_to_avoid` finds a motion of operation without it."""
     own = replace(DESIGN, teeth=(50, 50), load_sharing="tooth pairs", torque=300)
-    found = study(["quality.grade=7,8"], "speed=2000:2250:11", model=own).run()
-    share, falling = found.sample_share_lost.values[0], 0
-    for item, grade in enumerate((7, 8)):
-        avoided = gc.speeds_to_avoid(replace(own, quality={"standard": "ISO 1328-1:1995", "grade": grade}),
-                                     "2000:2250:11", starts=0, knocks=False)
-        windows = [w for w in avoided.windows if w.operation]
-        met = [any(w.start <= s <= w.stop for w in windows) for s in found.speed.values]
-        assert np.unique(share[found.sample_value.values[0] == item]) == pytest.approx(np.mean(met))
-        rest = gc.dynamic_factor(own, "speed=2000:2250:11", 300)
-        falling += np.mean(met) > float((rest.contact != 0).mean())
-    assert falling  # somewhere motions that have lost contact are carried on
+    found = study(["quality.grade=4,5"], "speed=2000:2250:11", model=own).run()
+    share, falling = found.sample_share_lost.values[0], []
+    for item, grade in enumerate((4, 5)):
+        design = replace(own, quality={"standard": "ISO 1328-1:1995", "grade": grade})
+        avoided = gc.speeds_to_avoid(design, "2000:2250:11", starts=0, knocks=False)
+        met = np.mean([any(w.start <= s <= w.stop for w in avoided.windows if w.operation) for s in found.speed.values])
+        assert np.unique(share[found.sample_value.values[0] == item]) == pytest.approx(met)
+        falling.append(met - float((gc.dynamic_factor(design, "speed=2000:2250:11", 300).contact != 0).mean()))
+    assert min(falling) > 0.4  # of the speeds: motions that have lost contact are carried down
 
 
 def test_load_changes_have_their_own_probabilities(carried):
