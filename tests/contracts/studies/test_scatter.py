@@ -280,7 +280,8 @@ def test_options_of_the_command_take_the_place_of_the_study(command):
     drawn = command("scatter", *few, "--vary", WITHIN, "--speed", "1000:2000:2")
     assert "0.27 % cut off" in drawn and "over that which the grade permits" in " ".join(drawn.split())
     words = " ".join(command("scatter", *few, "--speed", "2000:2000:1", "--torque", 80).split())
-    assert ") at 2000 rpm there: both flanks hit" in words and "one or more" not in words
+    assert ") at 2000 rpm after a reversal" in words and ") there: both flanks hit" in words
+    assert "one or more" not in words
     for missing in (["--speed", ""], ["--correlation", "a=b"]):
         command("scatter", *missing, code=2)
     command.path.write_text(TOML.partition("[study]")[0])
