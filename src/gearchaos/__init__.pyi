@@ -1010,9 +1010,9 @@ class Scatter(_Scatter):
     ) -> None: ...
 
 def zones(
-    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1, prove: bool = False,
-    certificates: str | None = None, settings: Classification | None = None, progress: bool = False, threads: int | None
-    = None,
+    model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, load_change: float = 1.0, wide: bool = False,
+    refine: int = 1, prove: bool = False, certificates: str | None = None, settings: Classification | None = None,
+    progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """Map the kinds of motion over two parameters.
 
@@ -1026,8 +1026,13 @@ def zones(
         Another one.
     starts : int
         Number of initial states in each cell, to find all its motions. They are those of the model, and others
-        spread as by `attractors`. With more than one, the motions after slow sweeps along x, upwards and downwards,
-        are also found.
+        spread as by `attractors`, of given gears those after a load change. With more than one, the motions after
+        slow sweeps along x, upwards and downwards, are also found.
+    load_change : float
+        The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a loss, -0.5 a fall
+        to half of it; the further initial states in each cell are those after it.
+    wide : bool
+        Of given gears too, look at wide ranges of states, which no load stores.
     refine : int
         Every N-th row and column; more cells only where neighbours differ. N is a power of two; the other cells are
         inferred, and marked by ``inferred`` and ``reason``. 1 computes every cell.
@@ -1051,7 +1056,9 @@ def zones(
         largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
         number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
-        motions. With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
+        motions. Of given gears, unless ``wide``, then also ``to_avoid``, what happens where the teeth separate, in
+        operation or after a load change alone, and ``share_of_load_changes``, after which they do, with its interval.
+        With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
         periodic; and ``proof_reason``, why it is not proved. Inferred cells are not proved.
 
     Raises
@@ -1085,8 +1092,13 @@ class Zones(_Zones):
         Another one.
     starts : int
         Number of initial states in each cell, to find all its motions. They are those of the model, and others
-        spread as by `attractors`. With more than one, the motions after slow sweeps along x, upwards and downwards,
-        are also found.
+        spread as by `attractors`, of given gears those after a load change. With more than one, the motions after
+        slow sweeps along x, upwards and downwards, are also found.
+    load_change : float
+        The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a loss, -0.5 a fall
+        to half of it; the further initial states in each cell are those after it.
+    wide : bool
+        Of given gears too, look at wide ranges of states, which no load stores.
     refine : int
         Every N-th row and column; more cells only where neighbours differ. N is a power of two; the other cells are
         inferred, and marked by ``inferred`` and ``reason``. 1 computes every cell.
@@ -1113,8 +1125,9 @@ class Zones(_Zones):
     """
 
     def __init__(
-        self, model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, refine: int = 1, prove: bool = False,
-        certificates: str | None = None, settings: Classification | None = None,
+        self, model: AnyModel, x: Axis | str, y: Axis | str, *, starts: int = 1, load_change: float = 1.0, wide: bool =
+        False, refine: int = 1, prove: bool = False, certificates: str | None = None, settings: Classification | None =
+        None,
     ) -> None: ...
 
 def basins(

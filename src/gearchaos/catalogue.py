@@ -223,6 +223,14 @@ STUDIES: dict[str, dict[str, Any]] = {
                 'type': 'int', 'help': 'Number of initial states in each cell, to find all its motions; 1 by default.',
                 'least': 1,
             },
+            'load_change': {
+                'type': 'float',
+                'help': 'The load of given gears goes to -LAMBDA times itself and comes back; 1 by default.',
+                'metavar': 'LAMBDA',
+            },
+            'wide': {
+                'type': 'bool', 'help': 'Of given gears too, look at wide ranges of states, which no load stores.',
+            },
             'refine': {
                 'type': 'int',
                 'help': 'Every N-th row and column; more cells only where neighbours differ; 1 by default.',

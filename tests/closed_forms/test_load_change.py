@@ -5,16 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.stats import kstest
+from scipy.stats import binomtest, kstest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import as_model
 from gearchaos.model.switched import begun_at
+from gearchaos.studies.cells_to_avoid import to_avoid
 from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.knocks import LARGEST
 from gearchaos.studies.load_change import LoadChange, stored_energy
+from gearchaos.studies.quasi_static import quasi_static_ratio
 from tests.closed_forms.linear_gears import SPUR
 
 LOAD = 0.2  # deflection at rest, in half backlashes
@@ -45,7 +47,7 @@ def test_lost_and_reversed_loads_in_closed_form():
 def test_states_fill_what_is_stored_evenly(ratio):
     model = as_model(SPUR.at(speed=1000.0, torque=200.0))
     load = initial_value_problems(model).flow.system.static_force[0, 0]
-    w = LoadChange(ratio)(model, [1000.0, 2000.0], [1.0, 1.0], 4096, (0,))
+    w = LoadChange(ratio)(model, {"speed": np.array([1000.0, 2000.0])}, [1.0, 1.0], 4096, (0,))
     z, v = w[0], w[1]
     most = stored_energy(1.0, 1.0, load, ratio)
     assert w.shape == (2, 8192) and (energy(z, v, load) <= most + 1e-3).all()
@@ -55,8 +57,8 @@ def test_states_fill_what_is_stored_evenly(ratio):
     inside = energy(*grid, load) <= most
     for drawn, at in ((z, grid[0][inside]), (v, grid[1][inside])):
         assert kstest(drawn, at).statistic < 0.02
-    assert np.array_equal(z, LoadChange(ratio)(model, [1000.0, 2000.0], [1.0, 1.0], 4096, (0,))[0])
-    livelier = LoadChange(ratio)(model, [1000.0], [1.5], 4096, (0,))
+    assert np.array_equal(z, LoadChange(ratio)(model, {"speed": np.array([1000.0, 2000.0])}, [1.0, 1.0], 4096, (0,))[0])
+    livelier = LoadChange(ratio)(model, {"speed": np.array([1000.0])}, [1.5], 4096, (0,))
     rest = -load - load**2 / 2
     more = rest + (np.sqrt(most - rest) + 0.5 * load / np.sqrt(2)) ** 2
     assert most < energy(*livelier, load).max() <= more + 1e-3
@@ -112,3 +114,32 @@ def test_the_least_knock_leads_away_and_one_that_is_smaller_does_not():
     phase = round(knock.phase * 32)
     assert lost(phase, step)
     assert not any(lost(phase, size * sign) for size in np.linspace(0, 0.9 * abs(step), 24) for sign in (-1, 1))
+
+
+CELLS = {
+    # in operation and after load changes, each contact, force over that at no speed and deflection: code and share
+    "nothing": ([(0, 9.0, 0.1), (0, 1.5, 0.1)], [(0, 1.5, 0.1)] * 4, 0, 0.0),
+    "small": ([(0, 1.5, 0.1), (1, 1.9, 0.1)], [(0, 1.5, 0.1)] * 4, 1, 0.0),
+    "hits": ([(1, 1.5, 0.1), (1, 2.1, 0.1)], [(2, 3.0, 0.1)] * 4, 2, 1.0),
+    "both flanks": ([(2, 2.1, 0.1), (1, 2.5, 0.1)], [(0, 1.5, 0.1)] * 4, 3, 0.0),
+    "both flanks, small": ([(2, 1.9, 0.1), (0, 1.0, 0.1)], [(0, 1.5, 0.1)] * 4, 1, 0.0),
+    "beside what is beyond": ([(1, 2.1, 0.1), (2, 1000.0, 0.1)], [(0, 1.5, 0.1)] * 4, 2, 0.0),
+    "beyond": ([(0, 1.5, 0.1), (1, 2.1, 1000.0)], [(0, 1.5, 0.1)] * 4, 4, 0.0),
+    "diverged": ([(3, np.nan, np.nan), (0, 1.0, 0.1)], [(0, 1.5, 0.1)] * 4, 4, 0.0),
+    "after a load change": ([(0, 1.5, 0.1)] * 2, [(1, 2.1, 0.1), (0, 1.5, 0.1), (1, 1.9, 0.1), (0, 1.5, 0.1)], 6, 0.5),
+}
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_what_is_to_be_avoided_in_a_cell(name):
+    operation, after, code, share = CELLS[name]
+    contact, factor, deflection = np.array([operation[0], *after, operation[1]]).T[:, None]
+    at, model = {"speed": np.array([1000.0]), "torque": np.array([200.0])}, as_model(SPUR.at(speed=1000.0, torque=50.0))
+    ratio = quasi_static_ratio(model)
+    found = to_avoid(model, at, {
+        "contact": contact.astype(int), "dynamic_factor": ratio * factor, "deflection": deflection}, slice(1, -1))
+    assert found["to_avoid"].tolist() == [code]
+    low, high = (found[f"share_of_load_changes_{end}"].item() for end in ("lo", "hi"))
+    assert low <= found["share_of_load_changes"].item() == share <= high
+    interval = binomtest(round(4 * share), 4).proportion_ci()
+    assert (low, high) == pytest.approx((interval.low, interval.high))

@@ -66,7 +66,8 @@ def choices(*values: str) -> Completer:
 
 def colours(context: typer.Context, incomplete: str) -> list[str]:
     """Names of the variables that `gearchaos plot` can show, of the result on the command line where it can be read."""
-    names: Collection[str] = (*(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis", "contact_worst")
+    names: Collection[str] = (*(q.name for q in (*RESPONSES, *VERDICTS)), "attractors", "hysteresis",
+                              "contact_worst", "to_avoid", "share_of_load_changes")
     path = Path(_argument(context))
     try:
         if path.is_dir():

@@ -10,7 +10,7 @@ import typer
 
 from gearchaos.cli.avoided import Factor, LoadChange, RootStress, Wide, criteria
 from gearchaos.cli.errors import say
-from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, app, given, load
+from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, StatesAfter, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
 from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
@@ -134,6 +134,8 @@ def operating_map(
     out: Out,
     sets: Sets = None,
     starts: StartsPerCell = None,
+    load_change: StatesAfter = None,
+    wide: Wide = False,
     refine: Refine = None,
     plot: Plot = None,
     json_out: Json = False,
@@ -148,7 +150,8 @@ def operating_map(
 
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
     loaded = load(gears, sets, physical=True, axes=axes.values())
-    study = loaded.study(Zones, **axes, **given(starts=starts, refine=refine))
+    study = loaded.study(Zones, **axes, **given(
+        starts=starts, load_change=load_change, wide=wide or None, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
     save(dataset, out)
     report(Found("map", dataset, loaded, False, tuple(axes.values()), out, plot), "map", json_out)

@@ -35,6 +35,7 @@ from gearchaos.studies.beside_factors import (
     which_mesh,
     words_beside,
 )
+from gearchaos.studies.cells_to_avoid import AFTER_A_LOAD_CHANGE, TO_AVOID
 from gearchaos.studies.proved_cells import proof_counts
 
 if TYPE_CHECKING:
@@ -277,6 +278,10 @@ def map_document(dataset: xr.Dataset) -> dict[str, Any]:
         "contact": {CONTACTS[code]: codes.count(code) for code in sorted({code for code in codes if code >= 0})},
         "largest": None,
     }
+    if "to_avoid" in dataset:
+        found = dataset["to_avoid"].values.ravel().tolist()
+        document["to_avoid"] = {words: found.count(code) for code, words in TO_AVOID.items() if code in found}
+        document["share_of_load_changes"] = dataset["share_of_load_changes"].mean().item()
     for name in ("dynamic_factor", "v_rms"):
         known = dataset[name].where(abs(dataset[name]) < math.inf)
         if known.notnull().any():
@@ -305,6 +310,13 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
         shares = ", ".join(f"{_TEETH[state]} {100 * n / size:.3g} %" for state, n in found["contact"].items())
         teeth = "worst mesh" if "mesh" in dataset.dims else "teeth"
         print(textwrap.fill(f"{teeth}{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
+        if "to_avoid" in found:
+            alone = sum(n for words, n in found["to_avoid"].items() if words.endswith(AFTER_A_LOAD_CHANGE))
+            operation = size - alone - found["to_avoid"].get(TO_AVOID[0], 0)
+            print(textwrap.fill(
+                f"to avoid: {100 * operation / size:.3g} % of the {cells} in operation, {100 * alone / size:.3g} % "
+                f"reached by load changes alone; {100 * found['share_of_load_changes']:.3g} % of the load changes lead "
+                "to separation", _WIDTH, subsequent_indent="  "))
     else:
         counts = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in counts], cells)

@@ -14,23 +14,17 @@ from gearchaos.errors import InputError
 from gearchaos.plot._datasets import described
 from gearchaos.plot._dynamic_factor import computed_factors, draw_computed
 from gearchaos.plot.axes import draw_legend
-from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
+from gearchaos.plot.classes import PALE, SEVERITY_COLOURS
 from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
 from gearchaos.studies.assess import Assessment
-from gearchaos.studies.speed_windows import SEVERITIES, SpeedsToAvoid, Window
+from gearchaos.studies.cells_to_avoid import AFTER_A_LOAD_CHANGE
+from gearchaos.studies.speed_windows import SpeedsToAvoid, Window
 
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-COLOURS = dict(zip(SEVERITIES, (
-    CONTACT_CLASSES[0].colour, "#f7e7a3", "#e59a1f", CONTACT_CLASSES[2].colour, MOTION_CLASSES[-1].colour),
-    strict=True))
-"""Of what happens in a range to avoid, on a light background."""
-
 _USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
-_PALE = 0.45  # opacity of a range that operation does not meet
-_AFTER = "after a load change alone"
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
 _NARROWEST = 1e-3  # width of a bar, as a share of the axis
@@ -135,7 +129,7 @@ def _between(torques: np.ndarray) -> np.ndarray:
 
 def meaning(window: Window) -> tuple[str, str]:
     """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
-    return window.severity, COLOURS[window.severity]
+    return window.severity, SEVERITY_COLOURS[window.severity]
 
 
 def bar(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:
@@ -148,13 +142,13 @@ def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dic
     """Draw a range to avoid, and return its legend handles by label."""
     words, plain = meaning(window)
     colour, margin = adapt(plain), (1 - share) / 2 * (high - low)
-    pale: dict[str, Any] = {"alpha": _PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
+    pale: dict[str, Any] = {"alpha": PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
     start, stop = bar(window, ax.get_xlim())
     style = {"facecolor": colour, "linewidth": 0, **({} if window.operation else pale)}
     ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
     found = {words: Patch(facecolor=colour, label=words)}
     return found | ({} if window.operation else {
-        _AFTER: Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": _AFTER})})
+        AFTER_A_LOAD_CHANGE: Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": AFTER_A_LOAD_CHANGE})})
 
 
 def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:

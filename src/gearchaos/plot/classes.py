@@ -12,12 +12,14 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, to_hex
+from matplotlib.colors import ListedColormap, to_hex, to_rgb
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from gearchaos.plot._datasets import flags
 from gearchaos.plot.theme import adapt, adapt_style
+from gearchaos.studies.cells_to_avoid import BEYOND_CODE, TO_AVOID
+from gearchaos.studies.speed_windows import SEVERITIES
 
 
 class MotionClass(NamedTuple):
@@ -61,6 +63,30 @@ CONTACT_CLASSES: tuple[MotionClass, ...] = (
     MotionClass("no contact", "#4d4d4d"),
 )
 """Contact states; the index is the code of ``contact``."""
+
+SEVERITY_COLOURS = dict(zip(SEVERITIES, (
+    CONTACT_CLASSES[0].colour, "#f7e7a3", "#e59a1f", CONTACT_CLASSES[2].colour, MOTION_CLASSES[-1].colour),
+    strict=True))
+"""Colours of what happens at speeds to avoid."""
+
+PALE = 0.45
+"""Opacity of what operation does not meet."""
+
+
+_FREE = "#dde7ee"  # colour of cells in which nothing is to be avoided: no pale one of these
+
+
+def _paler(colour: str) -> str:
+    red, green, blue = (PALE * part + 1 - PALE for part in to_rgb(colour))
+    return to_hex((red, green, blue))
+
+
+AVOID_CLASSES: tuple[MotionClass, ...] = tuple(
+    MotionClass(words, _FREE if code == 0 else
+                SEVERITY_COLOURS[words] if words in SEVERITY_COLOURS else
+                _paler(SEVERITY_COLOURS[TO_AVOID[code - BEYOND_CODE]]))
+    for code, words in TO_AVOID.items())
+"""What is to be avoided; the index is the code of ``to_avoid``."""
 
 NO_CLASS = -1
 """Class index of cells that are not computed, and so have no class."""
@@ -134,7 +160,9 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
     missing = _not_computed(ds, name)
-    if name.startswith("contact"):
+    if name == "to_avoid":
+        index, classes = ds[name].values.astype(int), AVOID_CLASSES
+    elif name.startswith("contact"):
         classes = (*CONTACT_CLASSES, MOTION_CLASSES[_DIVERGED])
         index = np.maximum(ds[name].values.astype(int), NO_CLASS)
         if name == "contact" and "label" in ds:  # diverged motions have the code of no contact

@@ -33,10 +33,11 @@ MOTION = "motion"  # the colouring of a map by kind of motion; the other colouri
 
 
 def default_colour(ds: xr.Dataset) -> str:
-    """What a picture shows if nothing is chosen: of a map of given gears the contact of the teeth, the worst of the
-    motions found in each cell; of any other result the motion."""
-    of_gears = ("contact_worst", "contact") if ds.attrs.get("study") == "zones" and "gears" in ds.attrs else ()
-    return next((name for name in of_gears if name in ds), MOTION)
+    """What a picture shows if nothing is chosen: of a map of given gears what is to be avoided, or the contact of the
+    teeth, the worst of the motions found in each cell; of any other result the motion."""
+    if ds.attrs.get("study") != "zones" or "gears" not in ds.attrs:
+        return MOTION
+    return next((name for name in ("to_avoid", "contact_worst", "contact") if name in ds), MOTION)
 
 
 def result(

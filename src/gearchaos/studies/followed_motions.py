@@ -224,7 +224,8 @@ class FollowedMotions:
             self.speeds = sorted(self.at)
         if starts and speeds:
             factors = [self.at[s][0].dynamic_factor for s in speeds]
-            each, w = np.repeat(speeds, starts), self._draw(self.model, speeds, factors, starts, seed)
+            each = np.repeat(speeds, starts)
+            w = self._draw(self.model, {"speed": np.array(speeds)}, factors, starts, seed)
             for speed, motion in zip(each.tolist(), (yield from self._add(each, w, random=True)), strict=True):
                 self.drawn.setdefault(speed, []).append(motion)
         pairs = [*pairwise(self.speeds), *((there, here) for here, there in pairwise(self.speeds))]

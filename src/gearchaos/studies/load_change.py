@@ -13,7 +13,7 @@ Of sudden changes, ramps and repeated ones with random phases 99.7 % and more en
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
@@ -34,12 +34,13 @@ _MOST_FACTOR = 2.0  # of the motion before: where it is larger the speed is to b
 
 
 class Draw(Protocol):
-    """Draws states (d, n) of a model, some at each of several speeds, which stand one after another.
+    """Draws states (d, n) of a model, some at each of P points, which stand one after another.
 
-    ``factors`` are the dynamic factors of the motions before, NaN for one without bound."""
+    ``values`` (P,) are those of parameters by name, ``factors`` (P,) the dynamic factors of the motions before, NaN for
+    one without bound."""
 
-    def __call__(self, model: MeshModel, speeds: Sequence[float], factors: Sequence[float], starts: int,
-                 seed: tuple[int, ...], /) -> np.ndarray: ...
+    def __call__(self, model: MeshModel, values: Mapping[str, np.ndarray], factors: Sequence[float] | np.ndarray,
+                 starts: int, seed: tuple[int, ...], /) -> np.ndarray: ...
 
 
 class LoadChange(NamedTuple):
@@ -61,13 +62,13 @@ class LoadChange(NamedTuple):
         share = f"{100 * abs(self.ratio):.6g} %"
         return named.get(self.ratio, f"a {'fall' if self.ratio < 0 else 'reversal'} of the load to {share}")
 
-    def __call__(self, model: MeshModel, speeds: Sequence[float], factors: Sequence[float], starts: int,
-                 seed: tuple[int, ...]) -> np.ndarray:
-        base, values = replace(model, initial={}), {"speed": np.array(speeds, float)}
-        names = coordinates(vary(base, {}))
+    def __call__(self, model: MeshModel, values: Mapping[str, np.ndarray], factors: Sequence[float] | np.ndarray,
+                 starts: int, seed: tuple[int, ...], names: tuple[str, ...] = ()) -> np.ndarray:
+        base = replace(model, initial={})
+        names = names or coordinates(vary(base, {}))
         meshes = Meshes.of(switched_system(vary(base, values), names))
         box = {f"{part}{k}": (0.0, 1.0) for k in range(len(meshes.front)) for part in ("z", "v")}
-        unit = np.stack(list(spread(box, len(speeds) * starts, seed).values()))
+        unit = np.stack(list(spread(box, len(factors) * starts, seed).values()))
         return self.states(meshes, initial_states(base, values, names), factors, unit)
 
     def states(self, meshes: Meshes, rest: np.ndarray, factors: Any, unit: np.ndarray) -> np.ndarray:
@@ -182,16 +183,18 @@ def _ends(front: float, stiffness: float, load: float, energy: float) -> tuple[f
 
 
 def wide_states(
-    model: MeshModel, speeds: Sequence[float], _: Sequence[float], starts: int, seed: tuple[int, ...]
+    model: MeshModel, values: Mapping[str, np.ndarray], factors: Sequence[float] | np.ndarray, starts: int,
+    seed: tuple[int, ...],
 ) -> np.ndarray:
     """States from the ranges that `gearchaos.attractors` takes by default, a `Draw`: affine functions of the initial
-    values, by those at the origin and at the unit vectors of each speed."""
+    values, by those at the origin and at the unit vectors of each point."""
     names = coordinates(vary(model, {}))
-    values = spread(default_box(model), len(speeds) * starts, seed)
+    conditions = spread(default_box(model), len(factors) * starts, seed)
     base = replace(model, initial={}) if model.kind == "single" else model
-    corners = np.vstack([np.zeros(len(values)), np.eye(len(values))])
-    at_corners = dict(zip(values, np.tile(corners, (len(speeds), 1)).T, strict=True))
-    w = initial_states(base, {"speed": np.repeat(speeds, len(corners)), **at_corners}, names)
-    w = w.reshape(len(w), len(speeds), len(corners))
-    slopes, given = w[..., 1:] - w[..., :1], np.stack(list(values.values())).reshape(-1, len(speeds), starts)
+    corners = np.vstack([np.zeros(len(conditions)), np.eye(len(conditions))])
+    at_corners = dict(zip(conditions, np.tile(corners, (len(factors), 1)).T, strict=True))
+    at_points = {n: np.repeat(v, len(corners)) for n, v in values.items()}
+    w = initial_states(base, at_points | at_corners, names)
+    w = w.reshape(len(w), len(factors), len(corners))
+    slopes, given = w[..., 1:] - w[..., :1], np.stack(list(conditions.values())).reshape(-1, len(factors), starts)
     return (w[..., :1] + np.einsum("dsn,nsk->dsk", slopes, given)).reshape(len(w), -1)

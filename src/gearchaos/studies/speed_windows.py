@@ -44,6 +44,9 @@ SEVERITIES = (FORCE_CRITERION, "contact lost, small", "contact lost, hits", "hit
 """What happens in a range to avoid, in rising order: whether contact is lost, whether the force exceeds the limit, and
 where the teeth hit."""
 
+SUDDEN = 2.0
+"""Peak of the force on an undamped spring over the load that is put on at once: above it teeth hit."""
+
 OUTWARDS, INWARDS, NEAREST = (
     (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_UP, ROUND_HALF_UP))
 """How both ends of a range are rounded."""
@@ -201,7 +204,7 @@ class Window(SpeedRange):
         """One of `SEVERITIES`."""
         if self.contact == BEYOND or self.criterion == FORCE_CRITERION:
             return BEYOND if self.contact == BEYOND else FORCE_CRITERION
-        return SEVERITIES[(self.contact == CONTACT_WORDS[2]) + 2 if self.hits else 1]
+        return SEVERITIES[separated(self.contact == CONTACT_WORDS[2], self.hits)]
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -366,6 +369,11 @@ class SpeedsToAvoid:
             "beyond_the_teeth": self.teeth_bear, "knocks": [knock.document(self.torque) for knock in self.knocks],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
+
+
+def separated(both_flanks: Any, hits: Any) -> Any:
+    """The index into `SEVERITIES` of motions that teeth bear and in which they separate, elementwise."""
+    return 1 + hits * (1 + both_flanks)
 
 
 def speed_in_words(speed: float, width: float, rounding: str = ROUND_HALF_UP) -> str:

@@ -56,6 +56,7 @@ from gearchaos.studies.speed_windows import (
     MOST_PEAKS,
     MOTIONS,
     OPERATION,
+    SUDDEN,
     Jump,
     Peak,
     RandomStates,
@@ -76,7 +77,6 @@ _CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: wha
 STARTS = 128  # random initial states at each speed
 SPACING = 0.0025  # largest distance of these speeds, as a share of the speed
 _TRIAL_SPEEDS = 4  # least number of speeds at which a trial of a search looks for motions, at each torque
-_SUDDEN = 2.0  # peak of the force on an undamped spring over the load that is put on at once
 _SPACINGS = Rule(lambda v: (v >= 1e-3) & (v <= 1), "must lie in [0.001, 1]")
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
@@ -169,7 +169,7 @@ class _AtTorque:
     def hits(self, dynamic_factor: float) -> bool:
         """Whether a force is no small one: above the limit, or without one above twice the static force, that of a load
         put on at once."""
-        limit = self.limit if np.isfinite(self.limit) else _SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
+        limit = self.limit if np.isfinite(self.limit) else SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
         return bool(dynamic_factor > limit)
 
     def beyond(self, motion: Motion) -> bool:

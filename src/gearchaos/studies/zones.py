@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from gearchaos.datasets import flag_attributes
 from gearchaos.dynamics import ON_ATTRACTOR, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.dynamics.response import CONTACTS
@@ -19,11 +20,13 @@ from gearchaos.errors import InputError
 from gearchaos.execute import tiles
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import WIDTH, ExactFlow
+from gearchaos.gears.operating import gears_of
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.axis import Axis, at_cells, check_plane, corners, shared_coordinates
 from gearchaos.studies.batch_classification import SAME_CENTRE, InitialStates, classify_batch, signature
+from gearchaos.studies.cells_to_avoid import TO_AVOID, force_and_signature, to_avoid
 from gearchaos.studies.cost import Cost, estimate
 from gearchaos.studies.declaration import function_of
 from gearchaos.studies.initial_value_problems import (
@@ -32,11 +35,15 @@ from gearchaos.studies.initial_value_problems import (
     initial_value_problems,
     swept_initial_values,
 )
+from gearchaos.studies.load_change import LOAD_CHANGES, REVERSAL, LoadChange
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.proofs import check_can_prove
 from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
 from gearchaos.studies.refine import SIDE, refined
 from gearchaos.studies.study import ClassifyingStudy, Results
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _REFINED = 8  # the refinement that is proposed for a map that takes long
 _COMPUTED_SHARE = 1 / 8
@@ -58,7 +65,9 @@ class Zones(ClassifyingStudy):
         largest multiplier of the orbit, response measures, contact, periods spent. With more than one start also the
         number of ``attractors`` found in each cell, ``v_rms_least`` and ``v_rms_most`` among them, ``contact_worst``,
         ``v_rms_up`` and ``v_rms_down`` after the sweeps, and ``hysteresis``: 1 where the two sweeps end in different
-        motions. With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
+        motions. Of given gears, unless ``wide``, then also ``to_avoid``, what happens where the teeth separate, in
+        operation or after a load change alone, and ``share_of_load_changes``, after which they do, with its interval.
+        With ``prove`` also ``proved``: 1 where the motion is proved, 0 where it is not, -1 where it is not
         periodic; and ``proof_reason``, why it is not proved. Inferred cells are not proved.
 
     Raises
@@ -94,8 +103,14 @@ class Zones(ClassifyingStudy):
     y: Axis = axis_option("Another one.")
     starts: int = option(
         1, "Number of initial states in each cell, to find all its motions. They are those of the model, and others "
-        "spread as by `attractors`. With more than one, the motions after slow sweeps along x, upwards and downwards, "
-        "are also found.", least=1)
+        "spread as by `attractors`, of given gears those after a load change. With more than one, the motions after "
+        "slow sweeps along x, upwards and downwards, are also found.", least=1)
+    load_change: float = option(
+        REVERSAL.ratio, "The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a "
+        "loss, -0.5 a fall to half of it; the further initial states in each cell are those after it.",
+        rule=LOAD_CHANGES, metavar="LAMBDA")
+    wide: bool = option(
+        False, "Of given gears too, look at wide ranges of states, which no load stores.")
     refine: int = option(
         1, "Every N-th row and column; more cells only where neighbours differ. N is a power of two; the other cells "
         "are inferred, and marked by ``inferred`` and ``reason``. 1 computes every cell.", least=1, metavar="N")
@@ -112,6 +127,10 @@ class Zones(ClassifyingStudy):
         check_memory("cells of a row times starts", self.x.count * self.starts)
         if self.starts > 1 and {self.x.name, self.y.name} & set(self.model.state_names):
             raise InputError("starts", "must be 1 where an axis is an initial value", self.starts)
+        if gears_of(self.model) is None and (self.wide or self.load_change != REVERSAL.ratio):
+            name = "wide" if self.wide else "load_change"
+            raise InputError(name, "needs gears", getattr(self, name),
+                             "A dimensionless model is looked at from wide ranges of states: leave it out.")
         if self.refine > SIDE // 2 or self.refine & (self.refine - 1):
             raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", self.refine)
         if self.refine > 1 and self.starts > 1:
@@ -162,9 +181,21 @@ class Zones(ClassifyingStudy):
             mark_inferred(found)
         return found
 
+    def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        dataset = super().finish(found, progress=progress, threads=threads)
+        if "to_avoid" in dataset:
+            dataset["to_avoid"].attrs.update(flag_attributes(TO_AVOID))
+        return dataset
+
     @property
     def recorded(self) -> dict[str, Any]:
-        return {"starts": self.starts, "refine": self.refine, **({"prove": 1} if self.prove else {})}
+        return {"starts": self.starts, "refine": self.refine, **({"prove": 1} if self.prove else {}),
+                **({"load_change": self.load_change} if self.follows_load_changes else {})}
+
+    @property
+    def follows_load_changes(self) -> bool:
+        """Whether further initial states are those after a load change."""
+        return self.starts > 1 and not self.wide and gears_of(self.model) is not None
 
     def thinned(self, share: float) -> Self:
         """As of every study, without certificates; of a refined map the middle, where as many cells are inferred."""
@@ -194,6 +225,12 @@ class Zones(ClassifyingStudy):
         """The motions of the cells with these numbers (L,)."""
         return initial_value_problems(self.model, at_cells(self.x, self.y, cells), self.names)
 
+    def distinguished(self, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+        """The variables (L,) by which the motions of a cell are told apart, and judged where load changes are met."""
+        if self.follows_load_changes:
+            return force_and_signature(motions, found, self.classification)
+        return signature(motions, found)
+
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:
         """Results of cells (N,), which are whole rows if there is more than one start."""
         order = np.arange(len(cells), dtype=cells.dtype)
@@ -202,7 +239,7 @@ class Zones(ClassifyingStudy):
         most = self.cost.max_parameter_points(threads)
 
         def collect(_: np.ndarray, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-            out = found.variables() | (signature(motions, found) if self.starts > 1 else {})
+            out = found.variables() | (self.distinguished(motions, found) if self.starts > 1 else {})
             return out | orbit_points(motions, found) if self.prove else out
 
         out = classify_batch(
@@ -210,7 +247,8 @@ class Zones(ClassifyingStudy):
             largest=most, progress="zones" if progress else None, threads=threads)
         if self.starts > 1:
             out |= _Coexistence(self, cells, order, progress, threads, most).found(out)
-            del out["centre_z"], out["centre_z_dot"]
+            for name in {"centre_z", "centre_z_dot", "deflection"} & out.keys():
+                del out[name]
         if self.prove:
             at, orbits = at_cells(self.x, self.y, cells), out.pop("orbit")  # None where the motion is not periodic
             models = [None if orbit is None else self.model.with_values({n: float(v[i]) for n, v in at.items()})
@@ -238,17 +276,19 @@ class _Coexistence:
     largest: int
 
     def found(self, own: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The variables (N,) that a map with several starts has, from the `signature` (N,) of the motions with one.
+        """The variables (N,) that a map with several starts has, from those (N,) of the motions with one.
 
         The worst contact state is the last one in `CONTACTS` other than "none".
         """
-        further, swept = self._from_further_starts(), self._from_sweeps()
+        further, swept = self._from_further_starts(own["dynamic_factor"]), self._from_sweeps()
         motions = {n: np.concatenate([own[n][:, None], further[n], swept[n]], axis=1) for n in swept}
         settled: np.ndarray = np.isin(motions["label"], ON_ATTRACTOR)
         contact = np.where(settled & (motions["contact"] != _NO_CONTACT), motions["contact"], -1).max(axis=1)
         none, v_rms = ~np.any(settled, axis=1), motions["v_rms"]
         up, down = ({n: v[:, i] for n, v in motions.items()} for i in (-2, -1))
-        return {
+        at = self._at(np.arange(len(self.cells)))
+        judged = to_avoid(self.study.model, at, motions, slice(1, -2)) if self.study.follows_load_changes else {}
+        return {**judged,
             "attractors": _count_distinct(motions, settled),
             "v_rms_least": np.where(none, np.nan, np.where(settled, v_rms, np.inf).min(axis=1)),
             "v_rms_most": np.where(none, np.nan, np.where(settled, v_rms, -np.inf).max(axis=1)),
@@ -261,9 +301,11 @@ class _Coexistence:
         """The values of both axes, by name, in the cells at these positions."""
         return at_cells(self.study.x, self.study.y, self.cells[position])
 
-    def _from_further_starts(self) -> dict[str, np.ndarray]:
-        """`signature` of the motions from further initial states, the same in all cells; arrays (N, starts)."""
+    def _from_further_starts(self, factors: np.ndarray) -> dict[str, np.ndarray]:
+        """`Zones.distinguished` of the motions from further initial states, the same in all cells, or after load
+        changes from motions with dynamic factors (N,); arrays (N, starts)."""
         model, starts = self.study.model, self.study.starts - 1
+        drawn = self._after_load_changes(factors) if self.study.follows_load_changes else None
         conditions = spread(default_box(model), starts, 0)
         # the single model accepts only one of z and x1 as initial displacement, so the model's own is dropped
         base = replace(model, initial={}) if model.kind == "single" else model
@@ -272,14 +314,24 @@ class _Coexistence:
             position, condition = np.divmod(number, starts)
             positions, points = np.unique(position, return_inverse=True)
             flow = ExactFlow(switched_system(vary(model, self._at(positions)), self.study.names))
+            if drawn is not None:
+                return Motions(flow, drawn[:, number], points)
             batch = vary(base, self._at(position) | {n: v[condition] for n, v in conditions.items()})
             return Motions(flow, initial_state(batch, flow.system).T.copy(), points)
 
         numbers = (self.order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
         return {n: v.reshape(-1, starts) for n, v in self._classified(initial_states, numbers, "more starts").items()}
 
+    def _after_load_changes(self, factors: np.ndarray) -> np.ndarray:
+        """States (d, N starts) after load changes, those of each row drawn for itself."""
+        study, draw, out = self.study, LoadChange(self.study.load_change), []
+        for row in np.arange(len(self.cells)).reshape(-1, study.x.count):
+            seed = (int(self.cells[row[0]]) // study.x.count,)
+            out.append(draw(study.model, self._at(row), factors[row], study.starts - 1, seed, study.names))
+        return np.concatenate(out, axis=1)
+
     def _from_sweeps(self) -> dict[str, np.ndarray]:
-        """`signature` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
+        """`Zones.distinguished` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
         up, down = (self._sweep_rows(upwards) for upwards in (True, False))
         base, count = replace(self.study.model, initial={}), len(self.cells)
 
@@ -305,10 +357,11 @@ class _Coexistence:
         return {n: v.ravel() for n, v in out.items()}
 
     def _classified(self, initial_states: InitialStates, order: np.ndarray, name: str) -> dict[str, np.ndarray]:
-        """`signature` of the motions with the numbers ``order``; arrays by name."""
+        """`Zones.distinguished` of the motions with the numbers ``order``; arrays by name."""
         return classify_batch(
-            initial_states, lambda _, *found: signature(*found), order, settings=self.study.classification,
-            progress=name if self.progress else None, threads=self.threads, largest=self.largest)
+            initial_states, lambda _, *found: self.study.distinguished(*found), order,
+            settings=self.study.classification, progress=name if self.progress else None, threads=self.threads,
+            largest=self.largest)
 
 
 def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> np.ndarray:

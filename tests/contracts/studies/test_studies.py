@@ -17,6 +17,8 @@ from gearchaos.errors import InputError
 from gearchaos.execute import tiles
 from gearchaos.store.lock import Shard
 from gearchaos.studies import motions
+from gearchaos.studyfile import load_study
+from tests import ONE_SPRING
 
 pytestmark = pytest.mark.slow
 
@@ -162,6 +164,30 @@ def test_a_map_with_many_starts_counts_the_motions_of_each_cell():
     assert np.all(data.v_rms_least <= data.v_rms_up) and np.all(data.v_rms_down <= data.v_rms_most)
     for name in plain.data_vars:
         xr.testing.assert_equal(data[name], plain[name])
+
+
+def test_a_map_of_gears_with_many_starts_looks_at_load_changes():
+    loaded = load_study(ONE_SPRING).model
+    axes = gc.Axis("speed", 700.0, 1500.0, 5), gc.Axis("torque", 60.0, 200.0, 3)
+    study = gc.Zones(loaded, *axes, starts=6)
+    whole = study.run()
+    assert whole.share_of_load_changes.values.min() + whole.share_of_load_changes.values.max() > 0
+    row = study.compute(np.arange(5, 10))  # draws of a row depend on no other row
+    for name in ("to_avoid", "share_of_load_changes", "attractors", "v_rms_most"):
+        np.testing.assert_array_equal(row[name], whole[name].values[1])
+    here = gc.speeds_to_avoid(loaded.gears, "700:1500:5", 130.0, starts=16, spacing=0.5, knocks=False)
+    for speed in axes[0].values:
+        cell = int(whole.to_avoid.sel(speed=speed, torque=130.0))
+        assert (cell > 0) == any(a.start <= speed <= a.stop for a in here.windows)
+    none, wide = gc.Zones(loaded, *axes, starts=6, load_change=-0.9), gc.zones(loaded, *axes, starts=6, wide=True)
+    assert none.run().share_of_load_changes.sum() < whole.share_of_load_changes.sum() and "to_avoid" not in wide
+    assert np.all(wide.v_rms_most >= wide.v_rms_least)
+
+
+@pytest.mark.parametrize("given", [{"wide": True}, {"load_change": 0.0}])
+def test_only_gears_have_a_load_that_changes(given):
+    with pytest.raises(InputError, match=f"{next(iter(given))} needs gears"):
+        gc.Zones(FIGURE_2, *MAP, starts=4, **given)
 
 
 def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
