@@ -10,10 +10,16 @@ from gearchaos.datasheet.verdict import decision, rows, usable_in_words, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export
 from gearchaos.explorer.jobs.assessment import assessed
+from gearchaos.explorer.jobs.map import successive_maps
 from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
+from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
+from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.web.page import plane_menus
 from gearchaos.plot._assessment import meaning
+from gearchaos.plot.classes import AVOID_CLASSES
+from gearchaos.studies.cells_to_avoid import TO_AVOID
 from gearchaos.studyfile import load_design, load_study
 from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session
@@ -165,3 +171,34 @@ def test_a_train_has_no_quasi_static_ratio_and_its_json_is_strict():
     assert json.loads(content, parse_constant=pytest.fail)["quasi_static_ratio"] == [None]
     text = assessment_text(one, SpeedLine(view), view, Units(view.gears, True))
     assert len(text.sentences) == 3 and not any("speed 0" in sentence for sentence in text.sentences)
+
+
+def test_what_is_looked_at_beside_operation_is_chosen_and_stands_in_the_address():
+    opened, _ = session(VIEW, GEARS)
+    opened.page.messages.act("set", ["change", "none"])
+    view = opened.page.view
+    assert view.change == from_query(to_query(view, GEARS), GEARS).change == "none" and view != VIEW
+    opened.page.messages.act("set", ["change", "slowly"])
+    assert opened.page.view == view
+    assert not LINE.belongs_to(view) and view.map_key == VIEW.map_key  # an assessment of another change goes
+    for change, words in (("none", "sweeps at 40 speeds"), ("wide", "random states at"), ("loss", "after a loss of")):
+        chosen = VIEW.zoomed((800.0, 802.0), (50.0, 150.0)).moved(801.0, 100.0)
+        *_, last = assessed(SpeedLine(replace(chosen, change=change)))
+        assert words.partition("40")[0] in last.tried and bool(last.at[0].load_change) == (change != "none")
+
+
+def test_a_map_of_gears_shows_what_load_changes_reach_and_of_which_change():
+    view = replace(VIEW, colour="to_avoid")
+    loss = replace(view, change="loss")
+    assert view.map_key != loss.map_key and view.map_key != VIEW.map_key
+    first = next(successive_maps(loss))
+    assert json.loads(first.dataset.attrs["settings"])["load_change"] == 0.0
+    figure = MapFigure(put := Put())
+    figure.show(first, "to_avoid", Units(view.gears, True))
+    names = {words for _, words in figure.legend.entries}
+    assert names and names <= set(TO_AVOID.values()) and put[figure.mapper.id]["palette"][0] == AVOID_CLASSES[0].colour
+    with pytest.raises(InputError, match="colour needs gears"):
+        replace(PAPER, colour="to_avoid")
+    menus = {menu.name: dict(menu.options) for menu in plane_menus(view, Units(view.gears, True))}
+    assert menus["colour"]["to_avoid"].startswith("reached by load changes")
+    assert "to_avoid" not in {n: dict(o) for n, _, o in plane_menus(PAPER, Units())}["colour"]

@@ -7,14 +7,17 @@ from functools import partial
 
 from gearchaos.explorer.jobs.progress import with_progress
 from gearchaos.explorer.view.speed_line import SpeedLine
+from gearchaos.explorer.view.state import CHANGES
 from gearchaos.studies.assess import Assessment, assess
 
 
 def assessed(line: SpeedLine) -> Generator[float | Assessment]:
     """The share of the present motions from random states, again and again, then the assessment over a line of speeds.
 
-    It is that of `gearchaos.assess` with its own settings.
+    It is that of `gearchaos.assess` with its own settings, after the load change that the view names.
     """
-    start, stop = line.speeds
-    found = yield from with_progress(partial(assess, line.view.operating_point, f"{start!r}:{stop!r}", progress=True))
+    (start, stop), change = line.speeds, line.view.change
+    found = yield from with_progress(partial(
+        assess, line.view.operating_point, f"{start!r}:{stop!r}", load_change=CHANGES[change][1], wide=change == "wide",
+        progress=True))
     yield found

@@ -20,7 +20,7 @@ from gearchaos.execute import tiles
 from gearchaos.execute.machine import cores
 from gearchaos.explorer.view.bounds import ATTRACTOR_MAP
 from gearchaos.explorer.view.models import coarseness
-from gearchaos.explorer.view.state import COLOURS, View
+from gearchaos.explorer.view.state import COLOURS, OF_STARTS, View
 from gearchaos.flow import WIDTH
 from gearchaos.gears.operating import Gears, gears_of
 from gearchaos.gears.results import physical
@@ -200,7 +200,7 @@ _FIRST_INTERVAL, _LAST_INTERVAL, _GROWTH = 0.1, 1.0, 2.0
 
 def successive_maps(view: View) -> Generator[Map]:
     """The map of a view, first with the cells of the coarsest lattice, in the end with all cells."""
-    return _attractor_map(view) if view.colour == "attractors" else _motion_map(view)
+    return _attractor_map(view) if view.colour in OF_STARTS else _motion_map(view)
 
 
 def warm_up(view: View) -> Generator[None]:
@@ -283,11 +283,12 @@ class _Stages:
 
 
 def _attractor_map(view: View) -> Generator[Map]:
-    """The map of the number of attractors: several initial states in every cell of a coarser plane, row by row."""
+    """The map of the number of attractors, and of gears of what load changes lead to: several initial states in every
+    cell of a coarser plane, row by row."""
     columns, rows = (count // coarseness(view.model) for count in ATTRACTOR_MAP[:2])
     starts = ATTRACTOR_MAP[2]
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
-    study = Zones(view.model, x, y, starts=starts, settings=QUICK)
+    study = Zones(view.model, x, y, starts=starts, load_change=view.load_change, settings=QUICK)
     grid = MapGrid(columns, rows)
     for stride in (4, 2, 1):
         for row in range(0, rows, stride):

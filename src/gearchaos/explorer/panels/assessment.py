@@ -6,7 +6,17 @@ from typing import Any, NamedTuple
 
 from bokeh.models import ColumnDataSource, Segment
 
-from gearchaos.datasheet.verdict import Row, at_no_speed, decision, headings, rows, usable_in_words, worst
+from gearchaos.datasheet.verdict import (
+    Row,
+    at_no_speed,
+    beyond_in_words,
+    decision,
+    headings,
+    knocks_in_words,
+    rows,
+    usable_in_words,
+    worst,
+)
 from gearchaos.explorer.panels.style import SetAttributes, Units, title
 from gearchaos.explorer.view.models import value_on
 from gearchaos.explorer.view.speed_line import SpeedLine
@@ -86,7 +96,9 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
         unit = units.after(axis.name)
         other = f"Of the {title(axis.name)} {value:g}{unit}, not that of the point, {own:g}{unit}: assess again there."
     sentences = [f"{sentence[0].upper()}{sentence[1:]}."
-                 for sentence in (*decision(found), worst(found), at_no_speed(at)) if sentence]
+                 for sentence in (
+                     *decision(found), worst(found), at_no_speed(at), beyond_in_words(at), *knocks_in_words(at))
+                 if sentence]
     avoid = [(meaning(window)[1], not window.operation, _shown(row))
              for window, row in zip(at.windows, rows(at, found.gears), strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))

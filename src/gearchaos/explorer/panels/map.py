@@ -180,7 +180,7 @@ class MapFigure(Panel):
 
     def show(self, found: Map, colour: str, units: Units) -> None:
         """Draw a map coloured by a variable in these units."""
-        if colour in ("motion", "contact"):
+        if colour in ("motion", "contact", "to_avoid"):
             classes: Sequence[MotionClass] = MOTION_CLASSES
             if colour == "motion":
                 index = found.shown(motion_class(found.labels(), found.dataset["period"]), NO_CLASS)

@@ -30,7 +30,7 @@ class SpeedLine:
 
     def goes_through(self, view: View) -> bool:
         """Whether the point of a view is one of these gears at some speed."""
-        return self._is_common(view, {})
+        return self._is_common(view, {}) and self.view.change == view.change
 
     def across(self, view: View) -> tuple[Axis, float] | None:
         """The axis across that of the speed on the map of a view, and the value at which the line lies there.

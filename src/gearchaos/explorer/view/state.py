@@ -16,13 +16,27 @@ from gearchaos.gears.operating import Gears, OperatingModel, gears_of
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS, MeshModel, check_is_pair
 from gearchaos.quantities import quantity
 from gearchaos.studies.axis import Axis, check_plane
+from gearchaos.studies.load_change import REVERSAL, LoadChange
 
 COLOURS = {
     "motion": "kind of motion",
     **{name: quantity(name).long_name for name in ("contact", "v_rms", "contact_fraction", "dynamic_factor")},
-    "attractors": "number of attractors",
+    "attractors": "number of attractors", "to_avoid": "reached by load changes",
+    "share_of_load_changes": "share of load changes after which the teeth separate",
 }
 """Variables by which the map can be coloured, each with its description."""
+
+OF_LOAD_CHANGES = ("to_avoid", "share_of_load_changes")
+"""Those of them that only maps of gears have."""
+
+OF_STARTS = ("attractors", *OF_LOAD_CHANGES)
+"""Those of them that need several initial states in each cell."""
+
+CHANGES: dict[str, tuple[str, float | None]] = {
+    **{name: (LoadChange(ratio).words, ratio) for name, ratio in (("reversal", 1.0), ("loss", 0.0), ("half", -0.5))},
+    "none": ("no load change", None), "wide": ("any state of wide ranges", None),
+}
+"""What is looked at beside operation: words, and λ of `LoadChange` where the load changes."""
 
 LINES = {"x": "horizontal", "y": "vertical"}
 """Directions of the bifurcation diagram through the point, by the axis of the map."""
@@ -43,10 +57,14 @@ class View:
     mesh: str = ""  # of a train, the mesh whose contact and motion are shown; empty for the worst one
     run: Run | None = None  # the run-up that is played; None without gears
     vary: tuple[str, ...] = ()  # inputs of a pair with their scatter, of the study file; empty for those assumed
+    change: str = "reversal"  # what gears are looked at for beside operation, one of `CHANGES`
 
     def __post_init__(self) -> None:
         check_known("colour", self.colour, COLOURS)
         check_known("line", self.line, LINES)
+        check_known("change", self.change, CHANGES)
+        if self.colour in OF_LOAD_CHANGES and gears_of(self.model) is None:
+            raise InputError("colour", "needs gears", self.colour, "Choose the gears in the menu of presets.")
         check_known("mesh", self.mesh, ("", *getattr(self.model, "mesh_names", ())))
         if self.run is not None and gears_of(self.model) is None:
             raise InputError("run-up", "needs gears", str(self.run), "Choose the gears in the menu of presets.")
@@ -90,7 +108,13 @@ class View:
     @cached_property
     def map_key(self) -> tuple[Any, ...]:
         """What the map depends on: two views have the same map if their keys are equal."""
-        return *self.plane_key, self.colour == "attractors"
+        return *self.plane_key, self.load_change if self.colour in OF_STARTS else None
+
+    @property
+    def load_change(self) -> float:
+        """λ of the load changes that the map looks at: those chosen, or reversals where none is, or no gears are."""
+        ratio = CHANGES[self.change][1]
+        return REVERSAL.ratio if ratio is None or gears_of(self.model) is None else ratio
 
     @cached_property
     def plane_key(self) -> tuple[Any, ...]:

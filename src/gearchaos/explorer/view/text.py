@@ -41,13 +41,13 @@ from gearchaos.model import (
 from gearchaos.studies.axis import Axis
 
 _OTHER_NAMES: tuple[str, ...] = ("kind", "stiffness", "damping_law", "x", "y", "at", "colour", "line", "start", "units",
-                                 "mesh", "run")
+                                 "mesh", "run", "change")
 """Names in a query that set no parameter or initial value: the kinds of model and stiffness, the damping law, and
 fields of `View`.
 
 ``at`` is the point chosen, ``line`` the axis along which the bifurcation diagram runs, ``start`` the initial values of
 the motion chosen at the point (`View.initial`), ``units`` one of `_UNITS` (`View.physical`), ``mesh`` that of a train,
-``run`` the run-up.
+``run`` the run-up, ``change`` what gears are looked at for beside operation.
 """
 
 _USUAL_STIFFNESS = next(iter(STIFFNESS_KINDS))  # the kind of stiffness that a query does not name
@@ -98,6 +98,8 @@ def _query(model: Mapping[str, str], view: View, default: View | None) -> str:
         out["mesh"] = view.mesh
     if view.run is not None and (default is None or view.run != default.run):
         out["run"] = str(view.run)
+    if view.change != View.change:
+        out["change"] = view.change
     if view.physical or view.gears is not None:
         out["units"] = _UNITS[view.physical]
     return urlencode(out, safe=":,=")
@@ -135,7 +137,7 @@ def from_query(text: str, default: View) -> View:
     start = tuple((name, bounded(name, value)) for name, _, value in initial)
     run = Run.parse(given["run"]) if "run" in given else default.run if usual.run else None
     return View(model, x, y, at, given.get("colour", usual.colour), given.get("line", "x"), start, units == "physical",
-                given.get("mesh", ""), run, default.vary if usual.run else ())
+                given.get("mesh", ""), run, default.vary if usual.run else (), given.get("change", View.change))
 
 
 def _model(given: Mapping[str, str], default: View) -> MeshModel:

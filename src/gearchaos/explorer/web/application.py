@@ -33,7 +33,7 @@ from gearchaos.explorer.jobs.export import FILES, OF_GEARS
 from gearchaos.explorer.jobs.worker import Workers
 from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.run import WAYS
-from gearchaos.explorer.view.state import View
+from gearchaos.explorer.view.state import CHANGES, View
 from gearchaos.explorer.view.text import from_query
 from gearchaos.explorer.web import LOCAL
 from gearchaos.explorer.web.messages import asset
@@ -211,7 +211,8 @@ def application(view: View, workers: Workers) -> Application:
         document.template_variables.update(
             css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
             gears=view.gears is not None, pair=isinstance(view.model, OperatingModel), periods=SKELETON_PERIODS,
-            period=SKELETON_PERIOD, ways=WAYS)
+            period=SKELETON_PERIOD, ways=WAYS,
+            changes={name: words for name, (words, _) in CHANGES.items()})
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for name, model in session.page.roots().items():
                 model.name = name

@@ -22,11 +22,11 @@ from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text
 from gearchaos.explorer.view.models import are_alike, axis_names, equal, gear_values, initial_values, slider_range
 from gearchaos.explorer.view.presets import preset_of, presets
 from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import COLOURS, LINES, View
+from gearchaos.explorer.view.state import COLOURS, LINES, OF_LOAD_CHANGES, View
 from gearchaos.explorer.view.text import as_python, as_toml, to_query
 from gearchaos.explorer.view.trains import meaning, shown_mesh
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.gears.operating import OperatingModel
+from gearchaos.gears.operating import OperatingModel, gears_of
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
@@ -178,7 +178,9 @@ def plane_menus(view: View, units: Units) -> tuple[Menu, ...]:
         Menu(which, text, tuple({**texts, axis.name: texts.get(axis.name, axis.name)}.items()))
         for which, text, axis in (("x", "Across", view.x), ("y", "Up", view.y))
     )
-    colours = Menu("colour", "Colour", tuple((n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items()))
+    without = () if gears_of(view.model) is not None else OF_LOAD_CHANGES
+    colours = Menu("colour", "Colour", tuple(
+        (n, f"{text}{units.of_measure(n)}") for n, text in COLOURS.items() if n not in without))
     if not isinstance(view.model, TrainModel):
         return (*axes, colours)
     return (*axes, colours, Menu("mesh", "Mesh", (("", "worst mesh"), *((n, n) for n in view.model.mesh_names))))
@@ -303,6 +305,7 @@ class Page:
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
             "damping_law": view.model.damping_law, "x": view.x.name, "y": view.y.name, "colour": view.colour,
             "line": view.line, "alike": alike, "units": view.physical, "mesh": view.mesh,
+            "change": view.change,
             **{f"run-{name}": value for name, value in (view.run.values() if view.run else {}).items()},
         })
 

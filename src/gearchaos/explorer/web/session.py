@@ -44,6 +44,7 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
     "x": lambda view, name: view.with_axis("x", name), "y": lambda view, name: view.with_axis("y", name),
     "colour": lambda view, name: replace(view, colour=name), "line": lambda view, name: replace(view, line=name),
     "mesh": lambda view, name: replace(view, mesh=name),
+    "change": lambda view, name: replace(view, change=name),
 }
 """The change made by choosing from a menu; an impossible view is refused by `View`."""
 
