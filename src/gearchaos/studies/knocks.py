@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ import numpy as np
 from gearchaos.dynamics import Classification, Verdicts
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import gears_of, pair_of
+from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.model.switched import begun_at, coordinates
@@ -23,7 +24,7 @@ from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
 LARGEST = 3.0
 """Of the steps of the relative velocity that are tried, over the natural frequency times half the backlash."""
 _SMALLEST = LARGEST / 64
-_PHASES = 16  # of the mesh period, at which the good motion is knocked
+PHASES = 16  # of the mesh period, at which the good motion is knocked
 _SPEEDS = 24  # most speeds at which it is, of all that are good in operation and after a load change
 _ACCURACY = 1.1  # to this ratio the least knock is known
 
@@ -64,12 +65,13 @@ class Knock:
 
 class _Tried(NamedTuple):
     """Knocks (L,): the number of the good motion, its phase, the step of the velocity, and what it leads to: None a
-    motion that is not to be avoided."""
+    motion that is not to be avoided; ``reached`` has it all the same."""
 
     number: np.ndarray
     phase: np.ndarray
     step: np.ndarray
     to: list[Motion | None]
+    reached: list[Motion | None]
 
 
 @dataclass
@@ -97,7 +99,7 @@ class Knocked:
         self._values = {"speed": np.array(self.speeds)}
         if motions.torque is not None:
             self._values["torque"] = np.full(len(self.speeds), motions.torque)
-        flow = initial_value_problems(motions.model, self._values, names, 2 * _PHASES).flow
+        flow = initial_value_problems(motions.model, self._values, names, 2 * PHASES).flow
         self._system = flow.system
         run = flow.advance(np.stack([m.w for own in at for m in own], axis=1), 1, sample=True,
                            points=np.repeat(np.arange(len(at)), list(map(len, at))))
@@ -109,7 +111,7 @@ class Knocked:
         """What knocks lead to: steps (L,) of the velocity at phases, numbered from 0, of the motions with these
         numbers."""
         pairs, points = np.unique(np.stack([number, phase]), axis=1, return_inverse=True)
-        flow = ExactFlow(begun_at(self._system.take(pairs[0]), (pairs[1] + 0.5) / _PHASES))
+        flow = ExactFlow(begun_at(self._system.take(pairs[0]), (pairs[1] + 0.5) / PHASES))
         known = [[_Kept(m.period, states[j], m) for m, states in self._orbits[i]] for i, j in pairs.T.tolist()]
         w = np.stack([self._orbits[i][0][1][j] for i, j in zip(number, phase, strict=True)], axis=1)
         w[1] += step
@@ -124,7 +126,17 @@ class Knocked:
                     others, *(found[n].tolist() for n in ("label", "period", "contact", "factor", "deflection")),
                     strict=True):
                 out[i] = Motion(label, period, contact, factor, np.nan, (0.0, 0.0), w[:, i], (), deflection)
-        return _Tried(number, phase, step, [m if m and self.severity(m) else None for m in out])
+        return _Tried(number, phase, step, [m if m and self.severity(m) else None for m in out], out)
+
+    def sampled(self, number: int, phase: int, steps: Sequence[float], periods: int, samples: int) -> np.ndarray:
+        """The displacement (S, L) of a good motion after steps (L,) of the velocity at a phase, from there over mesh
+        periods with so many samples each."""
+        system = begun_at(self._system.take(np.array([number])), np.array([(phase + 0.5) / PHASES]))
+        flow = ExactFlow(replace(system, same_starts=True), samples)  # it has a single point
+        w = np.repeat(self._orbits[number][0][1][phase][:, None], len(steps), axis=1)
+        w[1] += steps
+        run = flow.advance(w, periods, points=np.zeros(len(steps), int), sample=True)
+        return run.samples[:, :, 0].reshape(periods * samples, len(steps))
 
     def _collect(self, _: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         return {"label": found["label"], "period": found.period, "contact": found["contact"],
@@ -133,7 +145,7 @@ class Knocked:
 
     def least(self, found: _Tried, number: int) -> tuple[float, int, Motion] | None:
         """The least step that leads from a motion to one to avoid, its phase, and that motion, to `_ACCURACY`."""
-        own = [(abs(step), j, step, to) for n, j, step, to in zip(*found, strict=True) if n == number and to]
+        own = [(abs(step), j, step, to) for n, j, step, to in zip(*found[:4], strict=True) if n == number and to]
         if not own:
             return None
         high, phase, best, to = min(own, key=lambda each: each[:2])
@@ -141,9 +153,9 @@ class Knocked:
                   default=0.0)
         while high > _ACCURACY * low:
             middle = np.sqrt(low * high) if low else high / 2
-            phases = np.tile(np.arange(_PHASES), 2)
-            again = self.tried(np.full(len(phases), number), phases, np.repeat([middle, -middle], _PHASES))
-            leads = [(j, step, m) for j, step, m in zip(*again[1:], strict=True) if m]
+            phases = np.tile(np.arange(PHASES), 2)
+            again = self.tried(np.full(len(phases), number), phases, np.repeat([middle, -middle], PHASES))
+            leads = [(j, step, m) for j, step, m in zip(*again[1:4], strict=True) if m]
             if leads:
                 high, (phase, best, to) = middle, leads[0]
             elif low == 0.0 and middle < _SMALLEST / 8:
@@ -151,6 +163,11 @@ class Knocked:
             else:
                 low = middle
         return float(best), int(phase), to
+
+
+def unit_step(pair: GearPair) -> float:
+    """The step of the speed of wheel 1, rad/s, that changes the dimensionless relative velocity by 1."""
+    return pair.half_backlash * pair.omega0 / pair.R1
 
 
 def find_knocks(
@@ -167,11 +184,11 @@ def find_knocks(
     if not knocked.speeds:
         return (), 0.0
     sizes = _SMALLEST * 2.0 ** np.arange(7)
-    grid = np.meshgrid(np.arange(len(knocked.speeds)), np.arange(_PHASES), np.concatenate([sizes, -sizes]))
+    grid = np.meshgrid(np.arange(len(knocked.speeds)), np.arange(PHASES), np.concatenate([sizes, -sizes]))
     found = knocked.tried(*(each.ravel() for each in grid))
     leads = {int(n) for n, to in zip(found.number, found.to, strict=True) if to}
     pair, out = pair_of(gears_of(motions.model), motions.torque), list[Knock]()
-    unit = pair.half_backlash * pair.omega0 / pair.R1  # of the speed of wheel 1, rad/s
+    unit = unit_step(pair)
     for hit, run in groupby(range(len(knocked.speeds)), key=leads.__contains__):
         numbers = [*run]
         if not hit:
@@ -186,5 +203,5 @@ def find_knocks(
         is_beyond = beyond(to)
         out.append(Knock(
             knocked.speeds[numbers[0]], knocked.speeds[numbers[-1]], knocked.speeds[number], turn / RPM,
-            turn * pair.I1, (phase + 0.5) / _PHASES, np.nan if is_beyond else to.dynamic_factor, is_beyond))
+            turn * pair.I1, (phase + 0.5) / PHASES, np.nan if is_beyond else to.dynamic_factor, is_beyond))
     return tuple(out), LARGEST * unit / RPM

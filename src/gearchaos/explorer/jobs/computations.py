@@ -7,11 +7,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Protocol
 
+import numpy as np
 import xarray as xr
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.jobs import export, point
 from gearchaos.explorer.jobs.assessment import assessed
+from gearchaos.explorer.jobs.knock import KnockedMotion, knocked_motion, motion_to_knock
 from gearchaos.explorer.jobs.map import COARSE, Map, successive_maps
 from gearchaos.explorer.jobs.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
 from gearchaos.explorer.jobs.point import PointMotion, final_verdict, point_motion
@@ -30,6 +32,7 @@ _SKELETON = "bifurcation curves"  # the task of the curves over the map
 _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
 _TOLERANCES = "tolerances"  # the task of what they do at the point
+_KNOCK = "knock"  # the task of what a knock does to the motion at the point
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
 _NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
@@ -54,6 +57,8 @@ class Display(Protocol):
     def clear_assessment(self) -> None: ...
     def show_tolerances(self, found: Cloud | None) -> None: ...
     def clear_tolerances(self) -> None: ...
+    def show_knock(self, found: KnockedMotion | None) -> None: ...
+    def clear_knock(self) -> None: ...
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
     def show_message(self, message: str) -> None: ...
     def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
@@ -65,7 +70,7 @@ class Computations:
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
     a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
-    the branch of the motion at the point, the run-up, the assessment of the speeds, what tolerances do, and the
+    the branch of the motion at the point and what a knock does to it, the run-up, the assessment of the speeds, what tolerances do, and the
     bifurcation curves over the map, which begin once the map is complete.
 
     ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
@@ -92,6 +97,7 @@ class Computations:
         self.assessment: Assessment | None = None  # that of the present map
         self._line: SpeedLine | None = None  # what is assessed, or being assessed
         self.cloud: Cloud | None = None  # the designs at the present point
+        self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
         self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
 
     # --- the view changes ------------------------------------------------------------------------------------------
@@ -108,6 +114,7 @@ class Computations:
         self._awaits_update = True
         if before.point != view.point:
             self._ask_point_motion()
+            self.clear_knock()
         if before.plane_key != view.plane_key:
             self.clear_skeleton()
         if before.map_key != view.map_key:
@@ -310,6 +317,26 @@ class Computations:
             self.cloud = None
             self._drop(self._branches, _TOLERANCES)
 
+    def ask_knock(self) -> None:
+        """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""
+        pending, motion = _KNOCK in self._pending, self.point_motion
+        self.clear_knock()
+        if not isinstance(self._view.operating_point, OperatingModel):
+            self._ended(_KNOCK, _NO_PAIR)
+        elif motion is None or motion.model != self._view.point:
+            self._ended(_KNOCK, "the motion at the point is still being computed")
+        elif not pending:
+            self._display.show_message("")
+            function = partial(knocked_motion, motion_to_knock(motion), motion.verdict.dynamic_factor or np.nan)
+            self._display.show_knock(None)
+            self._ask(self._branches, _KNOCK, function, self._show_knock)
+
+    def clear_knock(self) -> None:
+        """Remove what a knock does; cancel its computation."""
+        if self.knocked is not None or _KNOCK in self._pending:
+            self.knocked = None
+            self._drop(self._branches, _KNOCK)
+
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
         motion, dataset, title = self.point_motion, None, ""
@@ -346,6 +373,8 @@ class Computations:
             self._display.clear_assessment()
         if task == _TOLERANCES and self.cloud is None:
             self._display.clear_tolerances()
+        if task == _KNOCK and self.knocked is None:
+            self._display.clear_knock()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
@@ -414,6 +443,10 @@ class Computations:
             self._display.show_tolerances(found)
         else:
             self._shares[_TOLERANCES] = found
+
+    def _show_knock(self, found: KnockedMotion) -> None:
+        self.knocked = found
+        self._display.show_knock(found)
 
     def _show_skeleton(self, found: Skeleton) -> None:
         self._skeleton = found

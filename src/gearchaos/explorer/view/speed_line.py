@@ -30,7 +30,7 @@ class SpeedLine:
 
     def goes_through(self, view: View) -> bool:
         """Whether the point of a view is one of these gears at some speed."""
-        return self._is_common(view, {}) and self.view.change == view.change
+        return self._is_common(view, {})
 
     def across(self, view: View) -> tuple[Axis, float] | None:
         """The axis across that of the speed on the map of a view, and the value at which the line lies there.
@@ -47,8 +47,8 @@ class SpeedLine:
         return (other, value) if self._is_common(view, {other.name: value}) else None
 
     def belongs_to(self, view: View) -> bool:
-        """Whether the line goes through the point of a view, or lies on its map."""
-        return self.goes_through(view) or self.across(view) is not None
+        """Whether the line goes through the point of a view, or lies on its map, and is looked at likewise."""
+        return self.view.change == view.change and (self.goes_through(view) or self.across(view) is not None)
 
     def moved(self, view: View, speed: float) -> View:
         """The view with its point at a speed on the line, which belongs to it."""

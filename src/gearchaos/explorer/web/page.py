@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from gearchaos.explorer.jobs.knock import KnockedMotion
 from gearchaos.explorer.jobs.map import Map
 from gearchaos.explorer.jobs.orbits import Skeleton
 from gearchaos.explorer.jobs.point import PointMotion
@@ -15,6 +16,7 @@ from gearchaos.explorer.jobs.tolerances import Cloud
 from gearchaos.explorer.panels import motion
 from gearchaos.explorer.panels.assessment import assessment_text, places
 from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
+from gearchaos.explorer.panels.knock import KnockFigure, knock_text
 from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
 from gearchaos.explorer.panels.runup import RunFigure, WaterfallFigure, played, run_up_text
 from gearchaos.explorer.panels.style import Panel, Units, hint, symbol, title
@@ -253,7 +255,7 @@ class Page:
         self.spectrum = motion.SpectrumFigure(set_attributes)
         self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
-        self.cloud = CloudFigure(set_attributes)
+        self.cloud, self.knock = CloudFigure(set_attributes), KnockFigure(set_attributes)
         self._write_choices([])
         self.line: SpeedLine | None = None
         self.ranges: list[float] = []
@@ -268,7 +270,7 @@ class Page:
         if self.force is not None:
             panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
         if isinstance(self._start.model, OperatingModel):
-            panels["cloud"] = self.cloud
+            panels |= {"cloud": self.cloud, "knock": self.knock}
         return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
@@ -439,6 +441,19 @@ class Page:
         """Remove the designs at the point."""
         self.messages.set_values({"tolerances": False})
         self._write("tolerances-text")
+
+    def show_knock(self, found: KnockedMotion | None) -> None:
+        """Draw what a knock does to the motion at the point, and write it; None while it is computed."""
+        self.messages.set_values({"knock": found is None})
+        if found is not None:
+            if found.knock is not None:
+                self.knock.show(found, self.units(self.view))
+            self._write("knock-text", "knock", text=knock_text(found), drawn=found.knock is not None)
+
+    def clear_knock(self) -> None:
+        """Remove what a knock does."""
+        self.messages.set_values({"knock": False})
+        self._write("knock-text")
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""

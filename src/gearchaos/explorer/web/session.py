@@ -117,6 +117,8 @@ class Session:
             computed.show_map(computed.map)
         if (before.physical, before.mesh) != (view.physical, view.mesh) and computed.point_motion is not None:
             self.page.show_point_motion(computed.point_motion)
+        if before.physical != view.physical and computed.knocked is not None:
+            self.page.show_knock(computed.knocked)
         computed.update_rest(before)
 
     def _call_soon(self, function: Callable[[], None]) -> None:
@@ -204,6 +206,8 @@ class Session:
                 computed.ask_run_up()
             case "press", "assess":
                 computed.ask_assessment()
+            case "press", "knock":
+                computed.ask_knock()
             case "press", "tolerances":
                 computed.ask_tolerances()
             case "range", int(number) if page.line is not None and 0 <= number < len(page.ranges):
