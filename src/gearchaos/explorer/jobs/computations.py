@@ -67,11 +67,11 @@ class Display(Protocol):
 class Computations:
     """The computations of one page (``owner``), at most one per task ("map", "diagram", ...).
 
-    The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once
-    a coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
+    The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once a
+    coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
     diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
-    the branch of the motion at the point and what a knock does to it, the run-up, the assessment of the speeds, what tolerances do, and the
-    bifurcation curves over the map, which begin once the map is complete.
+    the branch of the motion at the point and what a knock does to it, the run-up, the assessment of the speeds, what
+    tolerances do, and the bifurcation curves over the map, which begin once the map is complete.
 
     ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
     period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.

@@ -31,8 +31,8 @@ class KnockedMotion:
     ``largest``, rpm of wheel 1, leads to one.
 
     ``time`` (S,) is in mesh periods from the knock, ``z`` (3, S) the displacement without a knock, after half of it,
-    after the whole; ``half`` is what half of it leads to, ``back`` whether that is the motion before, ``beyond`` whether teeth cannot
-    bear it.
+    after the whole; ``half`` is what half of it leads to, ``back`` whether that is the motion before, and ``beyond``
+    whether teeth cannot bear it.
     """
 
     knock: Knock | None
@@ -45,14 +45,18 @@ class KnockedMotion:
 
 
 def motion_to_knock(found: PointMotion) -> PeriodicMotion:
-    """The motion at a point as one to knock; raises `InputError` if it is not periodic, or is to be avoided itself."""
+    """The motion at a point as one to knock; raises `InputError` if it is not periodic, has no load, or is to be
+    avoided itself."""
+    if not found.model.value("torque"):
+        raise InputError("torque", "must not be 0", 0, "Without load no motion keeps contact.")
     if found.verdict.contact not in ("", CONTACTS[0]):
         raise InputError("motion", "must keep contact", found.verdict.contact,
                          "The teeth separate in this motion already: it is one to avoid without a knock.")
     try:
         return periodic_motion(found)
     except InputError:
-        raise InputError("motion", "must be periodic", found.verdict.label, "Only a periodic motion is knocked.") from None
+        advice = "Only a periodic motion is knocked."
+        raise InputError("motion", "must be periodic", found.verdict.label, advice) from None
 
 
 def knocked_motion(motion: PeriodicMotion, dynamic_factor: float) -> Generator[KnockedMotion]:
@@ -61,7 +65,8 @@ def knocked_motion(motion: PeriodicMotion, dynamic_factor: float) -> Generator[K
     model, gears = motion.model, gears_of(motion.model)
     speed, torque = (float(model.value(name) or 0.0) for name in ("speed", "torque"))
     names = coordinates(vary(model, {}))
-    (w,) = initial_states(replace(model, initial={}).with_values(dict(motion.state)), {"speed": np.array([speed])}, names).T
+    on_orbit = replace(model, initial={}).with_values(dict(motion.state))
+    (w,) = initial_states(on_orbit, {"speed": np.array([speed])}, names).T
     own = Motion(int(Label.PERIODIC), motion.period, 0, dynamic_factor, np.nan, (0.0, 0.0), w)
     motions, settings, limits = FollowedMotions(model), Classification(), TeethLimits.of(gears, torque)
     motions.speeds, motions.at = [speed], {speed: [own]}
