@@ -194,6 +194,7 @@ _TILE_SECONDS = 0.4
 """Longest computing time of one tile. A thread can turn to another page or to a newer map only after a tile."""
 
 _SMALLEST_TILE, _LARGEST_TILE = 256, 4096  # limits of the size of a tile, in cells of a pair
+_ROWS = 9  # of a map with several starts that are computed at once: a quarter of those of a pair
 _FIRST_INTERVAL, _LAST_INTERVAL, _GROWTH = 0.1, 1.0, 2.0
 """Least number of seconds between two maps shown, at first and in the end, and by what it grows with each."""
 
@@ -284,16 +285,17 @@ class _Stages:
 
 def _attractor_map(view: View) -> Generator[Map]:
     """The map of the number of attractors, and of gears of what load changes lead to: several initial states in every
-    cell of a coarser plane, row by row."""
+    cell of a coarser plane, some rows at once, along which the sweeps run side by side."""
     columns, rows = (count // coarseness(view.model) for count in ATTRACTOR_MAP[:2])
     starts = ATTRACTOR_MAP[2]
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
     study = Zones(view.model, x, y, starts=starts, load_change=view.load_change, settings=QUICK)
     grid = MapGrid(columns, rows)
     for stride in (4, 2, 1):
-        for row in range(0, rows, stride):
-            if grid.known[row].all():
-                continue
-            grid.put(study.compute(grid.number[row]), grid.number[row])
-            grid.source[row : row + stride] = grid.measure_source[row : row + stride] = grid.number[row]
+        missing = [row for row in range(0, rows, stride) if not grid.known[row].any()]
+        for some in (missing[i : i + _ROWS] for i in range(0, len(missing), _ROWS)):
+            cells = grid.number[some].ravel()
+            grid.put(study.compute(cells), cells)
+            for row in some:
+                grid.source[row : row + stride] = grid.measure_source[row : row + stride] = grid.number[row]
             yield grid.map(study, stride)
