@@ -20,6 +20,7 @@ from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, vary
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.load_change import REVERSAL
 from gearchaos.studies.operating_ranges import operating_axis
 from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.zones import Zones
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 
 
 def operating_map(
-    gears: AnyModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1, refine: int = 1,
+    gears: AnyModel, speed: Axis | str, torque: Axis | str, *, starts: int = 1,
+    load_change: float = REVERSAL.ratio, wide: bool = False, refine: int = 1,
     settings: Classification | None = None, progress: bool = False, threads: int | None = None,
 ) -> xr.Dataset:
     """A map of the kinds of motion over speed and torque, in physical units.
@@ -46,7 +48,7 @@ def operating_map(
         name "speed".
     torque : Axis or str
         Torques at wheel 1, plain numbers in N m, likewise.
-    starts, refine, settings, progress, threads
+    starts, load_change, wide, refine, settings, progress, threads
         As in `zones`.
 
     Returns
@@ -75,7 +77,8 @@ def operating_map(
     axes = operating_axis("speed", speed), operating_axis("torque", torque)
     if isinstance(gears, MeshModel):
         checked_operating_model(gears)
-    study = Zones(gears, *axes, starts=starts, refine=refine, settings=settings)  # type: ignore[arg-type]  # gears become a model
+    study = Zones(gears, *axes, starts=starts, load_change=load_change, wide=wide,  # type: ignore[arg-type]  # become a model
+                  refine=refine, settings=settings)
     dataset = study.run(progress=progress, threads=threads)
     return in_operating_units(dataset, checked_operating_model(study.model))
 

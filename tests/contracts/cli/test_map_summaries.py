@@ -44,7 +44,12 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     share = 100 * float((found.contact_worst == 2).mean())
     assert lines[0].startswith("teeth: ") and f"hit both flanks {share:.3g} %" in lines[0]
     largest = float(found.dynamic_factor.max())
-    first, rest = lines[1].split(" (root ")
+    words, (first, rest) = " ".join(" ".join(lines[1:-1]).split()), next(line for line in lines if "largest" in line).split(" (root ")
+    operation, alone = (100 * float(code.mean()) for code in (
+        (found.to_avoid > 0) & (found.to_avoid < 5), found.to_avoid > 4))
+    led = 100 * float(found.share_of_load_changes.mean())
+    assert words.startswith(f"to avoid: {operation:.3g} % of the cells in operation, ")
+    assert f"{alone:.3g} % reached by load changes alone; {led:.3g} % of the load" in words
     assert first == f"largest dynamic factor {largest:.4g}" and " N/mm²) (initial values), at speed" in rest
     assert max(map(len, lines)) <= 80
 
@@ -87,7 +92,10 @@ def test_pictures_of_maps_of_gears_show_contact():
     assert not np.array_equal(shown, other) and "separation" in legend_words(by_default)
     several = gc.operating_map(PAIR, "2000:14000:5", "20:180:4", starts=4)
     worst = np.asarray(plot.result(several).axes[0].images[0].get_array())
-    np.testing.assert_array_equal(worst, several.contact_worst.values)
+    np.testing.assert_array_equal(worst, several.to_avoid.values)
+    wide = gc.operating_map(PAIR, "2000:14000:5", "20:180:4", starts=4, wide=True)
+    worst = np.asarray(plot.result(wide).axes[0].images[0].get_array())
+    np.testing.assert_array_equal(worst, wide.contact_worst.values)
     dimensionless = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:3", "eps1=0:0.3:3")
     image = np.asarray(plot.result(dimensionless).axes[0].images[0].get_array())
     np.testing.assert_array_equal(image, plot.motion_class(dimensionless.label, dimensionless.period))
