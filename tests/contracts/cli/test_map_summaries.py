@@ -44,7 +44,8 @@ def test_of_several_motions_the_largest_factor_says_which_has_it(tmp_path):
     share = 100 * float((found.contact_worst == 2).mean())
     assert lines[0].startswith("teeth: ") and f"hit both flanks {share:.3g} %" in lines[0]
     largest = float(found.dynamic_factor.max())
-    words, (first, rest) = " ".join(" ".join(lines[1:-1]).split()), next(line for line in lines if "largest" in line).split(" (root ")
+    words = " ".join(" ".join(lines[1:-1]).split())
+    first, rest = next(line for line in lines if "largest" in line).split(" (root ")
     operation, alone = (100 * float(code.mean()) for code in (
         (found.to_avoid > 0) & (found.to_avoid < 5), found.to_avoid > 4))
     led = 100 * float(found.share_of_load_changes.mean())

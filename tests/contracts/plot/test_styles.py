@@ -16,7 +16,7 @@ from matplotlib.text import Text
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from gearchaos.plot._assessment import COLOURS
+from gearchaos.plot.classes import SEVERITY_COLOURS
 from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
 from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask
@@ -71,7 +71,7 @@ def test_every_colour_of_a_line_is_visible_on_both_backgrounds(colour):
 def test_kinds_of_motions_and_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
     plot.style("dark")
     for colours in ([kind.colour for kind in plot.MOTION_CLASSES], map(adapt, EVENT_COLOURS.values()),
-                    COLOURS.values()):
+                    SEVERITY_COLOURS.values()):
         seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in colours]
         assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25
 

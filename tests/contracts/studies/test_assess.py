@@ -33,8 +33,8 @@ from gearchaos.datasheet.verdict import (
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.gears.units import measured
-from gearchaos.plot._assessment import COLOURS, draw_factors
-from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.plot._assessment import draw_factors
+from gearchaos.plot.classes import CONTACT_CLASSES, SEVERITY_COLOURS
 from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies import speed_windows as windows
 from gearchaos.studies.beside_factors import peak_root_stress
@@ -213,9 +213,9 @@ def test_what_happens_has_five_degrees_each_in_its_colour(found, changes, severi
     one = of_windows(found, window)
     assert rows(one.at[0], one.gears)[0].happens == severity == one.document()["avoid"][0]["severity"]
     ax = gc.plot.assessment(one)
-    assert to_hex(ax.collections[0].get_facecolor()[0]) == COLOURS[severity]
+    assert to_hex(ax.collections[0].get_facecolor()[0]) == SEVERITY_COLOURS[severity]
     assert ax.get_legend().get_texts()[0].get_text() == severity
-    assert replace(window, meshes=("a/b",)).cause == f"{severity} in a/b" and len(set(COLOURS.values())) == 5
+    assert replace(window, meshes=("a/b",)).cause == f"{severity} in a/b" and len(set(SEVERITY_COLOURS.values())) == 5
 
 
 def test_knocks_are_told_in_words_wherever_ranges_are(found, command, capsys):
@@ -410,7 +410,7 @@ def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_ev
     assert sorted(line.get_xdata()[0] for line in marks) == sorted(e for _, w in found.avoid for e in (w.start, w.stop))
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels == ["contact lost, small", "usable at all torques", "graze"]
-    assert COLOURS["contact lost, small"] in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
+    assert SEVERITY_COLOURS["contact lost, small"] in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
     assert "±5.6 %" in [text.get_text() for text in ax.texts]
 
 
