@@ -6,14 +6,14 @@ import json
 import numpy as np
 import pytest
 
-from gearchaos.plot.classes import CONTACT_CLASSES
+from gearchaos.plot.classes import CONTACT_CLASSES, SEVERITY_COLOURS
 from tests.slow.browser import NEEDED
 from tests.slow.test_explorer_curves import PLACE, near, pixels
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytestmark = NEEDED
 PAGE = "design_server", "?x=speed=786.0:822.0&y=torque=90.0:110.0&speed=788&torque=100"
-DARK, SEPARATION = "#111111", CONTACT_CLASSES[1].colour
+DARK, HITS = "#111111", SEVERITY_COLOURS["contact lost, hits"]
 
 
 def assess(one):
@@ -22,10 +22,10 @@ def assess(one):
 
 
 def bar(one, speed, torque):
-    """Whether the map has the colours of a striped bar at a point: separation, dark stripes, a white outline."""
+    """Whether the map has the colours of a striped bar at a point: contact lost with hits, dark stripes, a white outline."""
     shown, scroll = pixels(one), one.page.evaluate("scrollY")
     place = one.page.evaluate(PLACE, ["map", speed, torque])
-    return [near(shown, place, colour, scroll, 9) for colour in (SEPARATION, DARK, "#ffffff")]
+    return [near(shown, place, colour, scroll, 9) for colour in (HITS, DARK, "#ffffff")]
 
 
 def test_the_ranges_are_drawn_over_the_map_listed_and_saved_and_one_that_is_clicked_is_where_the_point_goes(
@@ -41,7 +41,7 @@ def test_the_ranges_are_drawn_over_the_map_listed_and_saved_and_one_that_is_clic
     assert (round(avoided["from"]), round(avoided["to"])) == (791, 808)  # tests.contracts.explorer.test_assessment
     assert all(bar(one, quarter, 100.0)) and not all(bar(one, middles[1], 100.0)) and not all(bar(one, quarter, 105.0))
     text = one.page.locator("#assessment-text").inner_text()
-    assert "790" in text and "809" in text and "loss of contact" in text and "Usable at 100 N m" in text
+    assert "790" in text and "809" in text and "contact lost, hits" in text and "Usable in operation" in text
     assert one.page.evaluate("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('#assessment .scroll'))")
     rows = one.page.locator("#assessment-text tr[data-range]")
     assert rows.count() == 3 and one.page.locator(".other").count() == 0
@@ -88,4 +88,19 @@ def test_what_tolerances_do_is_said_and_drawn_until_the_point_moves(one):
         assert np.sum(np.abs(inside - colour).max(axis=-1) < 3) > 20
     one.after(lambda: one.type("torque", "101"))
     one.page.wait_for_function("document.getElementById('tolerances-text').innerText === ''")
+    assert plot.bounding_box()["height"] == 0
+
+
+def test_a_knock_is_drawn_and_goes_with_the_point(visit_design):
+    one = visit_design("?x=speed=700.0:1500.0&y=torque=90.0:300.0&speed=1300&torque=250")
+    one.page.wait_for_selector(".verdict[data-stage=complete]")
+    plot = one.page.locator("#knock .plot")
+    assert plot.bounding_box()["height"] == 0
+    one.page.click("[data-press=knock]")
+    first = one.page.wait_for_selector("#knock-text p").inner_text()
+    assert first.startswith("The least knock that leads to a motion to avoid is ")
+    one.page.wait_for_function("document.querySelector('#knock .plot').offsetHeight > 100")
+    sync_api.expect(one.page.locator("[data-press=knock]")).to_have_attribute("aria-pressed", "false")
+    one.after(lambda: one.type("torque", "240"))
+    one.page.wait_for_function("document.getElementById('knock-text').innerText === ''")
     assert plot.bounding_box()["height"] == 0
