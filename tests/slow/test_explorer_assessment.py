@@ -22,7 +22,7 @@ def assess(one):
 
 
 def bar(one, speed, torque):
-    """Whether the map has the colours of a striped bar at a point: contact lost with hits, dark stripes, a white outline."""
+    """Whether the map has the colours of a striped bar at a point: hits, dark stripes, a white outline."""
     shown, scroll = pixels(one), one.page.evaluate("scrollY")
     place = one.page.evaluate(PLACE, ["map", speed, torque])
     return [near(shown, place, colour, scroll, 9) for colour in (HITS, DARK, "#ffffff")]
