@@ -865,8 +865,10 @@ def scatter(
 ) -> xr.Dataset:
     """Say what the scatter of uncertain inputs does to contact loss and dynamic factor along the speed.
 
-    Every sample is a design of its own, made anew with all that follows from its inputs. At each speed one motion is
-    followed, from the initial state that ``start`` names: where several motions are possible, others may do otherwise.
+    Every sample is a design of its own, made anew with all that follows from its inputs. At each speed the motion from
+    the initial state that ``start`` names is followed, and from the next speeds, rising and falling, motions that have
+    lost contact there: these are those of operation. With ``load_change`` one more is followed at each speed, from a
+    random state after a change of the load, as in `speeds_to_avoid`, or with ``wide`` from any of wide ranges.
 
     Parameters
     ----------
@@ -909,16 +911,18 @@ def scatter(
     xarray.Dataset
         Over ``outcome``, ``torque`` and ``speed`` (``omega`` of a dimensionless model) ``probability`` with its 95 %
         interval, ``probability_lo`` to ``probability_hi``; outcomes are "contact loss", "both flanks hit", "no
-        repetition" (chaotic or quasi-periodic) and "force over limit": a dynamic factor, over the quasi-static ratio of
-        the design, above ``factor``. ``anywhere``, ``anywhere_lo``, ``anywhere_hi`` are those of an outcome at any
-        of the speeds. Over ``torque`` and ``percentile`` (5, 50, 95) ``lowest_speed_lost``, ``highest_speed_lost`` of
-        the designs that lose contact, and ``share_lost`` of the speeds. Over ``output``, ``torque`` and ``varied``
-        Sobol's indices ``first_index`` and ``total_index``; over ``aim``, ``torque`` and ``varied`` ``if_best``, what
-        is expected where an input is held at its best value, from ``best_from`` to ``best_to``, and ``if_halved``,
-        where its spread is halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and
-        ``cut_share``. ``impossible`` is the share of designs that are not possible; the others are those that count.
-        Over ``sample`` the inputs and results of each design: ``sample_value``, ``sample_possible``,
-        ``sample_share_lost``, ``sample_contact`` (the worst at any speed), ``sample_factor``.
+        repetition" (chaotic or quasi-periodic), "force over limit": a dynamic factor, over the quasi-static ratio of
+        the design, above ``factor``, and "beyond the teeth", of which no factor counts. ``anywhere``, ``anywhere_lo``,
+        ``anywhere_hi`` are those of an outcome at any of the speeds. These are of operation; the same names with
+        ``_after_load_change`` before ``_lo`` and ``_hi`` are those after one change of the load at each speed. Over
+        ``torque`` and ``percentile`` (5, 50, 95) ``lowest_speed_lost``, ``highest_speed_lost`` of the designs that lose
+        contact, and ``share_lost`` of the speeds. Over ``output``, ``torque`` and ``varied`` Sobol's indices
+        ``first_index`` and ``total_index``; over ``aim``, ``torque`` and ``varied`` ``if_best``, what is expected where
+        an input is held at its best value, from ``best_from`` to ``best_to``, and ``if_halved``, where its spread is
+        halved; all with ``_lo`` and ``_hi``. Over ``varied`` ``distribution``, ``varied_unit`` and ``cut_share``.
+        ``impossible`` is the share of designs that are not possible; the others are those that count. Over ``sample``
+        the inputs and results of each design: ``sample_value``, ``sample_possible``, ``sample_share_lost``,
+        ``sample_contact`` (the worst at any speed), ``sample_factor``.
 
     Raises
     ------

@@ -84,7 +84,7 @@ def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch
 def test_wide_states_are_those_of_random_initial_values(study):
     model = load_study(EXAMPLES / f"{study}.toml").model
     speeds, starts, seed = [500.0, 900.0, 2000.0], 5, (3, 1)
-    drawn = wide_states(model, speeds, [1.0] * 3, starts, seed)
+    drawn = wide_states(model, {"speed": np.array(speeds)}, [1.0] * 3, starts, seed)
     each, values = np.repeat(speeds, starts), spread(default_box(model), 15, seed)
     expected = initial_states(model, {"speed": each, **values}, coordinates(vary(model, {})))
     assert drawn.shape == expected.shape and np.abs(drawn - expected).max() < 1e-12 < np.ptp(expected, axis=1).min()
