@@ -47,9 +47,10 @@ KINDS = ("prescribed", "helical", "tooth pairs", "corner contact")
 SPEEDS, EVENTS, REPEATED, KNOCKS = 40, 200, 100, 1000
 
 _RANGE = (0.15, 1.6)  # of the main resonance
-_STEPS, _STEP = 128, 0.04  # least in a mesh period; largest in units of 1/ω0
+_STEPS, _STEP = 100, 0.06  # least in a mesh period; largest in units of 1/ω0
 _BLOCK, _BLOCKS = 100, 30  # mesh periods; a motion in contact throughout a block keeps it
-_REST, _SWEPT, _SWEEP = 600, 100, 300  # periods from rest and at each speed of a sweep; speeds of a sweep
+_HOME = 1e-4  # of the deflection: a motion that comes so near to the good one, which attracts, has come back to it
+_REST, _SWEPT, _SWEEP = 600, 80, 160  # periods from rest and at each speed of a sweep; speeds of a sweep
 _UNBOUND = 1e4
 _NEVER = -1.0  # the instant of no knock
 
@@ -114,9 +115,9 @@ def _step(z, v, begin, length, period, dips, load, drive, spring):
 
 
 @numba.njit(parallel=True)
-def _follow(w, first, last, dips, knocks, phase, drive, k, gap, sides, period, load, damping, law):
+def _follow(w, first, last, dips, knocks, home, phase, drive, k, gap, sides, period, load, damping, law):
     """States (2, L) from the beginning of the period ``first`` (L,) to that of ``last``, the number of steps without
-    contact, and the states when the load is back."""
+    contact, 0 for one that comes to the state ``home`` (2,) at phase 0, and the states when the load is back."""
     out, back, opened = w.copy(), w.copy(), np.zeros(w.shape[1], np.int64)
     for lane in numba.prange(w.shape[1]):
         z, v, ends = w[0, lane], w[1, lane], 0.0
@@ -134,6 +135,9 @@ def _follow(w, first, last, dips, knocks, phase, drive, k, gap, sides, period, l
                 z, v = _step(z, v, t, length, period, dips[lane], load, drive[s], spring)
             if not abs(z) < _UNBOUND:
                 z, v, opened[lane] = np.nan, np.nan, last[lane]
+                break
+            if (z - home[0]) ** 2 + (v - home[1]) ** 2 < (_HOME * load) ** 2:
+                opened[lane] = 0
                 break
         out[0, lane], out[1, lane] = z, v
     return out, opened, back
@@ -185,19 +189,19 @@ class Mesh:
                    2 * model.zeta, LAWS.index(model.damping_law), rest)
 
     def follow(self, w: np.ndarray, first: Any, last: Any, dips: np.ndarray | None = None,
-               knocks: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+               knocks: np.ndarray | None = None, home: Any = (np.nan, np.nan)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         lanes = w.shape[1]
         return _follow(w, *(np.broadcast_to(np.asarray(n), lanes) for n in (first, last)),
                        np.zeros((lanes, 0, 5)) if dips is None else dips,
-                       np.full((lanes, 2), _NEVER) if knocks is None else knocks,
+                       np.full((lanes, 2), _NEVER) if knocks is None else knocks, np.array(home),
                        self.phase, self.drive, self.k, self.gap, self.sides, self.period, self.load, self.damping,
                        self.law)
 
-    def separated(self, w: np.ndarray) -> np.ndarray:
-        """Whether the motions from states (2, L) never come to keep contact throughout a block of periods, (L,)."""
+    def separated(self, w: np.ndarray, home: Any, blocks: int = _BLOCKS) -> np.ndarray:
+        """Whether motions from states (2, L) neither keep contact throughout a block of periods nor come home, (L,)."""
         out = np.ones(w.shape[1], bool)
-        for _ in range(_BLOCKS):
-            w, opened, _ = self.follow(w, 0, _BLOCK)
+        for _ in range(blocks):
+            w, opened, _ = self.follow(w, 0, _BLOCK, home=home)
             out[out] = opened > 0
             w = w[:, opened > 0]
         return out
@@ -238,8 +242,13 @@ def design_of(number: int) -> gc.GearDesign:
     return replace(design, load_sharing="tooth pairs", corner_contact=corner, tip_relief=relief(design, number // 2))
 
 
+def main_resonance(design: gc.GearDesign) -> float:
+    """The speed at which the mesh frequency is that of the mean stiffness, rpm."""
+    return 1000 / float(as_model(design.at(speed=1000.0)).omega)
+
+
 def assessed(design: gc.GearDesign, **options: Any) -> Assessment:
-    main = 1000 / as_model(design.at(speed=1000.0)).omega
+    main = main_resonance(design)
     return gc.assess(design, f"{_RANGE[0] * main!r}:{_RANGE[1] * main!r}", **options)
 
 
@@ -255,15 +264,43 @@ def drawn_dips(rng: np.random.Generator, count: int, changes: int) -> np.ndarray
     return dips
 
 
-def check_changes(mesh: Mesh, good: np.ndarray, factor: float, dips: np.ndarray) -> dict[str, Any]:
-    """How many changes of the load of a good motion end in lasting separation, and in the set of stored energy."""
-    w = np.repeat(good[:, None], len(dips), axis=1)
-    after, _, back = mesh.follow(w, 0, np.ceil(dips[..., :4].sum(axis=2).max(axis=1)).astype(int) + 1, dips)
-    separated = mesh.separated(after)
-    over = (mesh.energy(back) / mesh.stored(dips[:, 0, 4] - 1, min(factor, 2.0) - 1))
-    outside = mesh.energy(back) > mesh.stored(dips[:, 0, 4] - 1, min(factor, 2.0) - 1)
-    return {"count": len(dips), "separated": int(separated.sum()), "outside_set": int(outside.sum()),
-            "separated_outside_set": int((separated & outside).sum())}
+class At:
+    """A design at a speed: what operation meets there, and what changes of the load and knocks of it lead to."""
+
+    def __init__(self, mesh: Mesh, states: np.ndarray) -> None:
+        self.mesh, self.rest = mesh, states[:, 0]
+        self.operation = bool(mesh.separated(states, (np.nan, np.nan)).any())
+
+    def ends(self, dips: np.ndarray, blocks: int = _BLOCKS) -> tuple[np.ndarray, np.ndarray]:
+        """Whether changes of the load (L, E, 5) end in lasting separation, and the states when the load is back."""
+        w = np.repeat(self.rest[:, None], len(dips), axis=1)
+        last = np.ceil(dips[..., :4].sum(axis=2).max(axis=1)).astype(int) + 1
+        after, _, back = self.mesh.follow(w, 0, last, dips)
+        return self.mesh.separated(after, self.rest, blocks), back
+
+    def outside(self, dips: np.ndarray, factor: float) -> dict[str, int]:
+        """Of changes at a speed outside all ranges how many separate, and leave the set of what is stored."""
+        separated, back = self.ends(dips)
+        beyond = self.mesh.energy(back) > self.mesh.stored(dips[:, 0, 4] - 1, min(factor, 2.0) - 1)
+        return {"count": len(dips), "separated": int(separated.sum()), "beyond": int(beyond.sum()),
+                "both": int((separated & beyond).sum())}
+
+    def knocked(self, phase: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Whether steps (L,) of the velocity at phases end in lasting separation."""
+        w = np.repeat(self.rest[:, None], len(step), axis=1)
+        return self.mesh.separated(self.mesh.follow(w, 0, 1, knocks=np.stack([phase, step], axis=1))[0], self.rest)
+
+
+def operated(design: gc.GearDesign, speeds: np.ndarray) -> list[At]:
+    """A design at speeds in rising order, with the motions from rest, and of slowly rising and falling speed."""
+    low, high = _RANGE[0] * main_resonance(design), _RANGE[1] * main_resonance(design)
+    grid = np.unique(np.concatenate([speeds, np.geomspace(low, high, _SWEEP)]))
+    meshes = [Mesh.of(as_model(design.at(speed=each))) for each in grid.tolist()]
+    both = [swept(meshes), swept(meshes[::-1])[:, ::-1]]
+    chosen = np.searchsorted(grid, speeds).tolist()
+    return [At(meshes[i], np.stack([
+        meshes[i].follow(meshes[i].rest[:, None], 0, _REST)[0][:, 0], *(each[:, i] for each in both)], axis=1))
+        for i in chosen]
 
 
 def swept(meshes: list[Mesh]) -> np.ndarray:
@@ -273,3 +310,68 @@ def swept(meshes: list[Mesh]) -> np.ndarray:
         w = mesh.follow(np.where(np.isfinite(w), w, mesh.rest[:, None]), 0, _SWEPT)[0]
         out.append(w[:, 0])
     return np.stack(out, axis=1)
+
+
+def _by(at: At, dips: np.ndarray) -> str:
+    """By what motions separate at a speed: operation, a change of the load, or nothing."""
+    if at.operation:
+        return "operation"
+    return "load change" if at.ends(dips, blocks=3)[0].any() else "nothing"
+
+
+def trial(number: int) -> dict[str, Any]:
+    """What an integration of its own says of the assessment of a design."""
+    design, rng = design_of(number), np.random.default_rng([number, 2030])
+    found = assessed(design).at[0]
+    low, high = (main_resonance(design) * each for each in _RANGE)
+    drawn = rng.uniform(low, high, 20_000)
+    inside_of = [next((w for w in found.windows if w.reach[0] <= s <= w.reach[1]), None) for s in drawn.tolist()]
+    listed = np.array([w is not None for w in inside_of])
+    free, avoided = (np.sort(drawn[part][:SPEEDS]) for part in (~listed, listed))
+    windows = {s: w for s, w in zip(drawn.tolist(), inside_of, strict=True)}
+    out: dict[str, Any] = {
+        "number": number, "kind": KINDS[number % len(KINDS)], "law": design.damping_law, "listed": float(listed.mean()),
+        "outside": [], "inside": [], "knocks": []}
+    factors = found.dataset["dynamic_factor"].sel(motion="rest")
+    met = dict(zip(np.sort([*free, *avoided]).tolist(), operated(design, np.sort([*free, *avoided])), strict=True))
+    for speed, at in ((s, met[s]) for s in free.tolist()):
+        factor = float(factors.sel(speed=speed, method="nearest"))
+        out["outside"].append({"speed": speed, "operation": at.operation} | {
+            name: at.outside(drawn_dips(rng, count, changes), factor)
+            for name, count, changes in (("once", EVENTS, 1), ("twice", REPEATED, 2))})
+    for speed, at in ((s, met[s]) for s in avoided.tolist()):
+        window = windows[speed]
+        out["inside"].append({
+            "speed": speed, "by": _by(at, drawn_dips(rng, EVENTS, 1)), "for_operation": window.operation, "share":
+            window.random_states and window.random_states.fraction, "range": window.words, "minor": window.minor})
+    out["knocks"] = [check_knock(design, knock, rng) for knock in found.knocks]
+    return out
+
+
+def check_knock(design: gc.GearDesign, knock: Knock, rng: np.random.Generator) -> dict[str, Any]:
+    """Whether a knock does what it should, and how many of 0.5 to 0.9 times its size at any phase do, too."""
+    pair = design.to_pair()
+    step = knock.speed_step * RPM * pair.R1 / (pair.half_backlash * pair.omega0)
+    (at,) = operated(design, np.array([knock.speed]))
+    size = step * rng.uniform(0.5, 0.9, KNOCKS) * rng.choice([1.0, -1.0], KNOCKS, p=[0.9, 0.1])
+    return {"speed": knock.speed, "step": knock.speed_step,
+            "itself": bool(at.knocked(np.array([knock.phase]), np.array([step]))[0]),
+            "smaller": int(at.knocked(rng.random(KNOCKS), size).sum())}
+
+
+def classes(number: int) -> dict[str, Any]:
+    """Which shares of the speeds of a design are to be avoided, and why."""
+    design = replace(with_error(drawn_design(number), "typical"), load_sharing="tooth pairs",
+                     tip_relief=relief(with_error(drawn_design(number), "typical"), number))
+    begin = time.process_time()
+    found = assessed(design, starts=32, spacing=0.01)
+    at = found.at[0]
+    data = at.dataset
+    known = data["period"].values != 0
+    return {
+        "number": number, "operation": 1 - found.usable_share_in_operation,
+        "load change": found.usable_share_in_operation - found.usable_share,
+        "knock": sum(k.stop - k.start for k in at.knocks) / (found.speeds[1] - found.speeds[0]),
+        "knocks": len(at.knocks), "factor": float(at.largest.dynamic_factor), "motions": int(known.sum()),
+        "beyond": int(data["beyond_the_teeth"].values.sum()), "beyond_ranges": sum(w.beyond_the_teeth for w in at.windows),
+        "ranges": len(at.windows), "seconds": time.process_time() - begin}
