@@ -19,8 +19,8 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import time
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,7 +38,6 @@ from gearchaos.gears.units import RPM
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.assess import Assessment
-from gearchaos.studies.initial_value_problems import initial_value_problems
 from gearchaos.studies.knocks import Knock
 from gearchaos.studies.load_change import stored_energy
 
@@ -96,7 +95,8 @@ def _step(z, v, begin, length, period, dips, load, drive, spring):
     """z and z' after a step; one in which contact begins or ends is divided until that happens in a 1024th of it."""
     x, share, touches = 0.0, 1.0, _mesh_force(z, v, 0.0, *spring)[1]
     while x < 1.0:
-        h, half, t, middle = share * length * period, x + share / 2, begin + x * length, begin + (x + share / 2) * length
+        h, half, t = share * length * period, x + share / 2, begin + x * length
+        middle = begin + half * length
         a1 = _acceleration(z, v, x, t, dips, load, drive, spring)
         v2 = v + h / 2 * a1
         a2 = _acceleration(z + h / 2 * v, v2, half, middle, dips, load, drive, spring)
@@ -174,7 +174,8 @@ class Mesh:
         at = np.stack([ends[:-1], (ends[:-1] + ends[1:]) / 2, ends[1:]], axis=1)  # (S, 3)
         if several is None:
             order = 2 * np.pi * at[..., None] * np.arange(1, system.chi_cos.shape[1] + 1)
-            chi = system.levels[0, piece][:, None] + np.cos(order) @ system.chi_cos[0] + np.sin(order) @ system.chi_sin[0]
+            waves = np.cos(order) @ system.chi_cos[0] + np.sin(order) @ system.chi_sin[0]
+            chi = system.levels[0, piece][:, None] + waves
             sides, k, gap = np.array([1.0, -1.0]), np.repeat(chi[..., None], 2, axis=2), np.ones((*chi.shape, 2))
         else:
             since = (at - edges[piece][:, None])[..., None] ** np.arange(3)
@@ -188,8 +189,11 @@ class Mesh:
         return cls(ends, drive, k, gap, sides, model.period, model.q1 / model.J1 + model.q2 / model.J2,
                    2 * model.zeta, LAWS.index(model.damping_law), rest)
 
-    def follow(self, w: np.ndarray, first: Any, last: Any, dips: np.ndarray | None = None,
-               knocks: np.ndarray | None = None, home: Any = (np.nan, np.nan)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def follow(
+        self, w: np.ndarray, first: Any, last: Any, dips: np.ndarray | None = None, knocks: np.ndarray | None = None,
+        home: Any = (np.nan, np.nan),
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`_follow` in this mesh."""
         lanes = w.shape[1]
         return _follow(w, *(np.broadcast_to(np.asarray(n), lanes) for n in (first, last)),
                        np.zeros((lanes, 0, 5)) if dips is None else dips,
@@ -352,7 +356,8 @@ def check_knock(design: gc.GearDesign, knock: Knock, rng: np.random.Generator) -
     """Whether a knock does what it should, and how many of 0.5 to 0.9 times its size at any phase do, too."""
     pair = design.to_pair()
     step = knock.speed_step * RPM * pair.R1 / (pair.half_backlash * pair.omega0)
-    (at,) = operated(design, np.array([knock.speed]))
+    mesh = Mesh.of(as_model(design.at(speed=knock.speed)))
+    at = At(mesh, mesh.follow(mesh.rest[:, None], 0, _REST)[0])
     size = step * rng.uniform(0.5, 0.9, KNOCKS) * rng.choice([1.0, -1.0], KNOCKS, p=[0.9, 0.1])
     return {"speed": knock.speed, "step": knock.speed_step,
             "itself": bool(at.knocked(np.array([knock.phase]), np.array([step]))[0]),
@@ -361,9 +366,8 @@ def check_knock(design: gc.GearDesign, knock: Knock, rng: np.random.Generator) -
 
 def classes(number: int) -> dict[str, Any]:
     """Which shares of the speeds of a design are to be avoided, and why."""
-    design = replace(with_error(drawn_design(number), "typical"), load_sharing="tooth pairs",
-                     tip_relief=relief(with_error(drawn_design(number), "typical"), number))
-    begin = time.process_time()
+    plain = with_error(drawn_design(number), "typical")
+    design = replace(plain, load_sharing="tooth pairs", tip_relief=relief(plain, number))
     found = assessed(design, starts=32, spacing=0.01)
     at = found.at[0]
     data = at.dataset
@@ -373,5 +377,69 @@ def classes(number: int) -> dict[str, Any]:
         "load change": found.usable_share_in_operation - found.usable_share,
         "knock": sum(k.stop - k.start for k in at.knocks) / (found.speeds[1] - found.speeds[0]),
         "knocks": len(at.knocks), "factor": float(at.largest.dynamic_factor), "motions": int(known.sum()),
-        "beyond": int(data["beyond_the_teeth"].values.sum()), "beyond_ranges": sum(w.beyond_the_teeth for w in at.windows),
-        "ranges": len(at.windows), "seconds": time.process_time() - begin}
+        "beyond": int(data["beyond_the_teeth"].values.sum()), "ranges": len(at.windows),
+        "beyond_ranges": sum(w.beyond_the_teeth for w in at.windows)}
+
+
+def summary(trials: list[dict[str, Any]]) -> str:
+    """A row for each design."""
+    lines = ["| design | law | listed | speeds outside | with separation: operation | of changes "
+             "| of repeated ones | beyond the set | speeds inside, by operation, change, nothing | knocks | lead there | smaller ones |",
+             "| --- " * 12 + "|"]
+    for each in trials:
+        outside, by = each["outside"], Counter(at["by"] for at in each["inside"])
+        total = {(name, what): sum(at[name][what] for at in outside) for name in ("once", "twice")
+                 for what in ("count", "separated", "beyond", "both")}
+        beyond, count = (sum(total[name, what] for name in ("once", "twice")) for what in ("beyond", "count"))
+        lines.append(" | ".join([
+            f"| {each['number']} {each['kind']}", each["law"], f"{100 * each['listed']:.0f} %", str(len(outside)),
+            str(sum(at["operation"] for at in outside)),
+            *(f"{total[name, 'separated']} of {total[name, 'count']}" for name in ("once", "twice")),
+            f"{100 * beyond / max(count, 1):.2f} %",
+            ", ".join(str(by[name]) for name in ("operation", "load change", "nothing")), str(len(each["knocks"])),
+            str(sum(knock["itself"] for knock in each["knocks"])),
+            f"{sum(knock['smaller'] for knock in each['knocks'])} of {KNOCKS * len(each['knocks'])}"]) + " |")
+    return "\n".join(lines)
+
+
+def summary_of_classes(trials: list[dict[str, Any]]) -> str:
+    """Quantiles over the designs."""
+    lines = [f"{len(trials)} designs", "", "| | median | largest | designs with any |", "| --- | --- | --- | --- |"]
+    for name, words in (("operation", "speeds to avoid in operation"), ("load change", "after load changes alone"),
+                        ("knock", "good speeds with a knock"), ("beyond", "motions beyond the teeth")):
+        of = [each["motions"] if name == "beyond" else 1.0 for each in trials]
+        shares = np.array([each[name] for each in trials]) / of
+        median, most = 100 * np.median(shares), 100 * shares.max()
+        lines.append(f"| {words} | {median:.1f} % | {most:.1f} % | {(shares > 0).sum()} |")
+    factors = np.array([each["factor"] for each in trials])
+    names = "beyond", "motions", "beyond_ranges"
+    beyond, motions, ranges = (sum(each[name] for each in trials) for name in names)
+    return "\n".join([*lines, "", (
+        f"Largest factor of a design: median {np.nanmedian(factors):.2f}, most {np.nanmax(factors):.2f}, none in "
+        f"{np.isnan(factors).sum()}. Beyond the teeth: {beyond} of {motions} motions, in {ranges} ranges.")])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--designs", type=int, default=12)
+    parser.add_argument("--table", type=int)
+    parser.add_argument("--out", type=Path, default=Path("build/load_changes.jsonl"))
+    chosen = parser.parse_args()
+    warnings.simplefilter("ignore", DesignWarning)
+    chosen.out.parent.mkdir(parents=True, exist_ok=True)
+    known = [json.loads(line) for line in chosen.out.read_text().splitlines()] if chosen.out.exists() else []
+    done: set[int] = {each["number"] for each in known}
+    found_of: Callable[[int], dict[str, Any]] = trial if chosen.table is None else classes
+    for number in set(range(chosen.table or chosen.designs)) - done:
+        try:
+            known.append(found_of(number))
+        except InputError as refused:
+            known.append({"number": number, "skipped": refused.field})
+        with chosen.out.open("a") as file:
+            file.write(json.dumps(known[-1]) + "\n")
+    trials = sorted((each for each in known if "skipped" not in each), key=lambda each: each["number"])
+    print(summary(trials) if chosen.table is None else summary_of_classes(trials))
+
+
+if __name__ == "__main__":
+    main()
