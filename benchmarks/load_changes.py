@@ -396,8 +396,9 @@ def classes(number: int) -> dict[str, Any]:
 
 def summary(trials: list[dict[str, Any]]) -> str:
     """A row for each design."""
-    heads = ("design", "law", "listed", "speeds outside", "operation separates", "changes that separate", "repeated ones",
-             "beyond the set", "inside by operation, change, nothing", "knocks", "lead there", "smaller ones")
+    heads = ("design", "law", "listed", "speeds outside", "operation separates", "changes that separate",
+             "repeated ones", "beyond the set", "inside by operation, change, nothing", "knocks", "lead there",
+             "smaller ones")
     lines = ["".join(f"| {head} " for head in heads) + "|", "| --- " * len(heads) + "|"]
     for each in trials:
         outside, by = each["outside"], Counter(at["by"] for at in each["inside"])
