@@ -213,20 +213,14 @@ class Mesh:
         return out
 
     def stored(self, ratio: np.ndarray, excess: float) -> np.ndarray:
-        """The energy (L,) up to which `gearchaos.studies.load_change` draws states."""
-        stiffness, rest = self.stiffness, -self.load - self.load**2 / (2 * self.stiffness)
-        after = np.array([stored_energy(1.0, stiffness, self.load, each) for each in ratio])
-        return rest + (np.sqrt(after - rest) + excess * self.load / math.sqrt(2 * stiffness)) ** 2
+        """The energy (L,) up to which `gearchaos.studies.load_change` draws states; the mean stiffness is 1."""
+        rest = -self.load - self.load**2 / 2
+        after = np.array([stored_energy(1.0, 1.0, self.load, each) for each in ratio])
+        return rest + (np.sqrt(after - rest) + excess * self.load / math.sqrt(2)) ** 2
 
     def energy(self, w: np.ndarray) -> np.ndarray:
         """That of states under the load, (L,)."""
-        depth = np.maximum(0.0, np.abs(w[0]) - 1)
-        return w[1] ** 2 / 2 + self.stiffness / 2 * depth**2 - self.load * w[0]
-
-    @property
-    def stiffness(self) -> float:
-        """The mean of that of the front flanks."""
-        return float(np.diff(self.phase) @ self.k[:, 1][:, self.sides > 0].sum(axis=1))
+        return w[1] ** 2 / 2 + np.maximum(0.0, np.abs(w[0]) - 1) ** 2 / 2 - self.load * w[0]
 
 
 def design_of(number: int) -> gc.GearDesign:
@@ -275,7 +269,7 @@ class At:
 
     def __init__(self, mesh: Mesh, states: np.ndarray) -> None:
         self.mesh, self.rest = mesh, states[:, 0]
-        self.operation = bool(mesh.separated(states, (np.nan, np.nan)).any())
+        self.operation = bool(mesh.separated(states, (np.nan, np.nan), blocks=3).any())
 
     def ends(self, dips: np.ndarray, blocks: int = _BLOCKS) -> tuple[np.ndarray, np.ndarray]:
         """Whether changes of the load (L, E, 5) end in lasting separation, and the states when the load is back."""
@@ -373,7 +367,7 @@ def integration_error(number: int) -> float:
         model = as_model(design.at(speed=float(speed)))
         mesh, exact = Mesh.of(model), initial_value_problems(model)
         own = mesh.follow(mesh.rest[:, None], 0, 3)[0]
-        out = max(out, abs(own[0, 0] - exact.flow.advance(exact.w.copy(), 3).w[0, 0]) * mesh.stiffness / mesh.load)
+        out = max(out, abs(own[0, 0] - exact.flow.advance(exact.w.copy(), 3).w[0, 0]) / mesh.load)
     return out
 
 
