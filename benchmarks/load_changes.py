@@ -279,11 +279,12 @@ class At:
         return self.mesh.separated(after, self.rest, blocks), back
 
     def outside(self, dips: np.ndarray, factor: float) -> dict[str, int]:
-        """Of changes at a speed outside all ranges how many separate, and leave the set of what is stored."""
+        """How many changes of the load end in separation, and how many reversals and others leave the set of energy."""
         separated, back = self.ends(dips)
         beyond = self.mesh.energy(back) > self.mesh.stored(dips[:, 0, 4] - 1, min(factor, 2.0) - 1)
-        return {"count": len(dips), "separated": int(separated.sum()), "beyond": int(beyond.sum()),
-                "both": int((separated & beyond).sum())}
+        reversals = dips[:, 0, 4] == 2
+        return {"count": len(dips), "separated": int(separated.sum()), "reversals": int(reversals.sum()),
+                "reversals beyond": int((beyond & reversals).sum()), "others beyond": int((beyond & ~reversals).sum())}
 
     def knocked(self, phase: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Whether steps (L,) of the velocity at phases end in lasting separation."""
@@ -391,19 +392,19 @@ def classes(number: int) -> dict[str, Any]:
 def summary(trials: list[dict[str, Any]]) -> str:
     """A row for each design."""
     heads = ("design", "law", "listed", "speeds outside", "operation separates", "changes that separate",
-             "repeated ones", "beyond the set", "inside by operation, change, nothing", "knocks", "lead there",
-             "smaller ones")
+             "repeated ones", "reversals beyond the set", "others beyond", "inside by operation, change, nothing",
+             "knocks", "lead there", "smaller ones")
     lines = ["".join(f"| {head} " for head in heads) + "|", "| --- " * len(heads) + "|"]
     for each in trials:
         outside, by = each["outside"], Counter(at["by"] for at in each["inside"])
-        total = {(name, what): sum(at[name][what] for at in outside) for name in ("once", "twice")
-                 for what in ("count", "separated", "beyond", "both")}
-        beyond, count = (sum(total[name, what] for name in ("once", "twice")) for what in ("beyond", "count"))
+        total = {what: [sum(at[name][what] for at in outside) for name in ("once", "twice")] for what in (
+            "count", "separated", "reversals", "reversals beyond", "others beyond")}
         lines.append(" | ".join([
             f"| {each['number']} {each['kind']}", each["law"], f"{100 * each['listed']:.0f} %", str(len(outside)),
             str(sum(at["operation"] for at in outside)),
-            *(f"{total[name, 'separated']} of {total[name, 'count']}" for name in ("once", "twice")),
-            f"{100 * beyond / max(count, 1):.2f} %",
+            *(f"{n} of {count}" for n, count in zip(total["separated"], total["count"], strict=True)),
+            f"{sum(total['reversals beyond'])} of {sum(total['reversals'])}",
+            f"{sum(total['others beyond'])} of {sum(total['count']) - sum(total['reversals'])}",
             ", ".join(str(by[name]) for name in ("operation", "load change", "nothing")), str(len(each["knocks"])),
             str(sum(knock["itself"] for knock in each["knocks"])),
             f"{sum(knock['smaller'] for knock in each['knocks'])} of {KNOCKS * len(each['knocks'])}"]) + " |")
