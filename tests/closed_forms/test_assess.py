@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.stats import binomtest
 
 import gearchaos as gc
+from benchmarks.reality import drawn_design, with_error
 from benchmarks.speeds_to_avoid import random_design
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.errors import InputError
@@ -234,3 +235,26 @@ def test_nothing_to_avoid_says_what_was_tried():
     assert [(part.start, part.stop) for part in found.usable_at_all] == [(200.0, 220.0)]
     for words in (found.at[0].tried, "friction"):
         assert any(words in each for each in found.assumptions)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")
+@pytest.mark.parametrize("number", [*range(6), *(pytest.param(n, marks=pytest.mark.exhaustive) for n in range(6, 40))])
+def test_what_operation_meets_does_not_depend_on_how_states_are_drawn(number):
+    """Nor on the number of first speeds."""
+    law = ("always", "contact", "unilateral")[number % 3]
+    shared = law != "unilateral" and number // 3 % 2
+    design = replace(with_error(drawn_design(number), "typical"), damping_law=law,
+                     load_sharing=None if shared else "prescribed")
+    pair = design.to_pair()
+    resonance = pair.speed * pair.omega0 / pair.mesh_frequency
+    speeds = f"{0.5 * resonance:.0f}:{1.3 * resonance:.0f}"
+    ways = [{"starts": 16, "spacing": 0.01}, {"starts": 0}, {"starts": 16, "spacing": 0.02, "seed": 5, "wide": True}]
+    found = [gc.assess(design, speeds + count, design.torque, **options)
+             for options, count in zip(ways, ("", ":7", ""), strict=True)]
+    ranges = [[window for _, window in one.avoid if window.operation] for one in found]
+    assert all([(w.begins_with, w.ends_with) for w in own] == [(w.begins_with, w.ends_with) for w in ranges[0]]
+               for own in ranges)
+    for own in ranges[1:]:
+        for window, other in zip(own, ranges[0], strict=True):
+            assert window.reach == pytest.approx(other.reach, rel=1e-6 if not other.start_resolution else 0.01)

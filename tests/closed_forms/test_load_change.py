@@ -94,7 +94,7 @@ def test_the_least_knock_leads_away_and_one_that_is_smaller_does_not():
     """As many as are tried at 64 phases of both directions, by a model that begins at another phase."""
     found = gc.speeds_to_avoid(SPUR, "795:797:2", "100 N*m", starts=0)
     (knock,) = found.knocks
-    assert "knocks up to 556 rpm of wheel 1" in found.tried and not found.windows
+    assert "knocks of up to 556 rpm of the speed of wheel 1" in found.tried and not found.windows
     operating = SPUR.at(speed=knock.speed, torque=100.0)
     pair = operating.to_pair()
     turn = knock.speed_step * 2 * np.pi / 60

@@ -61,9 +61,9 @@ def headings(at: SpeedsToAvoid) -> Row:
     return _HEADINGS._replace(share="% of wide\nstates") if at.wide else _HEADINGS
 
 
-def listed(words: Sequence[str]) -> str:
-    """Words with commas, and "and" before the last."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+def listed(words: Sequence[str], word: str = "and") -> str:
+    """Words with commas, and "and" or another ``word`` before the last."""
+    return f" {word} ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def edges(window: Window) -> tuple[str, str]:
@@ -79,11 +79,11 @@ def torques_in_words(found: Assessment) -> str:
     return _torques([each.torque for each in found.at])
 
 
-def _torques(values: Sequence[float]) -> str:
+def _torques(values: Sequence[float], word: str = "and") -> str:
     torques = [f"{each:.6g}" for each in values]
     if len(torques) > _MOST_NAMED:
-        return f"{len(torques)} torques from {torques[0]} to {torques[-1]} N m"
-    return f"{listed(torques)} N m"
+        return f"{'any of ' * (word == 'or')}{len(torques)} torques from {torques[0]} to {torques[-1]} N m"
+    return f"{listed(torques, word)} N m"
 
 
 def scanned(found: Assessment) -> str:
@@ -105,7 +105,7 @@ def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -
 
 def decision(found: Assessment) -> list[str]:
     """What to do: which speeds to avoid, which also where the load may change, and which are usable, in sentences."""
-    at, where, torques = found.at, scanned(found), torques_in_words(found)
+    at, where, torques = found.at, scanned(found), _torques([each.torque for each in found.at], "or")
     criterion, change = at[0].criterion, at[0].load_change
     windows = [window for each in at for window in each.windows]
     met = [(part[0].reach[0], _stop(part)) for part in _merged([each for each in windows if each.operation])]
@@ -123,7 +123,7 @@ def decision(found: Assessment) -> list[str]:
         else:
             where_changed = f"where {change}" if at[0].wide else f"where there may be {change}"
             out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}" if own else
-                       f"{where_changed}, avoid nothing more")
+                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}")
     return [*out, *_usable(found)]
 
 
@@ -177,12 +177,13 @@ def _usable(found: Assessment) -> list[str]:
         ranges = usable_in_words(parts, found.speeds)
         more = len(ranges) - _MOST_NAMED
         narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
-        out.append(f"usable {name}: {_percent_of_speeds(share)} of {scanned(found)}"
+        at_all = "at all torques " * (len(found.at) > 1)
+        out.append(f"usable {at_all}{name}: {_percent_of_speeds(share)} of {scanned(found)}"
                    + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
     if not any(each.load_change for each in found.at):
         return out[:1]
-    same = out[0].partition(":")[2]
-    return [f"usable in operation and also after a load change:{same}"] if out[1].endswith(f":{same}") else out
+    first, _, same = out[0].partition(":")
+    return [f"{first} and also after a load change:{same}"] if out[1].endswith(f":{same}") else out
 
 
 def _percent_of_speeds(share: float) -> str:

@@ -23,7 +23,7 @@ from gearchaos.studies.speed_windows import SpeedsToAvoid, Window
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""
 
-_USABLE = "#1b7a4b"  # of the speeds that are usable at all torques
+_USABLE = "#bad7c9"  # of the speeds that are usable at all torques
 _SHADE = 0.25  # opacity of the ranges to avoid behind the dynamic factor
 _NO_EVENT = "0.45"  # colour of an edge at which a motion ends that does not repeat
 _BAR, _MARK = 0.62, 0.78  # heights of bars and of the marks of their edges, as shares of a row
@@ -98,7 +98,8 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
         ax.yaxis.set_major_locator(MaxNLocator(6))
     if len(torques) > 1:
         _usable_at_all(ax, found, edges[-1], top, rows)
-        known["usable at all torques"] = Patch(facecolor=adapt(_USABLE), alpha=0.3, label="usable at all torques")
+        known["usable at all torques"] = Patch(facecolor=adapt(_USABLE), label="usable at all torques")
+        known["avoid at some"] = Patch(facecolor=adapt("0.85"), label="to avoid at some torque")
     if legend and (known or events):
         draw_legend(ax, [*known.values(), *events.values()])
     return ax
@@ -169,9 +170,10 @@ def _usable_at_all(ax: Axes, found: Assessment, low: float, high: float, rows: b
     """The speeds that are usable at all torques, in a row above them."""
     ax.axhline(low, color=adapt("0.6"), linewidth=0.8)
     height = high - low
+    ax.axhspan(low + 0.12 * height, low + 0.88 * height, facecolor=adapt("0.85"), linewidth=0)
     for part in found.usable_at_all:
         ax.broken_barh([(part.start, part.stop - part.start)], (low + 0.12 * height, 0.76 * height), linewidth=0,
-                       facecolor=adapt(_USABLE), alpha=0.3, zorder=2)
+                       facecolor=adapt(_USABLE), zorder=2)
     _margins(ax, found.usable_at_all, (low + high) / 2)
     if rows:
         ax.set_yticks([*ax.get_yticks(), (low + high) / 2], [*(t.get_text() for t in ax.get_yticklabels()), "all"])

@@ -467,7 +467,8 @@ def _tried(found: _AtTorque) -> str:
     """From which initial states motions were looked for, with the least and the largest number of random ones."""
     drawn = [len(each) for each in found.motions.drawn.values()]
     words = f"from rest, sweeps at {len(found.motions.speeds)} speeds"
-    knocks = f", knocks up to {measured(found.largest_knock, 3)} rpm of wheel 1" * (found.largest_knock > 0)
+    size = f"{measured(found.largest_knock, 3)} rpm of the speed of wheel 1"
+    knocks = f", knocks of up to {size}" * (found.largest_knock > 0)
     if not drawn:
         return words + knocks
     number = " to ".join(map(str, sorted({min(drawn), max(drawn)})))
