@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import textwrap
 import time
 from dataclasses import replace
@@ -109,18 +110,19 @@ def assess(
     begun = time.monotonic()
     reports = [Report(assessed(each, axis, torques, settings=settings, **options), name)
                for name, (each, settings) in zip(names, described, strict=True)]
+    taken = (time.monotonic() - begun) / len(reports)
+    for number, report in enumerate(() if json_out else reports):  # before changes, which take as long many times
+        print(end="\n" * (number > 0))
+        _print(report, every)
     if sensitivity or improve:
         options["settings"] = described[0][1]
-        reports[0] = _with_changes(reports[0], (sensitivity, improve), axis, torques, options,
-                                   (time.monotonic() - begun) / len(reports))
+        reports[0] = _with_changes(reports[0], (sensitivity, improve), axis, torques, options, taken)
+        if not json_out:
+            _print_changes(reports[0])
     _write(reports, out, pdf, plot)
     if json_out:
         document = reports[0].document()
         print_json(document if against is None else document | {"against": reports[1].document()})
-        return
-    for number, report in enumerate(reports):
-        print(end="\n" * (number > 0))
-        _print(report, every)
 
 
 def _refuse_without_effect(sets: list[str] | None, torques: tuple[float, ...] | None) -> None:
@@ -199,7 +201,6 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 
 def _print(report: Report, every: bool) -> None:
     """Print what to do, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
-    from gearchaos.datasheet.report import changed_in_words
     from gearchaos.datasheet.verdict import at_no_speed, decision, jumps, keep_out, usable_in_words, worst
 
     found = report.found
@@ -216,9 +217,16 @@ def _print(report: Report, every: bool) -> None:
         say_lines(*(f"keep out of {text}" for text in keep_out(found)),
                   f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
     met = jumps(found)
-    for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
-        for each in changes or ():
-            say_lines(f"{words}: {changed_in_words(each, found)}")
     say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
               f"Tried: {found.tried}; a motion that few states lead to can be missed",
               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
+    sys.stdout.flush()
+
+
+def _print_changes(report: Report) -> None:
+    """Print what changed designs come to."""
+    from gearchaos.datasheet.report import changed_in_words
+
+    print()
+    for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
+        say_lines(*(f"{words}: {changed_in_words(each, report.found)}" for each in changes or ()))

@@ -208,7 +208,7 @@ def worst(found: Assessment) -> str:
 
 def knocks_in_words(at: SpeedsToAvoid) -> list[str]:
     """The least knocks that lead from a good motion to one to avoid, in sentences."""
-    return [f"{range_in_words(knock.start, knock.stop)} rpm: a knock leads to a motion to avoid, the least at "
+    return [f"about {range_in_words(knock.start, knock.stop)} rpm: a knock leads to a motion to avoid, the least at "
             f"{speed_in_words(knock.speed, 0)} rpm is {measured(abs(knock.speed_step), 2)} rpm of wheel 1 "
             f"({measured(abs(knock.impulse), 2)} N m s), to "
             f"{f'what is {BEYOND}' if knock.beyond_the_teeth else f'a factor of {measured(knock.dynamic_factor, 3)}'}"
@@ -283,8 +283,10 @@ def met_in_words(window: Window) -> str:
         return window.reached[-1].motion
     if not window.depends_on_history:
         return "always"
-    ways = [by.removesuffix(" speed") for by in window.reached_by if by in ("rest", "rising speed", "falling speed")]
-    return "by history" if len(ways) == 3 else ", ".join(ways)
+    names = {MOTIONS["rest"]: "rest", MOTIONS["rising"]: "rising", MOTIONS["falling"]: "falling"}
+    ways = [names[each.motion] for each in window.reached if each.motion in names]
+    by_others = any(each.motion == MOTIONS["changing"] for each in window.reached)
+    return "by history" if by_others or len(ways) == len(names) else ", ".join(ways)
 
 
 def _percent(share: float) -> str:

@@ -280,13 +280,13 @@ class SpeedSearch:
         return replace(self, torques=chosen, trial=points // number)
 
     def smaller(self, share: float) -> tuple[str, SpeedSearch] | None:
-        """Fewer torques, or of a few a narrower range of speed."""
-        number, axis = max(2, round(share * len(self.torques))), self.axis
+        """Fewer torques, or of a few fewer states after load changes."""
+        number = max(2, round(share * len(self.torques)))
         if number < len(self.torques):
             chosen = self.torques[:: -(-len(self.torques) // number)]
             return f"{len(chosen)} of the torques", replace(self, torques=chosen)
-        stop = axis.start * (axis.stop / axis.start) ** share if axis.start > 0 else share * axis.stop
-        return f"--speed {axis.start:g}:{stop:.4g}", replace(self, axis=replace(axis, stop=stop))
+        starts = round(share * self.criteria.starts)
+        return (f"--starts {starts} of assess", replace(self, criteria=replace(self.criteria, starts=starts))) if starts else None
 
     def run(self, *, progress: bool = False, threads: int | None = None) -> list[_AtTorque]:
         """What is found at each torque."""
