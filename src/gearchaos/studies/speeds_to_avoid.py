@@ -286,7 +286,9 @@ class SpeedSearch:
             chosen = self.torques[:: -(-len(self.torques) // number)]
             return f"{len(chosen)} of the torques", replace(self, torques=chosen)
         starts = round(share * self.criteria.starts)
-        return (f"--starts {starts} of assess", replace(self, criteria=replace(self.criteria, starts=starts))) if starts else None
+        if not starts:
+            return None
+        return f"--starts {starts} of assess", replace(self, criteria=replace(self.criteria, starts=starts))
 
     def run(self, *, progress: bool = False, threads: int | None = None) -> list[_AtTorque]:
         """What is found at each torque."""
