@@ -149,9 +149,8 @@ class RunUp(MeshStudy):
         if self._profile is not None:
             check_covers(self._profile, (1 + self.down) * self.duration, (first, last))
             vary(self.model, {"torque": extremes(self._profile)})  # raises if the gears cannot have them
-            largest = largest_torque(self._profile)
-            if (model := self.model).value("torque") != largest:
-                self._set(model=model.with_values({"torque": abs(largest) if model.kind == "train" else largest}))
+            if self.model.value("torque") != (largest := largest_torque(self._profile)):
+                self._set(model=self.model.with_values({"torque": largest}))
         check_memory("periods in the duration", (1 + self.down) * self._periods * self.signal, 40 * self._samples)
         _ = self.cost
 

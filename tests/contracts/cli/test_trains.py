@@ -67,7 +67,7 @@ def test_a_simulation_has_deflections_in_metres():
 
 def test_an_axis_is_named_as_the_part_and_its_variable_as_files_can(tmp_path):
     out = tmp_path / "map.nc"
-    ask("zones", LOOSE, "--axis", "z1/z2.backlash=5e-5:1e-4:2", "--axis", "torque=0.2:0.3:2", "--out", out)
+    ask("zones", LOOSE, "--axis", "z1/z2.backlash=5e-5:1e-4:2", "--axis", "torque=-0.3:-0.2:2", "--out", out)
     with xr.open_dataset(out) as found:
         assert set(found.sizes) == {"z1_z2.backlash", "torque", "mesh"}
         assert (found.mesh_contact == 0).all()  # permanent

@@ -11,11 +11,14 @@ import gearchaos as gc
 from gearchaos.cli.summaries import map_document, print_map
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.model import vary
+from gearchaos.explorer.view.models import limits
+from gearchaos.gears.operating import as_model, gears_of
+from gearchaos.model import has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studyfile import load_study
+from tests import ROOT
 from tests.contracts.gears.test_operating import SHORT
 from tests.oracles.random_trains import SHAPES, random_train
 
@@ -39,6 +42,43 @@ def test_every_parameter_varies_as_a_train_with_its_value(shape):
         for array, (one, other) in of.items():
             np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-13 * np.abs(other).max(initial=1.0),
                                        err_msg=f"{array} over {name}")
+
+
+def equations(model, values):
+    """What a motion follows from: the system at the values, and the state in which it begins."""
+    batch = vary(model, values)
+    system = switched_system(batch)
+    contacts = [] if system.contacts is None else [getattr(system.contacts, name) for name in ARRAYS]
+    return [system.A, system.f0, system.static_force, initial_state(batch, system), *contacts]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
+def test_its_own_value_changes_nothing(path):
+    """Neither set nor varied: no sign, unit or reference is lost between the file, what is printed and what is set."""
+    model = load_study(path).model
+    own = equations(model, {})
+    for name in ("speed", "torque") * (gears_of(model) is not None) + tuple(model.parameters()):
+        if model.kind != "train" and not has_effect(name, model.kind):
+            continue
+        given = {name: model.value(name)}
+        alone = not name.endswith(".torque") and given[name] != 0  # torques balance; damping alone is a coordinate
+        varied = [equations(model, given)] if alone else []
+        for found in (equations(model.with_values(given), {}), *varied):
+            for one, other in zip(found, own, strict=True):
+                np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-13 * np.abs(other).max(initial=1.0),
+                                           err_msg=name)
+
+
+def test_the_torque_of_a_train_has_the_sign_of_its_body():
+    """A generator is braked, and driven by the back flanks: at -30 N m by 30 N m over 45 mm."""
+    bodies = [gc.Body(name="generator", inertia=1e-3, torque=-30.0), gc.Body(name="turbine", inertia=2e-3, torque=45.0)]
+    model = as_model(gc.Train(speed=3000.0, bodies=bodies, meshes=[mesh("generator", "turbine")]))
+    assert model.value("torque") == -30 and model.with_values({"torque": "-30 N*m"}).train.bodies == model.train.bodies
+    found = switched_system(vary(model, {"torque": [-30.0, -60.0, 30.0]})).static_force[:, 0]
+    assert found * model.units.force == pytest.approx(np.array([-30.0, -60.0, 30.0]) / 0.03)
+    run = gc.RunUp(model.train, "speed=3000:3100", 1.0, torque={"time": [0, 1], "torque": [-10, -60]})
+    assert run.model.value("torque") == -60
+    assert limits(model, "torque") == (-1e6, -0.03)
 
 
 DRIVER = gc.Body(name="driver", motion=[{"order": 2, "acceleration": 300.0}])
@@ -78,8 +118,8 @@ def test_a_drag_over_the_speed_is_that_of_the_body_at_each_speed():
     found = switched_system(vary(model, {"speed": [600.0, 900.0, 1200.0]}))
     forces = np.array([0.075, 0.1, 0.2]) / 0.045 / model.units.force
     assert found.static_force[:, 0] == pytest.approx(forces, rel=1e-13)
-    assert model.train.torque == pytest.approx(0.075)
-    assert model.with_values({"speed": 1200.0}).train.torque == pytest.approx(0.2)
+    assert model.train.torque == pytest.approx(-0.075)
+    assert model.with_values({"speed": 1200.0}).train.torque == pytest.approx(-0.2)
     scan = gc.rattle(model.train, "speed=1200:1200:1")  # the table has no torque at other speeds
     assert gc.physical(scan).mesh_peak_force.shape == (3, 1, 1)
 

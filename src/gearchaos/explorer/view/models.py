@@ -280,7 +280,8 @@ def limits(model: MeshModel, name: str) -> tuple[float, float]:
     if isinstance(model, OperatingModel) and name == "torque" and isinstance(model.gears, GearDesign):
         return 1e-3 * abs(pair_of(model.gears).M10), found.most
     if isinstance(model, TrainModel) and name == "torque":  # from 0 no torque could be scaled again
-        return 1e-3 * model.train.torque, found.most
+        own = model.train.torque
+        return (1e-3 * own, found.most) if own >= 0 else (found.least, 1e-3 * own)
     return found.least, found.most
 
 

@@ -65,4 +65,4 @@ def range_around(model: TrainModel, name: str) -> Range:
 def meaning(model: TrainModel, name: str) -> str:
     """What a value of the train as a whole means, in words; empty for those of parts."""
     return {"speed": f"Speed of {model.train.bodies[0].name}",
-            "torque": "First mean torque; all others change in its ratio"}.get(name, "")
+            "torque": "First mean torque, negative if it brakes; all others change in its ratio"}.get(name, "")

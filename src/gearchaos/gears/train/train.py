@@ -325,8 +325,8 @@ class Train(HasCard):
 
     @property
     def torque(self) -> float:
-        """The first mean torque that is not 0, without its sign, N m: it stands for the load of the train."""
-        return next((abs(torque) for torque in map(self.torque_of, self.bodies) if torque), 0.0)
+        """The first mean torque that is not 0, N m: it stands for the load of the train."""
+        return next(filter(None, map(self.torque_of, self.bodies)), 0.0)
 
     def torque_of(self, body: Body) -> float:
         """The mean torque on a body at the speed of the train, N m."""
