@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import numbers
+import re
 from collections.abc import Iterable
 
 LARGEST_INTEGER = 2**53  # largest integer that is accepted by default; up to it every integer is exactly a float
+_LIKE = 0.55  # least likeness of words, one being a slip for the other
 _MAX_SHOWN = 200  # most characters of a value that a message shows in full; else its beginning and end are shown
 
 
@@ -82,8 +84,16 @@ def missing_package(field: str, package: str, extra: str) -> InputError:
 
 
 def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown name, which lists the known names and suggests the most similar one."""
+    """The error for an unknown name, which lists the known names and suggests the most similar one.
+
+    Each word of the name must be like one of that: a helix angle is no slip for a pressure angle.
+    """
     known = sorted(known)
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    near = [each for each in difflib.get_close_matches(name, known, n=len(known) or 1, cutoff=0.5) if all(
+        difflib.get_close_matches(word, _words(each), cutoff=_LIKE) for word in _words(name))]
     advice = f"Did you mean {near[0]!r}?" if near else ""
     return InputError(field, f"must be one of {', '.join(known)}", name, advice)
+
+
+def _words(name: str) -> list[str]:
+    return re.split("[_.]", name)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, TypeVar
@@ -127,8 +127,7 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in value:
         if key not in known:
-            error = unknown_name(field, str(key), known)
-            raise InputError(field, f"must have no key but {', '.join(known)}", str(key), error.advice)
+            raise unknown_key(field, key, value[key], known, known)
     for name, each in known.items():
         if name not in value and each.default is MISSING:
             raise InputError(f"{field}.{name}", "must be given", None)
@@ -136,6 +135,22 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
         return kind(**value)
     except InputError as error:
         raise InputError(f"{field}.{error.field}", error.rule, error.value, error.advice) from None
+
+
+def unknown_key(table: str, key: Any, value: Any, names: Iterable[str], known: Mapping[str, Field[Any]]) -> InputError:
+    """The error for a key that is none of the names of a table; it suggests a similar one whose field, where it is
+    known, takes the value: one of the same dimension."""
+    def takes(name: str) -> bool:
+        try:
+            known[name].metadata["convert"](name, value)
+        except KeyError:  # nothing is known of it
+            return True
+        except InputError:
+            return False
+        return True
+
+    advice = unknown_name(table, str(key), filter(takes, names)).advice
+    return InputError(table, f"must have no key but {', '.join(names)}", str(key), advice)
 
 
 def check_plausible(field: str, number: float, least: float, most: float, reason: str = "",

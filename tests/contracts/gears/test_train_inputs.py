@@ -76,6 +76,8 @@ REFUSED = [
     (train(meshes=[mesh("a", "bb")]), "mesh a/bb: between", "must be one of a, b", "Did you mean 'b'?"),
     (train(body("a"), body("b", inerta=1)), "body b", "must have no key but name, inertia", "Did you mean 'inertia'?"),
     (with_mesh(backlsh=1), "mesh a/b", "must have no key but between", "Did you mean 'backlash'?"),
+    # a hint names a key of the same dimension, all of whose words are alike
+    (with_mesh(phases="0.3 rad"), "mesh a/b", "got 'phases'. Did you mean 'phase'?"),
     (train(sped=3), "train", "must have no key but speed", "Did you mean 'speed'?"),
     ({"bodies": [body("a")], "meshes": []}, "train.speed", "must be given"),
     ({"speed": 1, "meshes": [mesh("a", "b")]}, "train.bodies", "must be given"),
@@ -173,6 +175,14 @@ def test_what_does_not_fit_is_refused_with_its_field_and_what_to_do(case):
     assert error.value.field == field and all(each in str(error.value) for each in words), str(error.value)
 
 
+@pytest.mark.parametrize("given", [{"helix_angle": "15 deg"}, {"tip_diameter": 3}, {"phases": "0.1 mm"}])
+def test_a_key_that_is_no_slip_of_the_pen_has_no_hint(given):
+    for table in (with_mesh(**given), {"speed": 1, "planets": {**PLANETS, "sun_mesh": {**STIFF, **given}}}):
+        with pytest.raises(InputError) as error:
+            read_train(table, None)
+        assert error.value.advice == ""
+
+
 def test_python_names_parts_as_files_do():
     with pytest.raises(InputError, match="bodies must be a list of Body or tables"):
         gc.Train(**{**train(), "bodies": body("a")})
@@ -218,12 +228,12 @@ def test_a_file_is_the_train_of_its_tables(tmp_path):
 
 @pytest.mark.parametrize(("name", "value", "found"), [
     ("speed", 900, lambda t: t.speed), ("speed", "900 rpm", lambda t: t.speed), ("torque", 0.2, lambda t: t.torque),
-    ("loose.torque", "-0.2 N*m", lambda t: t.torque), ("loose.inertia", 1e-3, lambda t: t.bodies[1].inertia),
+    ("loose.torque", "-0.2 N*m", lambda t: t.bodies[1].torque), ("loose.inertia", 1e-3, lambda t: t.bodies[1].inertia),
     ("z1/z2.backlash", 1e-4, lambda t: t.meshes[0].backlash), ("damping_law", "always", lambda t: t.damping_law),
     ("z1/z2.stiffness", "3e8 N/m", lambda t: t.meshes[0].stiffness)])
 def test_values_are_set_by_name(name, value, found, tmp_path):
     assert found(load(tmp_path, **{name: value}).model.train) == {
-        "speed": 900, "loose.torque": 0.2, "z1/z2.stiffness": 3e8}.get(name, value)
+        "speed": 900, "loose.torque": -0.2, "z1/z2.stiffness": 3e8}.get(name, value)
 
 
 SHAFT = """

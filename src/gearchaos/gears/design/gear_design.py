@@ -9,12 +9,12 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.display import HasCard
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.inputs import TEETH
 from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, module_of
-from gearchaos.gears.fields import check_plausible, convert_fields
+from gearchaos.gears.fields import check_plausible, convert_fields, unknown_key
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
@@ -201,8 +201,7 @@ class GearDesign(Drawing, HasCard):
         for table, given, names in (("design", design, known), ("operation", operation, (*OPERATION, *FREQUENCIES))):
             for name in given:
                 if name not in names:
-                    advice = unknown_name(table, str(name), names).advice
-                    raise InputError(f"[{table}]", f"must have no key but {', '.join(names)}", str(name), advice)
+                    raise unknown_key(f"[{table}]", name, given[name], names, {f.name: f for f in fields(cls)})
         for name in ("teeth", "face_width"):
             if name not in design:
                 raise InputError(name, "must be given in [design]", None)

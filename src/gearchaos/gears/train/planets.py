@@ -5,17 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.fields import Record, one, read_by, record_values
+from gearchaos.gears.fields import Record, number, one, read_by, record_values, two
+from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
+from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body
 from gearchaos.quantities import POSITIVE
 
 _MOST_PLANETS = 12
-_ADDENDUM = 1.0  # over the module
+_MOST_SHIFT = 2.0  # of the ring, in modules: beyond, its teeth would not be those of a gear
+_OF_DESIGN = ("module", "pressure_angle", "helix_angle", "profile_shift", "centre_distance")
 
 
 def _teeth(field: str, value: Any) -> tuple[int, int, int]:
@@ -23,6 +27,13 @@ def _teeth(field: str, value: Any) -> tuple[int, int, int]:
         raise InputError(field, "must be a list of three numbers of teeth: sun, planet, ring", value)
     sun, planet, ring = (units.teeth(f"{field}[{i}]", z) for i, z in enumerate(value))
     return sun, planet, ring
+
+
+def _design(field: str, value: Any) -> Any:
+    if not hasattr(value, "geometry"):
+        raise InputError(field, "must be a GearDesign, in a study file the path of a file with [design]", value,
+                         "It is that of the sun and a planet.")
+    return value
 
 
 def _count(field: str, value: Any) -> int:
@@ -33,7 +44,7 @@ def _count(field: str, value: Any) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanetarySet(Record):
-    """A planetary set with equally spaced planets, of gears without profile shift, for a `Train`.
+    """A planetary set with equally spaced planets, of spur or helical gears, for a `Train`.
 
     Its ``bodies`` are ``sun``, ``carrier``, ``ring``, ``planet1``, …, those that are held last, and its ``meshes``
     ``sun/planet1``, ``planet1/ring``, …. Other bodies are joined to it by shafts, such as a ring that is held
@@ -44,14 +55,22 @@ class PlanetarySet(Record):
     count : int
         Number of planets.
     teeth : three int
-        Of sun, planet and ring: z_r = z_s + 2 z_p, and z_s + z_r is a multiple of the number of planets.
-    module : length
-    pressure_angle : angle
+        Of sun, planet and ring: z_s + z_r is a multiple of the number of planets, and z_r = z_s + 2 z_p, but with
+        profile shift near it.
+    module, pressure_angle, helix_angle : length, angle, angle
+        Those of the normal section, and β at the reference cylinder; by default 20° and 0.
+    profile_shift : two float, optional
+        Of sun and planets, in normal modules, by default 0. The ring has the one that goes with its backlash.
+    centre_distance : length, optional
+        Of sun and planets; by default that without backlash of these two.
+    design : GearDesign, optional
+        Of the sun and a planet, in place of all these, and for what ``sun_mesh`` leaves out. In a study file the path
+        of a file with ``[design]``; its torque is that of one mesh.
     sun, ring, carrier, planet : tables
         Fields of a `Body` without its name; a ring that is held is ``{fixed = true}``.
     sun_mesh, ring_mesh : tables
         Fields of a `Mesh` without names, teeth and base radii, alike for all planets. Both waveforms begin at the same
-        position of their pitch points in the mesh cycle.
+        position of their pitch points in the mesh cycle. The angle of their forces is the working one.
 
     Raises
     ------
@@ -60,11 +79,14 @@ class PlanetarySet(Record):
 
     Notes
     -----
+    All is plane: helical gears have the dimensions of their transverse section, and no tilting.
+
     Where the sun turns forwards in the frame of the carrier, as it does unless it is held, the sun mesh of planet n, at
     the angle ψ_n, is z_s ψ_n behind that of the first one, and its ring mesh z_r ψ_n ahead (R. G. Parker, J. Lin, *Mesh
     phasing relationships in planetary and epicyclic gears*, J. Mech. Des. 126 (2004) 365). A planet meets sun and ring
-    with opposite flanks at opposite points of its pitch circle, so that they are half a cycle apart where its number of
-    teeth is even.
+    with opposite flanks at opposite points of its pitch circles, so that its ring mesh is ahead by z_p π and the angle
+    z_p (ψ_s + ψ_r) between these flanks of a tooth, each ψ = (π/2 + 2 x_p tan α_n)/z_p + inv α_t − inv α_wt at its
+    pitch circle: without profile shift half a cycle where its number of teeth is even.
 
     Examples
     --------
@@ -82,8 +104,12 @@ class PlanetarySet(Record):
 
     count: int = field(metadata=read_by(_count))
     teeth: Any = field(metadata=read_by(_teeth))
-    module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))
-    pressure_angle: Any = field(default="20 deg", metadata=read_by(one(units.ANGLE, POSITIVE)))
+    module: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
+    pressure_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE, POSITIVE)))
+    helix_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
+    profile_shift: Any = field(default=None, metadata=read_by(two(number(), "must be a list of two: sun and planets")))
+    centre_distance: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
+    design: Any = field(default=None, metadata=read_by(_design))
     sun: Any = None
     ring: Any = None
     carrier: Any = None
@@ -93,18 +119,21 @@ class PlanetarySet(Record):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.design is not None and self.sun_mesh is None:
+            object.__setattr__(self, "sun_mesh", {})
         for name in ("sun", "ring", "carrier", "planet", "sun_mesh", "ring_mesh"):
             if not isinstance(getattr(self, name), Mapping):
                 raise InputError(name, "must be given, a table", getattr(self, name))
-        for name, wheel in (("sun_mesh", 2), ("ring_mesh", 1)):
-            table = getattr(self, name)
-            if any(isinstance(fault, Mapping) and fault.get("wheel") == wheel for fault in table.get("faults") or ()):
+        faults: dict[str, Any] = {name: getattr(self, name).get("faults") or () for name in ("sun_mesh", "ring_mesh")}
+        if self.design is not None:
+            faults["design"] = self.design.faults
+        for name, each in faults.items():
+            wheel = 1 if name == "ring_mesh" else 2
+            if any((fault["wheel"] if isinstance(fault, Mapping) else fault.wheel) == wheel for fault in each):
                 raise InputError(f"{name}.faults", f"must leave out wheel {wheel}", "a fault of every planet",
                                  "Write the bodies and meshes out for one of a single planet.")
-        sun, planet, ring = self.teeth
-        if ring != sun + 2 * planet:
-            raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
-                             "The gears have no profile shift.")
+        self._check_dimensions()
+        sun, _, ring = self.teeth
         if (sun + ring) % self.count == 0 and self._gap(self.count) > 0:
             return
         fits = [str(n) for n in range(2, _MOST_PLANETS + 1) if (sun + ring) % n == 0 and self._gap(n) > 0]
@@ -115,15 +144,62 @@ class PlanetarySet(Record):
         raise InputError("count", "must leave the tip circles of the planets apart", self.count,
                          f"They would overlap by {-self._gap(self.count) * 1e3:.4g} mm. {possible}")
 
+    def _check_dimensions(self) -> None:
+        """Raise `InputError` for dimensions that are not given, or twice, or teeth that do not mesh."""
+        sun, planet, ring = self.teeth
+        for name in _OF_DESIGN if self.design is not None else ():
+            if (value := getattr(self, name)) is not None:
+                raise InputError(name, "must be left out beside design", value, "The gears have that of their design.")
+        if self.design is not None and self.design.teeth != (sun, planet):
+            raise InputError("teeth", f"must begin with {list(self.design.teeth)}, those of the design",
+                             [sun, planet], "Its wheel 1 is the sun, its wheel 2 a planet.")
+        if self.design is None and self.module is None:
+            raise InputError("module", "must be given", None, "Or give a design.")
+        if not any(self.geometry.profile_shift) and ring != sun + 2 * planet:
+            raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
+                             "The gears have no profile shift.")
+        shift = self._ring_shift
+        if not abs(shift) <= _MOST_SHIFT:
+            raise InputError("teeth", f"must have a ring near z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
+                             f"At the centre distance of {self.orbit * 1e3:.6g} mm " + (
+                                 "its base circle is too large for the planets." if math.isinf(shift) else
+                                 f"it would need a profile shift of {shift:.3g} modules."))
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """Dimensions of the sun and a planet."""
+        if self.design is not None:
+            return self.design.geometry  # type: ignore[no-any-return]
+        angle = math.radians(20) if self.pressure_angle is None else self.pressure_angle
+        values = {"teeth": self.teeth[:2], "normal_module": self.module, "pressure_angle": angle,
+                  "helix_angle": abs(self.helix_angle or 0.0), "face_width": (0.0, 0.0)}
+        return mating_geometry(values, self.centre_distance, self.profile_shift, (0.0, 0.0))
+
+    @property
+    def _ring_pressure_angle(self) -> float:
+        """Working pressure angle of planets and ring, NaN where no such one exists."""
+        cosine = (self.teeth[2] - self.teeth[1]) * self.geometry.base_diameter[0] / self.teeth[0] / (2 * self.orbit)
+        return math.acos(cosine) if abs(cosine) < 1 else math.nan
+
+    @property
+    def _ring_shift(self) -> float:
+        """The profile shift of a ring without backlash, in modules; infinite where it cannot mesh."""
+        geometry, angle = self.geometry, self._ring_pressure_angle
+        if math.isnan(angle):
+            return math.inf
+        opening = involute(angle) - involute(geometry.transverse_pressure_angle)
+        return geometry.profile_shift[1] + (self.teeth[2] - self.teeth[1]) * opening / (
+            2 * math.tan(geometry.pressure_angle))
+
     def _gap(self, count: int) -> float:
         """The distance of the tip circles of neighbours, if so many planets are equally spaced, m."""
         distance = 2 * self.orbit * math.sin(math.pi / count) if count > 1 else math.inf
-        return distance - self.module * (self.teeth[1] + 2 * _ADDENDUM)
+        return distance - self.geometry.tip_diameter[1]
 
     @property
     def orbit(self) -> float:
         """Distance of the planets' centres from the axis, m."""
-        return self.module * (self.teeth[0] + self.teeth[1]) / 2
+        return self.geometry.centre_distance
 
     @property
     def positions(self) -> list[float]:
@@ -142,20 +218,24 @@ class PlanetarySet(Record):
     @property
     def meshes(self) -> list[Mesh]:
         """Two meshes of each planet: with the sun, and with the ring."""
-        sun, planet, ring = self.teeth
-        base = self.module * math.cos(self.pressure_angle) / 2
+        (sun, planet, ring), geometry = self.teeth, self.geometry
+        base = geometry.base_diameter[0] / sun / 2
         sense = -1 if self.sun.get("fixed") else 1  # in which the sun turns in the frame of the carrier
+        of_design = {} if self.design is None else {"design": self.design}
+        angles = geometry.working_pressure_angle, self._ring_pressure_angle
+        # between the flanks of a planet's tooth that touch sun and ring, each at its pitch circle, times z_planet
+        across = math.pi + 4 * geometry.profile_shift[1] * math.tan(geometry.pressure_angle) + planet * (
+            2 * involute(geometry.transverse_pressure_angle) - sum(map(involute, angles)))
         out = []
         for n, position in enumerate(self.positions, 1):
-            both = {"pressure_angle": self.pressure_angle}
             with_sun = _part(Mesh, "sun_mesh", {
                 "between": ("sun", f"planet{n}"), "teeth": (sun, planet), "base_radii": (base * sun, base * planet),
-                **both, **self.sun_mesh})
+                "pressure_angle": angles[0], **of_design, **self.sun_mesh})
             with_ring = _part(Mesh, "ring_mesh", {
                 "between": (f"planet{n}", "ring"), "teeth": (planet, ring), "internal": True,
-                "base_radii": (base * planet, base * ring), **both, **self.ring_mesh})
+                "base_radii": (base * planet, base * ring), "pressure_angle": angles[1], **self.ring_mesh})
             out += [_ahead(with_sun, -sense * sun * position),
-                    _ahead(with_ring, sense * ring * position + math.pi * (planet + 1))]
+                    _ahead(with_ring, sense * ring * position + math.pi * planet + across)]
         return out
 
 

@@ -29,6 +29,8 @@ def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
         if name in given or planets is not None:
             given[name] = [read_part(kind, i, _with_design(part, pair))
                            for i, part in enumerate(_tables(given, name))]
+    if isinstance(planets, Mapping):
+        planets = {name: _with_design(part, pair) for name, part in _with_design(planets, pair).items()}
     if planets is not None:
         found = _in_words("train.planets", "planets: ", PlanetarySet, planets)
         given["bodies"] += found.bodies
@@ -49,7 +51,7 @@ def _in_words(label: str, prefix: str, kind: type[Any], value: Any) -> Any:
 
 
 def _with_design(part: Any, pair: Callable[[str], Any]) -> Any:
-    """The table of a part, of a mesh with the gears at the path that it names."""
+    """The table of a part, of one with a design with the gears at the path that it names."""
     if not (isinstance(part, Mapping) and isinstance(part.get("design"), str)):
         return part
     return {**part, "design": pair(part["design"])}

@@ -1,0 +1,106 @@
+"""Planetary sets: the dimensions of helical gears with profile shift, and the phases of their meshes."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gearchaos as gc
+from gearchaos.errors import InputError
+from gearchaos.gears.design.transverse_section import transverse_section
+from gearchaos.gears.train.train_file import read_train
+
+STIFF = {"stiffness": {"levels": [6e8, 4e8], "starts": [0, 0.5]}, "backlash": 1e-4}
+BODIES = {"sun": {"inertia": 1e-3}, "carrier": {"inertia": 0.05}, "ring": {"fixed": True},
+          "planet": {"inertia": 1e-3, "mass": 0.5}}
+SHIFTED = {"teeth": (27, 36, 100), "module": 2.8e-3, "helix_angle": "15 deg", "profile_shift": (0.3, 0.2)}
+DESIGN = gc.GearDesign(teeth=(27, 36), module="2.8 mm", helix_angle="15 deg", face_width="20 mm",
+                       profile_shift=(0.3, 0.2), bore="20 mm", damping_ratio=0.05, load_sharing="prescribed",
+                       backlash={"value": "0.1 mm", "of": "line of action"})
+
+
+def planets(**given):
+    return gc.PlanetarySet(**{"count": 1, **BODIES, "sun_mesh": STIFF, "ring_mesh": STIFF, **given})
+
+
+def inv(angle):
+    return math.tan(angle) - angle
+
+
+def test_helical_sets_have_the_dimensions_of_the_transverse_section():
+    """ISO 21771: m_t = m_n/cos β, tan α_t = tan α_n/cos β, r_b = z m_t cos α_t/2."""
+    found = planets(count=3, teeth=(27, 36, 99), module="2.8 mm", helix_angle="-15 deg")
+    beta = math.radians(15)
+    angle = math.atan(math.tan(math.radians(20)) / math.cos(beta))
+    sun, ring = found.meshes[:2]
+    assert found.orbit == pytest.approx(63 * 2.8e-3 / math.cos(beta) / 2, rel=1e-14)
+    for mesh, teeth in ((sun, (27, 36)), (ring, (36, 99))):
+        radii = [z * 2.8e-3 / math.cos(beta) * math.cos(angle) / 2 for z in teeth]
+        assert mesh.base_radii == pytest.approx(radii, rel=1e-14)
+        assert mesh.pressure_angle == pytest.approx(angle, rel=1e-12)
+
+
+def test_with_profile_shift_both_meshes_work_at_the_centre_distance_of_the_sun():
+    """inv α_wt = inv α_t + 2 (x_s + x_p) tan α_n/(z_s + z_p), a cos α_wt = a_d cos α_t, of the ring with z_r − z_p."""
+    found = planets(**SHIFTED)
+    beta, normal = math.radians(15), math.radians(20)
+    angle = math.atan(math.tan(normal) / math.cos(beta))
+    sun, ring = (mesh.pressure_angle for mesh in found.meshes)
+    assert inv(sun) == pytest.approx(inv(angle) + 2 * 0.5 * math.tan(normal) / 63, rel=1e-12)
+    base = 2.8e-3 / math.cos(beta) * math.cos(angle) / 2
+    assert found.orbit * math.cos(sun) == pytest.approx(63 * base, rel=1e-12)
+    assert found.orbit * math.cos(ring) == pytest.approx(64 * base, rel=1e-12)
+    given = planets(**SHIFTED, centre_distance=found.orbit)
+    assert [mesh.base_radii for mesh in given.meshes] == [mesh.base_radii for mesh in found.meshes]
+    wider = planets(**SHIFTED, centre_distance=1.002 * found.orbit)
+    assert math.cos(wider.meshes[0].pressure_angle) == pytest.approx(math.cos(sun) / 1.002, rel=1e-12)
+
+
+def flank(radius):
+    """The angle between the axis and the flank of a planet's tooth, by the outline of its generated teeth."""
+    section = transverse_section(DESIGN)
+    section = replace(section, backlash=DESIGN.geometry.theoretical_backlash)
+    points = section.outline(1, [0], detail=40) - section.centres[1]
+    radii, angles = np.hypot(*points.T), np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    first = slice(0, int(np.argmax(radii)) + 1)
+    return abs(np.mean(angles) - np.interp(radius, radii[first], angles[first]))
+
+
+def test_the_ring_mesh_is_ahead_by_the_angle_between_the_flanks_that_touch_sun_and_ring():
+    found = planets(**SHIFTED)
+    sun, ring = found.meshes
+    pitch = [found.orbit * 36 / 63, found.orbit * 36 / 64]  # radii of the planet's pitch circles
+    ahead = 36 * (math.pi + sum(map(flank, pitch)))
+    assert (ring.phase - sun.phase - ahead + math.pi) % (2 * math.pi) - math.pi == pytest.approx(0, abs=1e-3)
+    plain = planets(teeth=(27, 36, 99), module=2.8e-3).meshes
+    assert (plain[1].phase - plain[0].phase) % (2 * math.pi) == pytest.approx(math.pi, rel=1e-12)
+
+
+def test_a_design_has_the_dimensions_and_the_mesh_of_sun_and_planet():
+    table = {"speed": 1000, "planets": {"count": 1, "teeth": [27, 36, 100], "design": "pair.toml", **BODIES,
+                                        "ring_mesh": STIFF}}
+    found = read_train(table, lambda path: DESIGN.at(speed=1000, torque=50) if path == "pair.toml" else None)
+    sun, ring = found.meshes
+    expected = planets(**SHIFTED).meshes
+    assert sun.base_radii == expected[0].base_radii and ring == expected[1]
+    assert sun.backlash == pytest.approx(1e-4) and sun.stiffness is not None and sun.damping > 0
+
+
+@pytest.mark.parametrize(("given", "field", "words"), [
+    ({"teeth": (27, 36, 112)}, "teeth", "its base circle is too large for the planets"),
+    ({"teeth": (27, 36, 90)}, "teeth", "it would need a profile shift of"),
+    ({"module": None}, "module", "Or give a design"),
+    ({"profile_shift": 0.3}, "profile_shift", "must be a list of two: sun and planets"),
+    ({"profile_shift": None, "centre_distance": "93 mm"}, "profile_shift", "must be given with this centre distance"),
+    ({"centre_distance": "80 mm"}, "centre_distance", "the sum of the base radii"),
+    ({"design": DESIGN}, "module", "must be left out beside design"),
+    ({"design": DESIGN, "teeth": (20, 36, 92), "module": None, "helix_angle": None, "profile_shift": None}, "teeth",
+     "must begin with [27, 36], those of the design"),
+    ({"design": "pair.toml"}, "design", "must be a GearDesign"),
+    ({"design": replace(DESIGN, faults=[{"wheel": 2, "tooth": 1, "stiffness_loss": 0.1}]), "module": None},
+     "design.faults", "must leave out wheel 2")])
+def test_dimensions_that_do_not_do_are_refused(given, field, words):
+    with pytest.raises(InputError) as error:
+        planets(**{**SHIFTED, **given})
+    assert error.value.field == field and words in str(error.value), str(error.value)
