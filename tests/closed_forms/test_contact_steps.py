@@ -1,5 +1,6 @@
 """Motions with several contacts do not depend on the steps in which they are advanced."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +39,20 @@ def test_a_motion_is_the_same_with_room_for_few_contact_sets(monkeypatch):
     monkeypatch.setattr(contact_tables, "_SETS", 2)
     few = ExactFlow(system).advance(w, 20, points=points)
     assert np.array_equal(enough.w, few.w)
+
+
+def test_samples_split_the_pieces_of_a_long_period_in_little_memory():
+    """Each sample begins a piece, or coincides with a change of stiffness; no array has the size of all their pairs."""
+    changes = np.random.default_rng(2).random(1300)
+    edges = np.unique(np.concatenate([[0, 1], np.arange(0, 20_000, 30) / 20_000, changes]))
+    tracemalloc.start()
+    new, piece, begin, sample = contact_tables._split(edges, 20_000)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 20 * 8 * (len(edges) + 20_000)
+    assert np.array_equal(np.unique(new), np.unique(np.concatenate([edges, np.arange(20_000) / 20_000])))
+    assert np.array_equal(edges[piece] + begin, new[:-1])
+    assert new[:-1][sample >= 0] == pytest.approx(np.arange(20_000) / 20_000, abs=1e-12)
 
 
 def model(kind, omega):

@@ -45,8 +45,12 @@ def reported() -> Iterator[None]:
         yield
     except InputError as error:
         _fail(f"error: {error}", BAD_INPUT)
-    except MemoryError:
-        _fail("error: not enough memory. Ask for fewer cells, points or periods.", BAD_INPUT)
+    except MemoryError as error:
+        from gearchaos.execute.machine import gigabytes, memory
+
+        what = f"; {error}" if str(error) else ""  # NumPy says how much, and for which array
+        _fail(f"error: not enough memory, of {gigabytes(memory())} on this machine{what}. Ask for fewer cells, points "
+              "or periods.", BAD_INPUT)
     except OSError as error:
         if error.errno == errno.EPIPE:  # the reader of the pipe has ended: typer exits silently
             raise

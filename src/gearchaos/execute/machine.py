@@ -15,6 +15,11 @@ def memory() -> int:
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 33
 
 
+def gigabytes(size: int) -> str:
+    """A number of bytes in words."""
+    return f"{size / 1e9:.3g} GB"
+
+
 def max_items(item_bytes: int) -> int:
     """Largest number of items of ``item_bytes`` that fit into memory."""
     return memory() // item_bytes
@@ -24,7 +29,8 @@ def check_memory(name: str, count: int, item_bytes: int = _BYTES_PER_ITEM) -> No
     """Raise `InputError` for the field ``name`` if ``count`` items of ``item_bytes`` do not fit into memory."""
     most = max_items(item_bytes)
     if count > most:
-        raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count)
+        raise InputError(name, f"must be at most {most:,} on this machine, by its memory", count,
+                         f"They need {gigabytes(count * item_bytes)} of its {gigabytes(memory())}.")
 
 
 def cores() -> int:

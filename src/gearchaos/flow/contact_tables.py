@@ -62,7 +62,8 @@ def _split(edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.
     at its start or −1.
     """
     instants = np.arange(samples) / samples
-    near = np.abs(instants[:, None] - edges).min(axis=1) < _SAME_INSTANT
+    after = np.searchsorted(edges, instants)  # the edge at or after each instant; the last one is 1
+    near = np.minimum(edges[after] - instants, np.abs(instants - edges[after - 1])) < _SAME_INSTANT
     new = np.sort(np.concatenate([edges, instants[~near]]))
     piece = np.searchsorted(edges, new[:-1], side="right") - 1
     piece = np.minimum(piece, len(edges) - 2)
