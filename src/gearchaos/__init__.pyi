@@ -628,8 +628,8 @@ def orders(
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
     The motion is that reached from rest, or from the initial values of the gears, as `regime` classifies it. If it
-    repeats, its window does with it, and the lines are exact. Otherwise they are root mean squares over Hann windows of
-    two turns of the first wheel.
+    repeats, its window does with it, and the lines are exact, those of a force by the motion of the bodies. Otherwise
+    they are root mean squares over Hann windows of two turns of the first wheel.
 
     Parameters
     ----------
@@ -779,9 +779,10 @@ def runup(
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
         also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
         over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
-        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
-        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
-        each period; without torque the dynamic factor is NaN.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``, of each
+        mesh period ``samples`` instants; what rings faster is filtered out of the force. With ``torque`` also this over
+        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
+        the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.

@@ -37,8 +37,9 @@ FLOOR = 1e-5
 """Amplitude of lines that count as rounding errors, over that of the strongest one."""
 
 _OVERSAMPLED, _EXACT = 4, 64
-"""How many times as many instants the flow samples, of a band and of exact lines: a force that jumps by J between two
-of N instants has an error up to J/N in each line, from lines beyond those that are kept."""
+"""How many times as many instants the flow samples, of a band and of exact lines. From lines beyond those that are kept
+each line has an error: of a force that jumps by J between two of N instants up to J/N, of one by the motion with such a
+jump up to J k²/N³ in line k, since the lines of a displacement fall with the cube of their number."""
 
 _TABLE = 1 << 24  # most bytes of the step matrices of a period in one contact state, beyond which there are fewer
 _WINDOWS = 16  # in a record of a motion that does not repeat; others may last that long
@@ -112,8 +113,8 @@ class Orders(ClassifyingStudy, MeshStudy):
     """Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.
 
     The motion is that reached from rest, or from the initial values of the gears, as `regime` classifies it. If it
-    repeats, its window does with it, and the lines are exact. Otherwise they are root mean squares over Hann windows of
-    two turns of the first wheel.
+    repeats, its window does with it, and the lines are exact, those of a force by the motion of the bodies. Otherwise
+    they are root mean squares over Hann windows of two turns of the first wheel.
 
     Returns
     -------
@@ -283,7 +284,7 @@ class Orders(ClassifyingStudy, MeshStudy):
         window = self._window * longer if repeats else self._window
         flow, diverged = ExactFlow(start.flow.system, self._instants(repeats > 0)), label == Label.DIVERGED
         out = flow.advance(np.where(diverged, 0.0, verdict.w), repeats or _WINDOWS * window, sample=True)
-        signal = self._signal(start.batch, flow.system, out.samples[..., 0])
+        signal = self._signal(start.batch, flow.system, out.samples[..., 0], repeats > 0)
         signal = np.tile(signal, window // repeats if repeats else 1)
         if diverged or out.status[0] != OK:
             return motion_name(Label.DIVERGED, 0), 0, window, np.full_like(signal, np.nan)
@@ -311,10 +312,11 @@ class Orders(ClassifyingStudy, MeshStudy):
         """The line of the mesh that is looked at, in a window of this many turns."""
         return round(next(iter(self._wheels.meshes.values())) * turns)
 
-    def _signal(self, batch: Batch, system: SwitchedAffine, samples: np.ndarray) -> np.ndarray:
+    def _signal(self, batch: Batch, system: SwitchedAffine, samples: np.ndarray, repeats: bool) -> np.ndarray:
         """The mesh force, the deflection or the transmission error (N M,) at samples (N, M, d + 1) of N periods."""
         if self.quantity == "mesh force":
-            return self._forces(system, samples)
+            found = force_by_motion(system, samples[..., :-1]) if repeats else None
+            return self._forces(system, samples) if found is None else found[:, self._at]
         w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
         if self.quantity != "deflection":
             share = np.tile(np.arange(samples.shape[1]) / samples.shape[1], len(samples))
@@ -331,6 +333,35 @@ class Orders(ClassifyingStudy, MeshStudy):
         own = (k % found.turns == 0) & (k < count * found.turns)
         out[k[own] // found.turns] = factor * found.amplitude[own]
         return out
+
+
+def force_by_motion(system: SwitchedAffine, samples: np.ndarray) -> np.ndarray | None:
+    """The force of each mesh (N M, K) that moves the bodies as they move, from samples (N, M, d) of N periods after
+    which the motion repeats; None where several forces could.
+
+    Its lines F follow from those of w' = A w + f − Σ push F. Of a pair they are those of S = q − ε'' − z''.
+    """
+    (periods, _, d), contacts = samples.shape, system.contacts
+    w = samples.reshape(-1, d)
+    lines = np.fft.rfft(w, axis=0)
+    rate = 2j * np.pi * np.arange(len(lines)) / (periods * system.period[0])
+    A, forcing = system.A[0], np.zeros_like(lines)
+    forcing[0] = len(w) * system.f0[0]
+    if contacts is None:
+        pushes, rates, number = system.b[:1], np.eye(d)[1:2], np.arange(1, system.f_cos.shape[1] + 1)
+        damping = system.damping[:1] * (system.damping_law == "always")
+        waves = (system.f_cos[0] - 1j * system.f_sin[0])[:, None] * np.eye(d)[1]
+    else:
+        pushes, rates, number = contacts.pushes[0], contacts.rates, contacts.orders
+        damping, waves = contacts.damping[0] * ~contacts.in_contact, contacts.f_cos[0] - 1j * contacts.f_sin[0]
+    if np.linalg.matrix_rank(pushes) < len(pushes):
+        return None
+    forcing[number * periods] += len(w) / 2 * waves
+    for i, row in enumerate(A):  # velocities whose displacement is a coordinate
+        if np.count_nonzero(row) == 1 and row.max() == 1 and not (forcing[:, i].any() or pushes[:, i].any()):
+            lines[:, np.argmax(row)] = rate * lines[:, i]
+    free = A + pushes.T @ (damping[:, None] * rates)  # without the damping of the meshes, which is part of their force
+    return np.fft.irfft((lines @ free.T + forcing - rate[:, None] * lines) @ np.linalg.pinv(pushes), len(w), axis=0)
 
 
 orders = function_of(Orders)

@@ -73,9 +73,10 @@ class RunUp(MeshStudy):
         the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
         also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
         over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
-        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``. With
-        ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and the torque of
-        each period; without torque the dynamic factor is NaN.
+        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``, of each
+        mesh period ``samples`` instants; what rings faster is filtered out of the force. With ``torque`` also this over
+        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
+        the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.
@@ -259,10 +260,14 @@ class RunUp(MeshStudy):
         for run in self._runs.values():
             time = run.time(np.arange(run.periods + 1))
             instants.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel())
-        return variables(("direction", "instant"), {
+        found = variables(("direction", "instant"), {
             "signal_time": np.stack(instants), "signal_force": np.stack([force.ravel() for force in forces.values()]),
             "signal_speed": np.stack([np.repeat(run.speed(np.arange(run.periods + 1)), self._samples)
                                       for run in self._runs.values()])})
+        found["signal_force"].attrs["comment"] = (
+            f"Up to {self.samples // 2} times the mesh frequency: where the flow samples it more often, what is above "
+            "is filtered out, and peaks with it. More samples keep more.")
+        return found
 
     def _follow(
         self, found: Mapping[str, RunResults], journal: Journal | None, progress: bool
