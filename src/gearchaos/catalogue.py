@@ -340,7 +340,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     'edge_state': {
         'module': 'studies.saddles', 'class': 'EdgeTracking',
         'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
-        'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
+        'group': 'Bifurcations', 'needs_out': True, 'summary': 'edge',
         'axes': {},
         'options': {
             'first': {

@@ -6,7 +6,7 @@ import dataclasses
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import metadata
 from itertools import product
@@ -119,6 +119,11 @@ def motions(labels: xr.DataArray, periods: xr.DataArray) -> list[str]:
     """
     pairs = zip(labels.values.ravel().tolist(), periods.values.ravel().tolist(), strict=True)
     return [motion_name(Label(label), period) if label > 0 else "not computed" for label, period in pairs]
+
+
+def with_primes(names: Sequence[str]) -> list[str]:
+    """Names with primes that tell apart those that are the same: 4T, 4T′."""
+    return [name + "′" * list(names[:i]).count(name) for i, name in enumerate(names)]
 
 
 def model_json(model: MeshModel) -> str:

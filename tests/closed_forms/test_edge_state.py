@@ -8,6 +8,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.studies.saddles import EdgeTracking
+from tests.commands import ask, run_json
 
 SINGLE = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=2.3)
 FULL = gc.MeshModel.of(kind="full", kappa=0.5, kappa1=0.6, omega=0.7, eps1=0.06, q0=0.1)
@@ -20,6 +21,19 @@ def test_the_edge_state_of_two_coordinates_is_the_saddle_on_the_boundary():
     assert json.loads(kept.dataset().attrs["orbit"])["period"] == found.orbit.period
     saddles = gc.orbits(SINGLE, period=found.orbit.period)
     assert min(abs(o.multipliers[0] - found.orbit.multipliers[0]) for o in saddles) < 1e-8
+
+
+def test_the_command_says_which_saddle_it_is(tmp_path):
+    values = {"kind": "single", "zeta": 0.025, "q0": 0.1, "eps1": 0.05, "omega": 2.3}
+    command = ["edge-state", *(text for item in values.items() for text in ("--set", "{}={}".format(*item))),
+               "--first", "z=1.04", "--first", "z_dot=0", "--second", "z=0.28", "--second", "z_dot=0.92",
+               "--period", 5, "--out", tmp_path / "edge.nc"]
+    found, page = run_json(*command), ask(*command).stdout
+    orbit = json.loads(gc.load(tmp_path / "edge.nc").attrs["orbit"])
+    saddle = found["saddle"]
+    assert saddle == {name: orbit[name] for name in saddle} and {"period", "multipliers", "state"} <= saddle.keys()
+    assert f"a saddle of period {orbit['period']}T, unstable in 1 direction" in page
+    assert f"{orbit['multipliers'][0][0]:+.6f} +0.000000i" in page and f"z = {orbit['state']['z']:.6g}" in page
 
 
 @pytest.mark.exhaustive

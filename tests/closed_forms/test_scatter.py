@@ -45,6 +45,13 @@ def test_an_output_that_does_not_vary_has_no_indices():
     assert all(np.isnan(each).all() for each in sobol_indices(constant, constant, constant[None]))
 
 
+def test_indices_are_shares():
+    """Of few samples the estimates alone lie beyond where one input has nearly the whole effect."""
+    a, b, *mixed = probabilities(512, 2, 0, True) @ np.array([1.0, 0.01])
+    for each in sobol_indices(a, b, np.array(mixed)):
+        assert each.min() >= 0 and each.max() == 1
+
+
 def drawn(seed, count=512):
     u = probabilities(count, 2, seed, False)[0]
     return u, u.sum(axis=-1) > 1.2, np.ones(u.shape[:2], bool)

@@ -23,7 +23,7 @@ attractor_kick_point | kick_point | 1
 attractor_lyapunov_lo | lower end of its 99 % interval | omega0 | 1/s
 attractor_section_z_dot | stroboscopic velocity of the dynamic transmission error | delta*omega0 | mm/s
 attractor_up | attractor | 1
-attractor_v_rms | rms of x1' (single, train: z') | delta*omega0 | mm/s
+attractor_v_rms | rms of the velocity | delta*omega0 | mm/s
 attractors | number of attractors found | 1
 basin_entropy | basin entropy | nat
 beta1 | beta1 | 1
@@ -65,7 +65,7 @@ theta1 | theta1 | 1
 trace_error | distance of the exponents' sum from the trace | omega0 | 1/s
 transient_chaos | whether chaos came before the motion settled | 1
 uncertainty_exponent | uncertainty exponent of the boundary | 1
-v_rms | rms of x1' (single, train: z') | delta*omega0 | mm/s
+v_rms | rms of the velocity | delta*omega0 | mm/s
 v_rms_down | V_RMS after a sweep down | delta*omega0 | mm/s
 v_rms_least | least V_RMS of the attractors | delta*omega0 | mm/s
 v_rms_most | largest V_RMS of the attractors | delta*omega0 | mm/s

@@ -137,7 +137,7 @@ def test_sliders_of_gears_change_the_map_and_the_verdict_and_a_link_gives_the_sa
     assert view.gears.backlash_line_of_action == pytest.approx(60e-6)
     assert view.point.error.amplitudes[0] > 10 * FIRST.point.error.amplitudes[0]
     one.page.wait_for_selector("#legend [data-share='1.0000']", state="attached")
-    assert one.page.locator("#legend").inner_text().startswith("rms of x1' (single, train: z') V_RMS [mm/s]")
+    assert one.page.locator("#legend").inner_text().startswith("rms of the velocity V_RMS [mm/s]")
     pixels, frame, values = picture(one)
     motion = gc.regime(view.model.with_values({"speed": 400.0, "torque": 200.0}))
     scales = view.model.gears.at(torque=200.0).to_pair().scales

@@ -126,7 +126,7 @@ def test_what_lies_under_the_pointer_is_said_in_words_and_units(one):
     first_map(one, "v_rms")
     one.page.wait_for_selector("[data-share='1.0000']", state="attached")
     found = said(one, 0.7, 0.3)
-    value, unit = found["rms of x1' (single, train: z') V_RMS"].split()
+    value, unit = found["rms of the velocity V_RMS"].split()
     model = one.view.moved(float(found["ω"]), float(found["ε₁"])).point
     assert unit == "Δω₀" and float(value) == pytest.approx(gc.regime(model).v_rms, rel=0.02)
     one.after(lambda: one.choose("colour", COLOURS["motion"]))

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from gearchaos.cli.output import facts_table, print_table, unit_after
+from gearchaos.cli.output import facts_table, print_table, shown, unit_after
 from gearchaos.datasets import motions
-from gearchaos.gears.results import is_physical
+from gearchaos.gears.results import is_physical, scaled_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray as xr
+
+    from gearchaos.gears.pair import Scales
 
 
 def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
@@ -170,3 +172,31 @@ def print_skeleton(document: dict[str, Any]) -> None:
     print_table(table)
     for why, count in document["failed"].items():
         print(f"{count} events without curve: {why}")
+
+
+def edge_document(dataset: xr.Dataset, scales: Scales[float] | None) -> dict[str, Any]:
+    """The JSON document of an edge state: its saddle, None if it is not periodic, and the states on the boundary in
+    order of time; with scales in their units."""
+    states = {str(name).removeprefix("section_"): v.values.tolist() for name, v in dataset.data_vars.items()}
+    saddle, orbit = None, json.loads(dataset.attrs["orbit"])
+    if orbit is not None:
+        state = orbit["state"] if scales is None else scaled_numbers(orbit["state"], scales)[0]
+        saddle = {**{n: orbit[n] for n in ("period", "unstable", "multipliers", "residual")}, "state": state}
+    units = {name: dataset[f"section_{name}"].attrs["units"] for name in states}
+    return {"saddle": saddle, "states": states} | ({} if scales is None else {"units": units})
+
+
+def print_edge(document: dict[str, Any]) -> None:
+    """Print the saddle between two basins: its period, multipliers and first point."""
+    table, saddle, units = facts_table(), document["saddle"], document.get("units", {})
+    count = len(next(iter(document["states"].values()), ()))
+    table.add_row("edge state", "not periodic" if saddle is None else
+                  f"a saddle of period {saddle['period']}T, unstable in {saddle['unstable']} "
+                  f"direction{'s' * (saddle['unstable'] > 1)}")
+    if saddle is not None:
+        table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in saddle["multipliers"]))
+        table.add_row("first point", ", ".join(
+            f"{name} = {value:.6g} {units.get(name, '')}".rstrip() for name, value in saddle["state"].items()))
+        table.add_row("residual of the orbit", shown(saddle["residual"]))
+    table.add_row("states on the boundary", str(count))
+    print_table(table)

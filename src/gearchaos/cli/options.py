@@ -56,9 +56,10 @@ def study_option(name: str, option: dict[str, Any]) -> Any:
     """
     kind, choices = option["type"], option.get("choices")
     completed = completion.choices(*choices) if choices else _COMPLETED.get(kind)
+    repeated = " May be repeated." * (kind == "values")
     described = typer.Option(
-        f"--{name.replace('_', '-')}", help=option["help"], metavar=option.get("metavar") or _METAVARS.get(kind),
-        autocompletion=completed)
+        f"--{name.replace('_', '-')}", help=option["help"] + repeated, autocompletion=completed,
+        metavar=option.get("metavar") or _METAVARS.get(kind))
     return Annotated[_TYPES[kind] | None, described]
 
 

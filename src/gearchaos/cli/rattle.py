@@ -53,7 +53,8 @@ def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis) -> No
     for name in dataset["mesh"].values.tolist():
         one = dataset.sel(mesh=name, history="rest")
         table = plain_table(
-            axis.name, "contact", "front %", "back %", "impacts/s", "N s/s", "rms (N)", "std (N)", gap=1)
+            axis.name, "contact", "front %", "back %", "impacts/s", "impulse/s\n(N)", "rms (N)",
+            "standard\ndeviation (N)", gap=1)
         for i in rows:
             at = one.isel({axis.name: i})
             numbers = (100 * at.mesh_front_share, 100 * at.mesh_back_share, at.mesh_impacts, at.mesh_impulse,

@@ -22,7 +22,7 @@ from gearchaos.cli.output import (
     shown,
     unit_after,
 )
-from gearchaos.datasets import motions
+from gearchaos.datasets import motions, with_primes
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.pair import Scales
 from gearchaos.gears.results import is_physical, unit_of
@@ -142,7 +142,8 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
     for q in (*RESPONSES, *VERDICTS):
         if q.title and of.get(q.name) != "worst":  # the table of meshes has these
             mesh = f", {next(iter(verdict.meshes))}" if of.get(q.name) == "first" else ""
-            table.add_row(q.title + mesh, _measured(q.name, values[q.name], scales))
+            title = q.title.replace("the velocity", "z'" if loaded.model.kind in ("single", "train") else "x1'")
+            table.add_row(title + mesh, _measured(q.name, values[q.name], scales))
         if q.name == "dynamic_factor" and values[q.name] is not None:
             for name, value in beside_factors(loaded.model, factor=values[q.name]).items():
                 table.add_row(*((name, value) if verdict.meshes else ("", f"{name} {value}")))
@@ -235,17 +236,17 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
         numbers["smallest\nkick"] = "kick"
     table = plain_table("motion", "% of starts\n(95 %)", f"V_RMS{units.get('v_rms', '')}", "contact", *numbers,
                         left=("motion", "contact"))
-    for a in found["attractors"]:
+    names = with_primes([a["label"] for a in found["attractors"]])
+    for name, a in zip(names, found["attractors"], strict=True):
         share = f"{100 * a['fraction']:.1f} ({100 * a['fraction_lo']:.1f} to {100 * a['fraction_hi']:.1f})"
-        measures = (measured(a[name]) for name in numbers.values())
-        table.add_row(a["label"], share, measured(a["v_rms"]), a["contact"], *measures)
+        measures = (measured(a[number]) for number in numbers.values())
+        table.add_row(name, share, measured(a["v_rms"]), a["contact"], *measures)
     if found["undecided_fraction"]:
         table.add_row("diverged or undecided", f"{100 * found['undecided_fraction']:.1f}")
     for way in ("up", "down"):
         if f"swept_{way}" in found:
             end = found[f"swept_{way}"]
-            label = "none" if end is None else f"{found['attractors'][end]['label']}, row {end + 1}"
-            table.add_row(f"swept {way}", label)
+            table.add_row(f"swept {way}", "none" if end is None else names[end])
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
         words: list[str] = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
@@ -300,7 +301,9 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     The first line of given gears has the shares of the contact states, that of others the shares of the motions.
     """
     if "attractors" in found:
-        _print_shares("basins", [(each["label"], each["fraction"]) for each in found["attractors"]], "initial values")
+        names = with_primes([each["label"] for each in found["attractors"]])
+        _print_shares("basins", zip(names, (each["fraction"] for each in found["attractors"]), strict=True),
+                      "initial values")
         print(f"basin entropy {shown(found['basin_entropy'])} nat, "
               f"uncertainty exponent {shown(found['uncertainty_exponent'])}")
         return
@@ -382,6 +385,9 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                lambda found, content: _of("branches").print_branch(content, found.dataset)),
     "curve": (lambda found: _of("branches").curve_document(found.dataset, *(axis.name for axis in found.axes)),
               lambda found, content: _of("branches").print_curve(content, found.dataset)),
+    "edge": (lambda found: {**found.head, **_of("branches").edge_document(
+                 found.dataset, found.loaded.pair.scales if found.physical and found.loaded.pair else None)},
+             lambda _, content: _of("branches").print_edge(content)),
     "skeleton": (lambda found: {**found.head, **_of("branches").skeleton_document(found.dataset)},
                  lambda found, content: _of("branches").print_skeleton(content)),
     "rattle": (lambda found: {**found.head, **_of("rattle").rattle_document(found.plain, found.axes[0])},

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
+from gearchaos.datasets import with_primes
 from gearchaos.errors import InputError
 from gearchaos.gears.results import unit_in
 from gearchaos.plot._datasets import Dims, check, keeps_data
@@ -132,7 +133,7 @@ def attractor_names(ds: xr.Dataset) -> list[str]:
     kinds = motion_class(ds["attractor_label"], ds["attractor_period"])
     periods = ds["attractor_period"].values
     plain = [f"{n}T" if k <= _SUBHARMONIC else MOTION_CLASSES[k].name for k, n in zip(kinds, periods, strict=True)]
-    return [name + "′" * plain[:i].count(name) for i, name in enumerate(plain)]
+    return with_primes(plain)
 
 
 def attractor_colours(ds: xr.Dataset) -> list[str]:

@@ -155,8 +155,8 @@ COORDINATES: tuple[Quantity, ...] = (
 rotations of the wheels as arc lengths x on the base circles, and the displacements y of their centres."""
 
 RESPONSES: tuple[Quantity, ...] = (
-    _velocity("v_rms", "rms of x1' (single, train: z')", symbol="V_RMS", tex=r"V_\mathrm{RMS}",
-              title="V_RMS, rms of x1' (single, train: z')"),
+    _velocity("v_rms", "rms of the velocity", symbol="V_RMS", tex=r"V_\mathrm{RMS}",
+              title="V_RMS, rms of the velocity"),
     _length("z_rms", "rms of z about its mean", title="rms of z"),
     _length("z_peak_to_peak", "peak to peak of z", title="peak to peak of z"),
     _velocity("z_dot_rms", "rms of z'"),

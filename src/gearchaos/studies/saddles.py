@@ -185,6 +185,7 @@ class EdgeTracking(ClassifyingStudy, WholeStudy):
     rank: ClassVar[int] = 11
     group: ClassVar[str] = "Bifurcations"
     needs_out: ClassVar[bool] = True
+    summary: ClassVar[str] = "edge"
     returns: ClassVar[str] = "EdgeState"
     model_words: ClassVar[str] = "The operating point."
     default_settings: ClassVar[Classification] = SINGLE_MOTION

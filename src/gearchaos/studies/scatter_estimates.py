@@ -62,7 +62,7 @@ def sobol_indices(a: np.ndarray, b: np.ndarray, mixed: np.ndarray) -> tuple[np.n
     from B, (k, R, n).
 
     The first order is that of Saltelli, the total one that of Jansen (Saltelli et al., Comput. Phys. Commun. 181 (2010)
-    259, table 2, b and f). NaN for an output that does not vary.
+    259, table 2, b and f), both within 0 and 1, as shares are. NaN for an output that does not vary.
     """
     centre = (a.mean() + b.mean()) / 2
     a, b, mixed = a - centre, b - centre, mixed - centre
@@ -74,7 +74,7 @@ def sobol_indices(a: np.ndarray, b: np.ndarray, mixed: np.ndarray) -> tuple[np.n
         variance = square - mean**2
         return _ratio(part, np.broadcast_to(np.where(variance > 1e-14 * square, variance, 0.0), part.shape))
 
-    one, all_of_it = (jackknife(over_variance, each, square, mean) for each in (first, total))
+    one, all_of_it = (np.clip(jackknife(over_variance, each, square, mean), 0.0, 1.0) for each in (first, total))
     return one, all_of_it
 
 

@@ -5,6 +5,8 @@ import pytest
 
 import gearchaos as gc
 from gearchaos import plot
+from gearchaos.cli.summaries import print_attractors
+from gearchaos.datasets import with_primes
 from gearchaos.gears.geometry.root_stress import root_stress
 from gearchaos.gears.operating import gears_from_json
 from gearchaos.gears.units import measured
@@ -100,3 +102,16 @@ def test_pictures_of_maps_of_gears_show_contact():
     dimensionless = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:3", "eps1=0:0.3:3")
     image = np.asarray(plot.result(dimensionless).axes[0].images[0].get_array())
     np.testing.assert_array_equal(image, plot.motion_class(dimensionless.label, dimensionless.period))
+
+
+def test_motions_of_the_same_kind_are_told_apart(capsys):
+    model = gc.MeshModel.of(kind="single", omega=0.7, q0=0.1, eps1=0.05)
+    print_attractors(gc.attractors(model, starts=16, sweep="omega=0.6:0.8:2"), model)
+    rows = [line.split()[0] for line in capsys.readouterr().out.splitlines() if line.startswith("1T")]
+    assert rows == ["1T", "1T′"]
+    assert with_primes(["4T", "chaotic", "4T", "4T"]) == ["4T", "chaotic", "4T′", "4T′′"]
+
+
+@pytest.mark.parametrize(("kind", "velocity"), [("torsional", "x1'"), ("single", "z'")])
+def test_the_velocity_is_that_of_the_model(kind, velocity):
+    assert f"V_RMS, rms of {velocity}  " in ask("regime", "--set", f"kind={kind}").stdout
