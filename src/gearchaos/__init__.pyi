@@ -776,13 +776,13 @@ def runup(
         Over ``order`` too ``order_force``, the amplitude of the mesh force at the orders of the turn of the first
         wheel, the root mean square over windows of two turns, of a train of as many as its periods need. Over ``jump``
         ``speed_of_jump``, ``direction_of_jump``, ``factor_before_jump`` and ``factor_after_jump``: where the range of
-        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after. With ``events``
-        also ``event_kind`` and ``event_speed``: the event that ends the branch of the motion before the jump, followed
-        over the speed at the torque there; the speed is NaN where there is none, and the kind says why. With ``signal``
-        also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over ``direction`` and ``instant``, of each
-        mesh period ``samples`` instants; what rings faster is filtered out of the force. With ``torque`` also this over
-        ``direction`` and ``speed``. The static force is that at the speed and the torque of each period; without torque
-        the dynamic factor is NaN.
+        the mesh force in a period suddenly changes by a quarter or more, and is steady before or after; ``clear_jump``,
+        whether it is both. With ``events`` also ``event_kind`` and ``event_speed``: the event that ends the branch of
+        the motion before the jump, followed over the speed at the torque there; the speed is NaN where there is none,
+        and the kind says why. With ``signal`` also ``signal_time``, s, ``signal_force`` and ``signal_speed``, rpm, over
+        ``direction`` and ``instant``, of each mesh period ``samples`` instants; what rings faster is filtered out of
+        the force. With ``torque`` also this over ``direction`` and ``speed``. The static force is that at the speed and
+        the torque of each period; without torque the dynamic factor is NaN.
 
         Of a train they are those of one mesh, which the coordinate ``mesh`` names. The attribute ``status`` is "ok", or
         says at what speed the motion diverged; ``mesh_order`` is the order of the mesh.

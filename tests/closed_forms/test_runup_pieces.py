@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.cli.runup import print_runup, runup_document
 from gearchaos.studies import runup, runup_results
 from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
 from gearchaos.studyfile import load_study
@@ -143,12 +144,13 @@ def test_the_event_of_a_jump_is_that_of_the_branch(monkeypatch):
     assert f"fold at {fold:.5g} rpm" in " ".join(said.split()) and max(map(len, said.splitlines())) <= 80
 
 
-def event_after(speed, jump, before=3.0):
+def event_after(speed, jump, before=3.0, period=500, width=10):
     """What is found for a motion that has settled from rest at a speed and is to end at the jump."""
     model = MODEL.with_values({"speed": speed})
     motion = gc.simulate(model, periods=1, transient=3000)
     w = np.array([motion.section_z.item(-1), motion.section_z_dot.item(-1)])
-    return find_event(Jump(500, 10, jump, before, 2 * before), 0, 0, lambda _: (model, w, ("z", "z_dot")))
+    return find_event(
+        Jump(period, width, jump, before, 2 * before, True), 0, 0, lambda _: (model, w, ("z", "z_dot")))
 
 
 def test_without_an_end_of_the_branch_or_from_a_chaotic_motion_there_is_no_event():
@@ -157,3 +159,24 @@ def test_without_an_end_of_the_branch_or_from_a_chaotic_motion_there_is_no_event
     for found, expected in ((event_after(1000.0, 1010.0), GOES_ON),
                             (event_after(1550.0, 1580.0, there.dynamic_factor), NOT_PERIODIC)):
         assert found[0] == expected and math.isnan(found[1])
+
+
+def test_the_motion_before_a_jump_at_the_beginning_of_a_run_is_taken_soon_before_it():
+    assert event_after(1000.0, 1010.0, period=15)[0] == GOES_ON
+
+
+def test_jumps_are_printed_by_their_size_and_the_others_in_one_line(capsys):
+    values = {"speed_of_jump": [1400.0, 1500.0, 1600.0, 1700.0, 1800.0],
+              "factor_before_jump": [2.0, 2.0, 9.0, 8.0, 2.0],
+              "factor_after_jump": [3.0, 4.0, 8.0, 3.0, 2.5], "clear_jump": [True, True, False, False, True],
+              "event_kind": ["fold", NOT_PERIODIC, NOT_PERIODIC, NOT_PERIODIC, GOES_ON],
+              "event_speed": [1405.0, *[math.nan] * 4]}
+    found = gc.runup(MODEL.gears, "speed=1240:1260", 0.3).drop_dims("jump", errors="ignore").assign(
+        {name: ("jump", each) for name, each in {**values, "direction_of_jump": ["up"] * 5}.items()})
+    document = runup_document(found, None)
+    print_runup(found, document, MODEL)
+    said = " ".join(capsys.readouterr().out.split())
+    assert ("jumps of the dynamic factor at 1500 rpm (2 to 4): not from a branch, the motion before is not periodic; "
+            "1400 rpm (2 to 3): fold at 1405 rpm; 1800 rpm (2 to 2.5): the branch before goes on "
+            "2 more, from or to a motion that is not steady: 1600 to 1700 rpm") in said
+    assert [jump.get("why") for jump in document["jumps"]][::4] == [None, "the branch before goes on"]

@@ -11,7 +11,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.units import measured
 from gearchaos.studies.beside_factors import root_in_result, words_beside
 from gearchaos.studies.measured_runup import compared_orders, comparison_words
-from gearchaos.studies.runup_jumps import GOES_ON, response_peaks
+from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, response_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,13 +20,15 @@ if TYPE_CHECKING:
 def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, Any]:
     """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each
     direction; beside what was measured ``over`` it the largest amplitudes of both at mesh orders."""
-    jumps = [{"speed": speed, "direction": way, "from": before, "to": after} for speed, way, before, after in zip(
-        *(dataset[n].values.tolist() for n in ("speed_of_jump", "direction_of_jump", "factor_before_jump",
-                                               "factor_after_jump")), strict=True)]
+    names = {"speed": "speed_of_jump", "direction": "direction_of_jump", "from": "factor_before_jump",
+             "to": "factor_after_jump", "clear": "clear_jump"}
+    jumps = [dict(zip(names, row, strict=True)) for row in zip(
+        *(dataset[n].values.tolist() for n in names.values()), strict=True)]
     if "event_kind" in dataset:
         for jump, kind, speed in zip(
                 jumps, *(dataset[n].values.tolist() for n in ("event_kind", "event_speed")), strict=True):
-            jump["event"] = None if math.isnan(speed) else {"kind": kind, "speed": speed}
+            jump |= ({"event": None, "why": _WHY[kind]} if math.isnan(speed) else
+                     {"event": {"kind": kind, "speed": speed}})
     peaks, ways = [], {}
     for way in dataset["direction"].values.tolist():
         one = dataset.sel(direction=way)
@@ -57,16 +59,21 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
             parts.insert(0, f"{largest}, at {most['speed']:.5g} rpm")
         kept = [] if any(states[name] for name in words) else ["contact is kept"]
         print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
-        jumps = [f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(dataset, i, j)}"
-                 for i, j in enumerate(content["jumps"]) if j["direction"] == way]
-        if jumps:
-            print_wrapped(f"  jumps of the dynamic factor at {'; '.join(jumps)}")
+        own = [jump for jump in content["jumps"] if jump["direction"] == way]
+        clear = sorted((jump for jump in own if jump["clear"] or jump.get("event")), key=_size, reverse=True)
+        if clear:
+            print_wrapped("  jumps of the dynamic factor at " + "; ".join(
+                f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(j)}" for j in clear))
+        others = [jump["speed"] for jump in own if jump not in clear]
+        if others:
+            print_wrapped(f"  {len(others)} {'more' if clear else 'changes'}, from or to a motion that is not steady: "
+                          f"{edges_in_words(min(others), max(others))} rpm")
     if content["status"] != "ok":
         print_wrapped(content["status"])
     step = float(dataset["speed"][:2].diff("speed").sum())
     print_wrapped(f"dynamic factor: {', '.join(words_beside(dataset, 'dynamic_factor'))}; the largest in each "
                  f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are changes of the force's range "
-                 f"by a quarter or more, from or to a steady motion.{_steps_of_train(model)}")
+                 f"by a quarter or more from one steady motion to another, the largest first.{_steps_of_train(model)}")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:
@@ -84,14 +91,22 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         print_table(table)
 
 
-def _cause(dataset: xr.Dataset, index: int, jump: Mapping[str, Any]) -> str:
+def _size(jump: Mapping[str, Any]) -> float:
+    """By how much the dynamic factor changes, as the logarithm of its ratio; 0 where it is not known."""
+    ratio = jump["to"] / jump["from"] if jump["from"] else math.nan
+    return abs(math.log(ratio)) if 0 < ratio < math.inf else 0.0
+
+
+def _cause(jump: Mapping[str, Any]) -> str:
     """The event that ends the branch of the motion before a jump, in words, if it was looked for."""
     if "event" not in jump:
         return ""
-    if jump["event"] is not None:
-        return f": {jump['event']['kind']} at {jump['event']['speed']:.5g} rpm"
-    why = dataset["event_kind"].values[index]
-    return ": the branch before goes on" if why == GOES_ON else ": not from a branch, the motion before is not periodic"
+    event = jump["event"]
+    return f": {event['kind']} at {event['speed']:.5g} rpm" if event else f": {jump['why']}"
+
+
+_WHY = {GOES_ON: "the branch before goes on", NOT_PERIODIC: "not from a branch, the motion before is not periodic"}
+"""Why a jump has no event."""
 
 
 def _steps_of_train(model: Any) -> str:

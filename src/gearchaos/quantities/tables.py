@@ -245,6 +245,7 @@ RESULTS: tuple[Quantity, ...] = (
     Quantity("direction_of_jump", long_name="direction of the run with the jump"),
     Quantity("factor_before_jump", long_name="dynamic factor before the jump"),
     Quantity("factor_after_jump", long_name="dynamic factor after the jump"),
+    Quantity("clear_jump", long_name="whether the motion is steady before and after the jump"),
     Quantity("signal_time", "t", "t", long_name="time", unit="s"),
     Quantity("signal_force", long_name="mesh force", unit="c0*delta", physical=_FORCE),
     Quantity("signal_speed", long_name="speed of wheel 1", unit="rpm"),

@@ -41,6 +41,7 @@ class Jump(NamedTuple):
     speed: float  # rpm
     before: float  # largest dynamic factors
     after: float
+    clear: bool  # whether the range is steady on both sides
 
 
 def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray]) -> list[Jump]:
@@ -73,8 +74,11 @@ def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray])
         near = slice(middle_of - width // 2, middle_of + width // 2)  # between the two windows
         k = near.start + int(np.argmax(np.abs(np.diff(level[near]))))
         sides = (slice(max(0, near.start - width), near.start), slice(middle_of + width, middle_of + 2 * width))
-        factors = (float(np.fmax.reduce(factor[side])) for side in sides)  # when the transient is over
-        out.append(Jump(int(groups[k]), width * size, float(changing[0][k]), *factors))
+        was, becomes = (float(np.fmax.reduce(factor[side])) for side in sides)  # when the transient is over
+        spread = high - low
+        settled = spread[middle_of + width : middle_of + 2 * width + 1].min()  # when the transient is over
+        clear = max(spread[middle_of - width], settled) < math.log(_JUMP)
+        out.append(Jump(int(groups[k]), width * size, float(changing[0][k]), was, becomes, bool(clear)))
         change[max(0, middle_of - 3 * width) : middle_of + width] = 0.0
     return sorted(out)
 
@@ -87,13 +91,12 @@ def find_event(
 
     ``before`` gives for a period the model at its speed and torque, the state (d,) at its start, and the names of that.
     A run passes the end of a branch before it jumps. So the motion is taken ever earlier, but not before the period
-    ``earliest``, until it is on a branch; unless it is not periodic but stays as large as it was, by the force of the
-    ``mesh`` with this number.
+    ``earliest``, of a jump soon after it a width before the jump, until it is on a branch; unless it is not periodic
+    but stays as large as it was, by the force of the ``mesh`` with this number.
     """
-    why = NOT_PERIODIC
-    for period in (jump.period - jump.width * widths for widths in _EARLIER):
-        if period < earliest:
-            break
+    why, periods = NOT_PERIODIC, [jump.period - jump.width * widths for widths in _EARLIER]
+    known = [period for period in periods if period >= earliest]
+    for period in known or [max(earliest, jump.period - jump.width)]:
         model, w, names = before(period)
         family = ParameterFamily(model, ("speed",), names)
         start = as_initial_values(family, family.start[None], w[None, None])

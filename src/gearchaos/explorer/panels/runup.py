@@ -86,9 +86,11 @@ def run_up_text(found: xr.Dataset, name: str) -> RunUpText:
     lines = [(WAYS[way][0], WAYS[way][1] == "--", WAYS[way][2]) for way in ways]
     sentences = [] if found.attrs["status"] == "ok" else [f"The run {found.attrs['status']}."]
     for way in ways:
-        speeds = found["speed_of_jump"].values[found["direction_of_jump"].values == way]
-        if len(speeds):
-            sentences.append(f"Jumps, {WAYS[way][2]}: {', '.join(f'{speed:.0f}' for speed in speeds)} rpm.")
+        own = found.isel(jump=found["direction_of_jump"].values == way)
+        for words, clear in (("Jumps", True), ("Changes from or to a motion that is not steady", False)):
+            speeds = own["speed_of_jump"].values[own["clear_jump"].values == clear]
+            if len(speeds):
+                sentences.append(f"{words}, {WAYS[way][2]}: {', '.join(f'{speed:.0f}' for speed in speeds)} rpm.")
     return RunUpText(lines, _MARK, [*sentences, *words_beside(found, name)])
 
 
