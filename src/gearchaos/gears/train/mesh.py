@@ -164,7 +164,8 @@ class Mesh:
     backlash : length
         Total, along the line of action.
     error_amplitudes, error_phases : list of length, list of angle
-        Static transmission error e(t) = Σ e_j cos(j ψ − θ_j), ψ the phase of the mesh cycle.
+        Static transmission error e(t) = Σ e_j cos(j ψ − θ_j), ψ the phase of the mesh cycle; teeth touch later where it
+        is positive.
     eccentricity, eccentricity_phases : two lengths, two angles
         Distance of the axis of each toothing from its axis of rotation: e(t) has E cos(ψ_w − phase) too, ψ_w the angle
         of the wheel.

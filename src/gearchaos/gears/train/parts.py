@@ -120,7 +120,8 @@ class _Order:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionOrder(_Order):
-    """A prescribed angular acceleration, or angle, beside the uniform rotation."""
+    """A prescribed angular acceleration, or angle, beside the uniform rotation, in the body's own sense of rotation:
+    amplitude × cos(order Ω t + phase), Ω the speed of the first body."""
 
     acceleration: Any = field(default=None, metadata=read_by(one(units.ANGULAR_ACCELERATION)))
     angle: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
@@ -134,7 +135,7 @@ class MotionOrder(_Order):
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueOrder(_Order):
-    """A torque that varies, in the body's own sense of rotation."""
+    """A torque amplitude × cos(order Ω t + phase) in the sense in which the body turns, Ω that of the first."""
 
     amplitude: Any = field(metadata=read_by(one(units.TORQUE)))
 
@@ -209,7 +210,8 @@ class Body:
         In place of ``torque``: lists ``speed`` and ``torque`` of a drag or load that depends on the steady speed of the
         body. Oscillations do not change it; ``damping`` acts on these.
     torque_orders : list of TorqueOrder or tables
-        With ``order``, ``amplitude`` and ``phase``.
+        With ``order``, ``amplitude`` and ``phase``: amplitude × cos(order Ω t + phase). The phase leads, where those of
+        transmission errors and stiffnesses lag.
     damping : torque time
         Of deviations from uniform rotation, to the housing.
     mass : mass, optional
