@@ -45,7 +45,7 @@ def test_help_lists_the_commands_in_groups():
     studies = {group: [kind.replace("_", "-") for kind, study in STUDIES.items() if study["group"] == group]
                for group in ("Gears", "Motions", "Bifurcations")}
     assert listed[1:] == [
-        ("Gears", ["gear", "map", "assess", *studies["Gears"]]), ("Motions", [*studies["Motions"], "explore"]),
+        ("Gears", ["gear", "map", "assess", "modes", *studies["Gears"]]), ("Motions", [*studies["Motions"], "explore"]),
         ("Bifurcations", studies["Bifurcations"]), ("Runs", ["run", "finish", "info", "plot", "export", "check"]),
         ("Proof", ["prove-chaos", "verify", "script", "paper"]), ("Install", ["examples", "warmup", "doctor"])]
     assert max(map(len, text.splitlines())) <= 80
