@@ -63,8 +63,8 @@ def check_target(field: str, path: Path) -> None:
         raise InputError(field, "must lie in an existing folder", str(path), advice)
 
 
-def read_bytes(path: Path, most: int = -1) -> bytes:
-    """The content of a regular file.
+def read_bytes(path: Path, most: int = -1, cut: bool = False) -> bytes:
+    """The content of a regular file, with ``cut`` its first ``most`` bytes.
 
     Raises OSError if the file cannot be read, if it has more than ``most`` bytes (no limit if that is negative), or if
     it is not a regular file: reading a pipe or a device might never end.
@@ -73,7 +73,7 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # opening a folder raises a clear error below
         raise OSError(errno.EINVAL, f"It is {NOT_REGULAR}", str(path))
     with path.open("rb") as file:
-        content = file.read(most + 1 if most >= 0 else most)
+        content = file.read(most + 1 if most >= 0 and not cut else most)
     if 0 <= most < len(content):
         raise OSError(errno.EFBIG, f"It has more than {most:,} bytes", str(path))
     return content

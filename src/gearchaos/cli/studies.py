@@ -191,6 +191,10 @@ def runup(
                                   "amplitude, or time, speed and force, .csv or .uff.")
     ] = None,
     column: Column = None,
+    sampling_rate: Annotated[
+        str | None, typer.Option(metavar="FREQUENCY", help="Samples a second of a measured signal without a time: "
+                                 "25.6 kHz.")
+    ] = None,
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
@@ -228,14 +232,16 @@ def runup(
         from gearchaos.sound import check_sound
 
         check_sound((1 + study.down) * study.duration)
-    if against is None and column:
-        raise InputError("--column", "needs --against", column[0])
+    for option, value in {"--column": column, "--sampling-rate": sampling_rate}.items():
+        if against is None and value:
+            raise InputError(option, "needs --against", value)
     bench = None
     if against is not None:
         from gearchaos.studies.measured_runup import read_measured_runup
 
         headers = dict(text.partition("=")[::2] for text in column or [])
-        bench = read_measured_runup(against, study.mesh_order, (study.speed.start, study.speed.stop), headers or None)
+        bench = read_measured_runup(against, study.mesh_order, (study.speed.start, study.speed.stop), headers or None,
+                                    None if sampling_rate is None else parse_value(sampling_rate))
         for note in bench.notes:
             say(note)
     journal = None if out is None or study.signal else Path(f"{out}.part")  # the signal is not kept

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from gearchaos.gears import units
+from gearchaos.gears.tables import Column
 
 MeasuredQuantity = Literal["mesh force", "deflection", "transmission error", "acceleration"]
 
@@ -30,3 +31,9 @@ MEASURED: dict[MeasuredQuantity, Measured] = {
         units.LENGTH, r"\bd?te\b|error|fehler|abweich", "order_transmission_error", 1.0, "1 µm"),
     "acceleration": Measured(units.ACCELERATION, "accel|beschleunig", "order_acceleration", 1e-6, "1 µm/s²"),
 }
+
+
+def other_quantities(of: MeasuredQuantity, advice: str) -> tuple[tuple[Column, str], ...]:
+    """Columns of quantities with other units, and the advice for each, with its name in place of {0}."""
+    return tuple((Column(name, {each.dimension: 1.0}), advice.format(name)) for name, each in MEASURED.items()
+                 if each.dimension is not MEASURED[of].dimension)

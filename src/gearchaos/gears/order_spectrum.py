@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.gears.measured_quantities import MEASURED, MeasuredQuantity
-from gearchaos.gears.tables import SPEED, Column, read_table
+from gearchaos.gears.measured_quantities import MEASURED, MeasuredQuantity, other_quantities
+from gearchaos.gears.tables import SPEED, TIME, Column, read_table
 from gearchaos.quantities import quantity
 from gearchaos.validation import MAX_HARMONICS
 
@@ -18,6 +18,10 @@ _RMS, _RANGE = r"\brms\b|\beff", "peak to peak"
 # the peak value over what a column has, words in its header beside those of the kind, and words of other columns
 _COLUMNS = {"amplitude": (1.0, "", f"{_RMS}|{_RANGE}|phase"), "rms": (math.sqrt(2), _RMS, ""),
             _RANGE: (0.5, _RANGE, "")}
+_OF_SIGNAL = ("This is a signal over the time. gearchaos runup --against compares it with a computed run-up, and "
+              "gearchaos orders has computed lines. A fit needs the amplitudes of orders over the speed.")
+ORDER = Column("order", aliases=("ordnung", "orders"), instead=((TIME, _OF_SIGNAL),))
+"""Of the turn of wheel 1."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +76,10 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: float, co
     """
     dimension, words = MEASURED[of].dimension, MEASURED[of].words
     advice = "A column 'amplitude' has peak values, 'rms' root mean squares. Units stand in the header or in columns."
-    kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice)
+    others = other_quantities(of, "Say what was measured: --of {0!r}, in Python quantity={0!r}.")
+    kinds = [Column(name, {dimension: 1.0}, words=own or words, other=other, advice=advice, instead=others)
              for name, (_, own, other) in _COLUMNS.items()]
-    order = Column("order", aliases=("ordnung", "orders"))
-    table = read_table(path, ((SPEED,), (order,), kinds), field=field, chosen=columns)
+    table = read_table(path, ((SPEED,), (ORDER,), kinds), field=field, chosen=columns, by_option=True)
     kind = next(name for name in _COLUMNS if name in table.columns)
     values, orders = table.columns[kind] * _COLUMNS[kind][0], table.columns["order"]
     *_, least, most = quantity("speed").range or (0.0, math.inf)

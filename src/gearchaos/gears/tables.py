@@ -1,8 +1,8 @@
 """Tables from files as programs export them: the columns that are asked for, in SI, from a header with names and units.
 
 Read are text in UTF-8, UTF-16 with a byte order mark or Windows-1252, whatever the separator and the frame,
-workbooks, and signals and spectra in the Universal File Format. What could be read in two ways is refused with the
-number of its line. What was taken by its meaning is said in a note.
+workbooks, MAT-files, and signals and spectra in the Universal File Format. What could be read in two ways is refused
+with the number of its line. What was taken by its meaning is said in a note.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ import numpy as np
 from gearchaos.errors import InputError, missing_package, unknown_name
 from gearchaos.files import read_bytes
 from gearchaos.gears import units
+from gearchaos.gears.file_kinds import HEAD, is_mat, no_table
+from gearchaos.gears.mat_tables import mat_rows
 from gearchaos.gears.uff_tables import is_uff, uff_rows
 
 MOST_BYTES = 4_000_000  # largest size of a file
@@ -29,7 +31,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
 # a number that may have a decimal comma or a comma between thousands, such as "1,250"
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
-_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces", "": "columns of a workbook"}
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces", "": "columns"}
 _COMMENT = re.compile(r"^\s*#.*|\s#(?:\s.*|$)")
 # how headers are told apart where spaces separate: by two spaces, by words with their units, or by units
 _WAYS = (re.compile(r"\S+(?:\s\S+)*"), re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?"),
@@ -60,10 +62,16 @@ class Column:
     words: str = ""
     other: str = ""
     advice: str = ""
+    instead: tuple[tuple[Column, str], ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """A unit that it may have; empty for a pure number."""
+        return next((each.example.split(maxsplit=1)[1] for each in self.scales), "")
 
     @property
     def example(self) -> str:
-        return f"{self.name} [{next(iter(self.scales)).example.split(maxsplit=1)[1]}]" if self.scales else self.name
+        return f"{self.name} [{self.unit}]" if self.scales else self.name
 
     @property
     def names(self) -> set[str]:
@@ -87,6 +95,11 @@ class Column:
     def may_be(self, name: str, unit: str) -> bool:
         """Whether a header has a unit of this column, and no name of something else."""
         return self.fits(unit) and not (self.other and re.search(self.other, _plain(name)))
+
+    def is_meant(self, name: str, unit: str) -> bool:
+        """Whether a header has its name, or its unit with no name or one of its words."""
+        return bool(name and _plain(name) in self.names) or bool(
+            self.words and self.may_be(name, unit) and (not name or re.search(self.words, _plain(name))))
 
 
 SPEED = Column("speed", {units.SPEED: 1.0}, ("n", "n1", "drehzahl", "rotational speed"), r"speed|drehzahl|\brpm\b")
@@ -121,12 +134,15 @@ class Table:
 def read_table(
     path: str | Path, groups: Sequence[Sequence[Column]], *, field: str = "table",
     chosen: Mapping[str, str] | None = None, increasing: bool = False, jumps: bool = False, most: int = MOST_BYTES,
+    by_option: bool = False,
 ) -> Table:
     """Read a table from a regular file of at most ``most`` bytes.
 
-    The header is the row above the first row with two numbers or more, and whatever is above it is left out. It may be
-    a comment, which begins with ``#``, and may have its units in a row of their own. The cells are separated by what
-    makes such a header: semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``.
+    The header is the first row above one with two numbers or more that has a name or a unit of these columns, or one
+    that is chosen, else the first such row, and whatever is above it is left out. It may be a comment, which begins
+    with ``#``, and may have its units in a row of their own. The cells are separated by what makes such a header:
+    semicolons, else tabs, commas, or spaces; or by that of a first line ``sep=;``. Where there is none, the columns are
+    "column 1", "column 2", … and must be chosen.
 
     A header is a name, followed by its unit: ``roll angle [deg]``, ``stiffness (N/um)``, ``φ / °``, ``order``. Of each
     group the one column is taken that ``chosen`` names, else the one with a known name, else the one by whose words and
@@ -134,34 +150,40 @@ def read_table(
     unless all of them could be commas between thousands ("1,250").
 
     ``chosen`` are headers in the file by the names of columns. They may be without their unit, or with another one,
-    which then holds. With ``increasing`` the numbers of the first group must increase; with ``jumps`` two of its rows,
-    but not more, may be equal: the values before and after a jump.
+    which then holds; ``by_option`` says that an option of commands chooses them, not a file. With ``increasing`` the
+    numbers of the first group must increase; with ``jumps`` two of its rows, but not more, may be equal: the values
+    before and after a jump.
 
     Raises `InputError` for a file that cannot be read, and with the number of the line for a row that has not as many
     cells as the header, and for anything that is missing, ambiguous or not a finite number.
     """
     columns = [column for group in groups for column in group]
-    cells = _cells(path, field, columns, most)
-    if any(map(_is_number, cells.header)):
-        raise cells.error("must be a header with names and units", cells.header,
-                          f"Write a first line with names such as {', '.join(c.example for c in columns)}.")
+    cells = _cells(path, field, columns, most, chosen or {}, by_option)
+    if cells.bare and not chosen:
+        raise cells.error("must be a header with names and units", cells.rows[0][1] if cells.rows else cells.header,
+                          f"Write a first line with names such as {', '.join(c.example for c in columns)}."
+                          f" {cells.choose(columns[0], 'column 1')} {_advice(groups)}".rstrip())
     choices = _choices(cells, columns, chosen or {})
-    found = [_column(cells, group, choices) for group in groups]
+    options = [_column(cells, group, choices) for group in groups]
+    if missing := [group for group, option in zip(groups, options, strict=True) if option is None]:
+        raise _missing(cells, missing, [option[1] for option in options if option is not None])
+    found = [option for option in options if option is not None]
     for _, i, _ in found:
         if len(same := [column.name for column, other, _ in found if i == other]) > 1:
             raise cells.error(f"must say whether this is {' or '.join(same)}", cells.header[i],
-                              _choose(found[0][0], cells.header[i]))
+                              cells.choose(found[0][0], cells.header[i]))
     if not cells.rows:
         raise cells.error("must have rows of numbers below the header", cells.header)
     numbers = _numbers(cells, [i for _, i, _ in found])
     factors = []
-    for column, _, unit in found:
+    for column, i, unit in found:
         if (factor := column.factor(unit)) is None:
             rule = f"must have no unit for {column.name}, a pure number" if not column.scales else (
                 f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}" if unit else
                 f"must say the unit of {column.name}")
+            how = "" if unit or not column.scales else f" {cells.choose(column, cells.header[i])}"
             raise cells.error(rule, unit, f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. "
-                              f"{column.example}.".lstrip())
+                              f"{column.example}.{how}".lstrip())
         factors.append(factor)
     taken, notes = [i for _, i, _ in found], tuple[str, ...]()
     rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]
@@ -184,39 +206,63 @@ _Rows = list[tuple[int, list[str]]]  # the cells of rows, each with its line
 
 @dataclass(frozen=True)
 class _Cells:
-    """The texts of a table: the cells of its header, also as names and units, its line, and rows with as many cells."""
+    """The texts of a table: the cells of its header, also as names and units, its line, and rows with as many cells.
+
+    ``bare`` says that the file has no header; ``by_option`` is as in `read_table`.
+    """
 
     path: str
     line: int
     header: list[str]
     named: list[tuple[str, str]]
     rows: _Rows
+    bare: bool
+    by_option: bool
 
     def error(self, rule: str, value: object, advice: str = "") -> InputError:
         return _line_error(self.path, self.line, rule, value, advice)
 
+    def choose(self, column: Column, header: str) -> str:
+        """How to choose a header for a column, with a unit if it has none and needs one."""
+        name = _plain(column.name).replace(" ", "_")
+        if column.scales and not _name_and_unit(header, [column])[1]:
+            header = f"{header} [{column.unit}]"
+        if self.by_option:
+            return f'To choose, give --column {name}="{header}", in Python columns={{"{name}": "{header}"}}.'
+        return f"To choose, write columns = {{ {name} = {header!r} }} beside the file."
 
-def _cells(path: Any, field: str, columns: Sequence[Column], most: int) -> _Cells:
+
+def _cells(path: Any, field: str, columns: Sequence[Column], most: int, chosen: Mapping[str, str],
+           by_option: bool) -> _Cells:
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)
-    try:
-        content = read_bytes(Path(path), most)
-    except (OSError, ValueError) as error:  # ValueError for a path with a null character
-        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
-        raise InputError(field, "must be a file that can be read", str(path), why) from None
-    shown = f"{path}, as a table" if is_uff(content) else str(path)  # that has no lines of its own
+    if what := no_table(_bytes(path, field, HEAD, cut=True)):
+        raise InputError(field, "must be a table: text, a workbook, .uff or .mat", str(path), what)
+    content = _bytes(path, field, most)
+    shown = f"{path}, as a table" if is_uff(content) or is_mat(content) else str(path)  # that has no lines of its own
     grids = _grids(str(path), content, field)
     if not any(grids.values()):
         raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
-    # the row without numbers above the first one with two or more, by the first separator that gives one
-    separator, first = next((
-        (separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows[1:])
-        if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header := _trimmed(rows[i][1]))
-        and not any(map(_is_number, header))), (None, 0))
-    if separator is None:  # no row of numbers fits: the first row says what is wrong
-        separator = next(s for s, rows in grids.items() if rows and (len(rows[0][1]) > 1 or s in (" ", "")))
+    # rows without numbers above one with two or more: the first of them with a name or a unit that is sought
+    fitting = [(separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows[1:])
+               if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header := _trimmed(rows[i][1]))
+               and not any(map(_is_number, header))]
+    found = next((each for each in fitting if _has_sought(grids[each[0]][each[1]][1], columns, chosen)),
+                 fitting[0] if fitting else None)
+    bare = found is None and not any(
+        _has_sought(cells, columns, chosen) for rows in grids.values() for _, cells in rows
+        if not any(map(_is_number, cells)))
+    if bare:  # from the first row of numbers alone
+        found = next(((separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows)
+                      if len(_trimmed(cells)) > 1 and all(map(_is_number, _trimmed(cells)))), None)
+        bare = found is not None
+    # if no row of numbers fits, the first row says what is wrong
+    separator, first = found or (next(s for s, rows in grids.items() if rows and (
+        len(rows[0][1]) > 1 or s in (" ", ""))), 0)
     rows = grids[separator]
     line, header = rows[first][0], _trimmed(rows[first][1])
+    if bare:
+        header, first = [f"column {k}" for k in range(1, len(header) + 1)], first - 1
     known = [cell for cell in header if any(column.fits(cell.strip("[]()")) for column in columns)]
     like = [cell for cell in header if cell in known or re.fullmatch(r"\[.*\]|\(.*\)|-?", cell)]
     if first and known and 2 * len(like) >= len(header) and len(_trimmed(rows[first - 1][1])) == len(header):
@@ -228,7 +274,27 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int) -> _Cell
                 advice += " For decimal commas separate the cells, also those of the header, by semicolons."
             raise _line_error(shown, n, f"must have {len(header)} cells, as the header has", cells, advice)
     return _Cells(shown, line, header, [_name_and_unit(cell, columns) for cell in header],
-                  [(n, cells[: len(header)]) for n, cells in rows[first + 1:]])
+                  [(n, cells[: len(header)]) for n, cells in rows[first + 1:]], bare, by_option)
+
+
+def _has_sought(header: list[str], columns: Sequence[Column], chosen: Mapping[str, str]) -> bool:
+    """Whether a row has a name or a unit of these columns, or a header that is chosen."""
+    names = {_plain(_name_and_unit(text, columns)[0]) for text in chosen.values()}
+    named = [_name_and_unit(cell, columns) for cell in header]
+    return any(_plain(name) in names or any(c.is_meant(name, unit) for c in columns) for name, unit in named)
+
+
+def _bytes(path: str | Path, field: str, most: int, cut: bool = False) -> bytes:
+    try:
+        return read_bytes(Path(path), most, cut)
+    except (OSError, ValueError) as error:  # ValueError for a path with a null character
+        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
+        raise InputError(field, "must be a file that can be read", str(path), why) from None
+
+
+def has_column(path: str | Path, column: Column, field: str, most: int = MOST_BYTES) -> bool:
+    """Whether the header of a table has the name of a column; raises `InputError` for a file that is no table."""
+    return any(_plain(name) in column.names for name, _ in _cells(path, field, [column], most, {}, False).named)
 
 
 def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
@@ -236,6 +302,8 @@ def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
     for a file in the Universal File Format those that it has as a table."""
     if content.startswith(_WORKBOOKS):
         return {"": _workbook(path, content, field)}
+    if is_mat(content):
+        return {"": [*enumerate(mat_rows(content, path, field), 1)]}
     if is_uff(content):
         return {"": [*enumerate(uff_rows(Path(path), field), 1)]}
     lines = re.split(r"\r\n|\r|\n", _text(path, content, field))
@@ -336,10 +404,6 @@ def _name_and_unit(cell: str, columns: Iterable[Column]) -> tuple[str, str]:
     return ("", cell) if not named and any(column.fits(cell) for column in columns) else (cell, "")
 
 
-def _choose(column: Column, header: str) -> str:
-    return f"To choose, write columns = {{ {_plain(column.name).replace(' ', '_')} = {header!r} }} beside the file."
-
-
 def _choices(cells: _Cells, columns: list[Column], chosen: Mapping[str, str]) -> list[_Found]:
     out = []
     for key, text in chosen.items():
@@ -356,8 +420,9 @@ def _choices(cells: _Cells, columns: list[Column], chosen: Mapping[str, str]) ->
     return out
 
 
-def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _Found:
-    """The one column of a group: that which was chosen, else the one by its name, else by its words and unit."""
+def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _Found | None:
+    """The one column of a group: that which was chosen, else the one by its name, else by its words and unit; None if
+    there is none."""
     picked = [choice for choice in choices if choice[0] in group]
     if len(picked) > 1:
         raise cells.error(f"must have one column among {', '.join(column.name for column in group)}",
@@ -367,19 +432,31 @@ def _column(cells: _Cells, group: Sequence[Column], choices: list[_Found]) -> _F
     pairs = [(c, i, *each) for c in group for i, each in enumerate(cells.named)]
     named = [(c, i, unit) for c, i, name, unit in pairs if name and _plain(name) in c.names]
     fitting = [each for each in named if each[0].factor(each[2]) is not None]
-    meant = [(c, i, unit) for c, i, name, unit in pairs
-             if c.words and c.may_be(name, unit) and (not name or re.search(c.words, _plain(name)))]
-    options = fitting or named or meant
-    if len(options) == 1:
-        return options[0]
-    if options:
+    options = fitting or named or [(c, i, unit) for c, i, name, unit in pairs if c.is_meant(name, unit)]
+    if len(options) > 1:
         names = [cells.header[i] for _, i, _ in options]
         several = " or ".join(dict.fromkeys(column.name for column, _, _ in options))
-        raise cells.error(f"must have exactly one column for {several}", names, _choose(options[0][0], names[0]))
-    near = next(((c, cells.header[i]) for c, i, name, unit in pairs if c.may_be(name, unit)), None)
-    advice = _choose(*near) if near else " ".join(
-        ["Write its name with its unit in brackets.", *dict.fromkeys(c.advice for c in group if c.advice)])
-    raise cells.error(f"must have the column {' or '.join(column.example for column in group)}", cells.header, advice)
+        raise cells.error(f"must have exactly one column for {several}", names, cells.choose(options[0][0], names[0]))
+    return options[0] if options else None
+
+
+def _missing(cells: _Cells, groups: list[Sequence[Column]], taken: list[int]) -> InputError:
+    """The error for groups without a column: all of them, what there is in their place, and how to choose it."""
+    rest = [(cells.header[i], *each) for i, each in enumerate(cells.named) if i not in taken and any(each)]
+    advice = [f"{header!r}: {text}" for group in groups for column in group for other, text in column.instead
+              for header, name, unit in rest if other.is_meant(name, unit) or other.fits(unit)][:1]
+    near = [cells.choose(column, header) for group in groups for column in group for header, name, unit in rest
+            if column.may_be(name, unit)][:1]
+    bare = [cells.choose(groups[0][0], header) for header, _, unit in rest if not unit][:1]
+    own = near or ["Write its name with its unit in brackets.", *bare]
+    names = " and ".join(" or ".join(column.example for column in group) for group in groups)
+    return cells.error(f"must have the column{'s' * (len(groups) > 1)} {names}", cells.header,
+                       " ".join([*advice, *own, *([] if near and len(groups) == 1 else [_advice(groups)])]).rstrip())
+
+
+def _advice(groups: Sequence[Sequence[Column]]) -> str:
+    """The advice of all columns of groups."""
+    return " ".join(dict.fromkeys(c.advice for group in groups for c in group if c.advice))
 
 
 def _numbers(cells: _Cells, taken: list[int]) -> np.ndarray:

@@ -115,6 +115,7 @@ _SPELLINGS: dict[Dimension, dict[str, str]] = {
              rf"(?:lbf?|lbs){_DOT}(in|ft)|(in|ft){_DOT}(?:lbf?|lbs)": r"lbf*\1\2"},
     BEARING_FRICTION: {r"([kM]?N)m\*?s(/rad)?": r"\1*m*s"},
     INERTIA: {r"(k?g)(m|mm|cm)(\^2|\*\*2|²)": r"\1*\2**2"}, STIFFNESS: {r"lbs?/in": "lbf/in"},
+    ACCELERATION: {"g": "standard_gravity", r"(mm|m)/s2": r"\1/s^2"},
     LENGTH: {r"[\"″]|''|in\.": "in", r"mils?": "thou"}, DIAMETRAL_PITCH: {r"(DP|P)?": "1/in"}}
 # the units of angles in texts and tables in the notation of pint, which would take "Grad" for a gigaradian and "grad"
 # for a gon: both are refused, since German programs mean degrees

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +14,10 @@ from gearchaos.dynamics.time_series import KEPT, resampled
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.gears import units
-from gearchaos.gears.measured_quantities import MEASURED
-from gearchaos.gears.order_spectrum import OrderSpectrum, read_order_spectrum
-from gearchaos.gears.tables import SPEED, TIME, Column, Table, read_table
-from gearchaos.gears.uff_tables import is_uff, over
+from gearchaos.gears.measured_quantities import MEASURED, other_quantities
+from gearchaos.gears.order_spectrum import ORDER, OrderSpectrum, read_order_spectrum
+from gearchaos.gears.tables import SPEED, TIME, Column, Table, has_column, read_table
+from gearchaos.quantities import POSITIVE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,12 +25,16 @@ if TYPE_CHECKING:
 COMPARED = 3
 """Most mesh harmonics that are compared: those with the largest amplitudes."""
 
-_HEAD = 4096  # bytes in which the header of a table is
 _MOST_BYTES = 200_000_000  # of a file with a signal
 _GAP = 1.5  # largest distance of instants over the usual one
 _FINER = 4  # times as many instants, between which the signal is interpolated over the angle
 _PER_ORDER = 2.56  # instants per turn over the highest order
 _REVERSAL = 0.05  # least share of the range of speeds after the largest one in a run-down
+_NO_TIME = 'Without a time give the samples a second: --sampling-rate "25.6 kHz", in Python sampling_rate="25.6 kHz".'
+_NO_SPEED = ("The speed is that of wheel 1 at each instant, in rpm. Of a record at one speed gearchaos orders has the "
+             "computed lines.")
+_OTHER = ("A run-up has orders of the mesh force, and no {0}. gearchaos fit --of {0!r} compares a table of speed, "
+          "order and amplitude.")
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,8 @@ def _directions(speed: np.ndarray) -> dict[str, slice]:
 
 
 def measured_runup(
-    path: str | Path, computed: xr.Dataset, columns: Mapping[str, str] | None = None
+    path: str | Path, computed: xr.Dataset, columns: Mapping[str, str] | None = None,
+    sampling_rate: float | str | None = None,
 ) -> xr.Dataset:
     """The orders of a measured run-up beside a computed one.
 
@@ -116,6 +120,8 @@ def measured_runup(
         From `gearchaos.runup`, in physical units.
     columns : mapping of str to str, optional
         Headers in the file by the names of columns.
+    sampling_rate : frequency, optional
+        As for `read_measured_runup`.
 
     Returns
     -------
@@ -131,12 +137,14 @@ def measured_runup(
         raise InputError("computed", "must be in the units of the gears", computed["order_force"].attrs["units"],
                          "E.g. gearchaos.physical(dataset).")
     speeds = computed["speed"].values
-    found = read_measured_runup(path, computed.attrs["mesh_order"], (speeds[0], speeds[-1]), columns)
+    found = read_measured_runup(path, computed.attrs["mesh_order"], (speeds[0], speeds[-1]), columns,
+                                sampling_rate)
     return found.beside(computed)
 
 
 def read_measured_runup(
-    path: str | Path, mesh_order: float, speeds: tuple[float, float], columns: Mapping[str, str] | None = None
+    path: str | Path, mesh_order: float, speeds: tuple[float, float], columns: Mapping[str, str] | None = None,
+    sampling_rate: float | str | None = None,
 ) -> MeasuredOrders | MeasuredSignal:
     """A measured run-up, from a table or a file in the Universal File Format.
 
@@ -153,6 +161,8 @@ def read_measured_runup(
         The lowest and the highest computed speed, rpm. Of a signal what lies before and after them is left out.
     columns : mapping of str to str, optional
         Headers in the file by the names of columns.
+    sampling_rate : frequency, optional
+        Samples a second, Hz, of a signal in a file without a time.
 
     Raises
     ------
@@ -161,20 +171,23 @@ def read_measured_runup(
         the run-up.
     """
     chosen = {*(columns or {})}
-    if "order" in chosen or ("time" not in chosen and _has_orders(path)):
+    rate = None if sampling_rate is None else units.to_si("sampling_rate", sampling_rate, units.FREQUENCY, POSITIVE)
+    if "order" in chosen or ("time" not in chosen and rate is None and has_column(path, ORDER, "against", _MOST_BYTES)):
         spectrum = read_order_spectrum(path, "mesh force", mesh_order, columns, field="against")
         _check_speeds(spectrum.speeds, speeds)
         return MeasuredOrders(spectrum, mesh_order)
-    table = _read_signal(path, columns)
-    time, speed, force = (table.columns[name] for name in ("time", "speed", "force"))
+    table = _read_signal(path, columns, rate)
+    speed, force = (table.columns[name] for name in ("speed", "force"))
     within = _check_speeds(speed, speeds)
     part = slice(within[0], within[-1] + 1)
-    rate, highest = (len(time) - 1) / (time[-1] - time[0]), mesh_order * speed[part].max() / 60
+    if rate is None:
+        rate = (len(speed) - 1) / float(np.ptp(table.columns["time"]))
+    highest = mesh_order * speed[part].max() / 60
     if highest > rate / 2:
         raise InputError("against", "must have more than two samples in a mesh cycle", f"{rate:.5g} samples a second",
                          f"The mesh frequency reaches {highest:.5g} Hz: sample {_PER_ORDER * highest:.5g} times a "
                          "second or more often.")
-    return MeasuredSignal(force[part], speed[part], float(rate), table.notes)
+    return MeasuredSignal(force[part], speed[part], rate, table.notes)
 
 
 def _check_speeds(measured: np.ndarray, computed: tuple[float, float]) -> np.ndarray:
@@ -184,19 +197,6 @@ def _check_speeds(measured: np.ndarray, computed: tuple[float, float]) -> np.nda
         raise InputError("against", "must have speeds of the run-up", f"{measured.min():g} to {measured.max():g} rpm",
                          f"Computed are {computed[0]:.5g} to {computed[1]:.5g} rpm.")
     return within
-
-
-def _has_orders(path: str | Path) -> bool:
-    """Whether the beginning of a file has a word for orders, or its functions are over them; the reader of tables says
-    what is wrong with a file that has no beginning."""
-    try:
-        with Path(path).open("rb") as file:
-            head = file.read(_HEAD) if Path(path).is_file() else b""
-    except (OSError, ValueError):
-        return False
-    if is_uff(head):
-        return over(Path(path), "against") == "order"
-    return bool(re.search(r"\b(orders?|ordnung)\b", head.replace(b"\0", b"").decode("latin-1").lower()))
 
 
 def compared_orders(computed: xr.Dataset, measured: xr.Dataset) -> list[dict[str, float]]:
@@ -227,14 +227,16 @@ def order_cut(dataset: xr.Dataset, order: float) -> xr.DataArray:
     return cut.where(abs(cut["order"] - order) < 1e-6 * order)
 
 
-def _read_signal(path: str | Path, columns: Mapping[str, str] | None) -> Table:
-    """The columns time, speed and force of a signal; raises `InputError` where the time has a gap or the wheel does not
-    turn."""
+def _read_signal(path: str | Path, columns: Mapping[str, str] | None, rate: float | None) -> Table:
+    """The columns speed, force and, without a rate, time of a signal; raises `InputError` where the time has a gap or
+    the wheel does not turn."""
     force = Column("force", {units.FORCE: 1.0}, ("mesh force", "kraft"), MEASURED["mesh force"].words,
-                   advice="The run-up has the orders of the mesh force.")
-    table = read_table(path, ((TIME,), (SPEED,), (force,)), field="against", chosen=columns, increasing=True,
-                       most=_MOST_BYTES)
-    step = np.diff(table.columns["time"])
+                   advice="The run-up has the orders of the mesh force.",
+                   instead=other_quantities("mesh force", _OTHER))
+    over = () if rate else ((replace(TIME, advice=_NO_TIME),),)
+    table = read_table(path, (*over, (replace(SPEED, advice=_NO_SPEED),), (force,)), field="against", chosen=columns,
+                       increasing=not rate, most=_MOST_BYTES, by_option=True)
+    step = np.diff(table.columns.get("time", ()))
     usual = float(np.median(step)) if len(step) else 0.0
     if len(step) and step.max() > _GAP * usual:
         row = int(np.argmax(step > _GAP * usual)) + 1

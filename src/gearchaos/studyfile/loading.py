@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
+from gearchaos.gears.file_kinds import HEAD, no_table
 from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import (
@@ -206,12 +207,15 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
 def _read(path: Path) -> StudyFile:
     """The tables of a study file; raises `InputError` if it cannot be read or has wrong keys or types."""
     try:
-        text = read_bytes(path, MAX_BYTES).decode("utf-8-sig")  # some editors write a byte order mark
+        what = no_table(read_bytes(path, HEAD, cut=True)).partition(". ")[0]
+        text = "" if what else read_bytes(path, MAX_BYTES).decode("utf-8-sig")  # some editors write a byte order mark
         document = tomllib.loads(text)
     except OSError as error:
         raise InputError("study file", "must be a readable file", str(path), f"{error.strerror}.") from None
     except (ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
+    if what:
+        raise InputError("study file", "must be TOML", str(path), f"{what}. A study file is text, as in examples.")
     return validated(StudyFile, document)
 
 

@@ -119,7 +119,7 @@ REFUSED = {
     "comments only": ("# nothing\n\n", None, "must have a header and rows"),
     "one line": (HEADER, 1, "must have rows of numbers"),
     "no header": ("1,2\n2,3\n", 1, "header with names and units"),
-    "comment that is no header": ("# order of things\n1,2\n", 1, "must have the column order; got ['order of"),
+    "comment that is no header": ("# order of things\n1,2\n", 2, "must be a header with names and units"),
     "misspelt column": ("ordre,amplitude [um]\n1,2\n", 1, "must have the column order; got ['ordre', "),
     "unit without brackets": ("order,amplitude um\n1,2\n", 1, "its unit in brackets"),
     "missing column": ("order,phase [deg]\n1,2\n", 1, "column amplitude"),
