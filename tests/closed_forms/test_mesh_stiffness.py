@@ -99,6 +99,21 @@ def test_bad_values_for_iso_are_refused(arguments, field):
     assert raised.value.field == field
 
 
+def test_a_bore_below_the_range_of_the_wheel_body_is_taken_at_its_end_and_said():
+    """Sainsot's h is the root diameter over the bore, at most 7."""
+    least = SPUR_62.root_diameter[1] / 7
+    small, limit, wider = (from_energy(SPUR_62, (STEEL, STEEL), (0.035, bore))
+                           for bore in (0.0, least * (1 + 1e-12), least * 7 / 6))
+    assert small.reference == pytest.approx(limit.reference, rel=1e-9)
+    assert limit.notes == wider.notes == ()
+    (note,) = small.notes
+    assert f"wheel 2: the root diameter is more than 7 bores, beyond Sainsot's compliance of the wheel body; it is that "\
+        f"of a bore of {1e3 * least:.3g} mm" in note
+    assert f"would change the mean stiffness by {wider.reference / limit.reference - 1:+.1%}" in note
+    with pytest.raises(InputError, match=r"bore\[1\] must be at most .* at least 1\.4 bores"):
+        from_energy(SPUR_62, (STEEL, STEEL), (0.035, SPUR_62.root_diameter[1] / 1.39))
+
+
 @pytest.mark.parametrize("stiffness", [
     from_iso(SPUR_62, 1e10), from_iso(HIGH_CONTACT, 1e10), from_iso(ISO_TR_EXAMPLE_1, 1e10),
     from_energy(SPUR_62, (STEEL, STEEL), (0.035, 0.035)),

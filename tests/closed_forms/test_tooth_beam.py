@@ -135,7 +135,6 @@ def test_stiffness_with_several_pairs_is_the_sum_over_the_pairs():
 
 @pytest.mark.parametrize(("geometry", "bore", "field"), [
     (ISO_TR_EXAMPLE_1, (0.03, 0.2), "helix_angle"),
-    (spur(), (0.016, 0.035), "bore[0]"),
     (spur(), (0.035, 0.09), "bore[1]"),
     (spur(teeth=(350, 350)), (0.3, 0.3), "teeth[0]"),
     (spur(centre_distance=0.1262), BORE, "contact_ratio"),

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -48,6 +48,7 @@ _SAINSOT = np.array([
     [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904]])
 BODY_RATIOS = (1.4, 7.0)  # range of h = r_f/r_bore for which Sainsot et al. (2004) fitted the coefficients
 ROOT_ANGLES = (0.01, 0.12)  # range of θ_f, rad, for which Sainsot et al. (2004) fitted the coefficients
+_COMPARED_RATIO = 6.0  # at which a note compares the stiffness with that at the end of the range of h
 # Gauss nodes along the fillet and the flank, with which integrals converge to about 1e-12
 _FILLET_NODES, _FLANK_NODES = 48, 24
 
@@ -292,26 +293,43 @@ class ToothPairs:
                     "profile shift.")
         for wheel in (0, 1):
             profile, bore = tooth_profile(geometry, wheel), self.bore[wheel]
-            least, most = (2 * profile.root_radius / ratio for ratio in reversed(BODY_RATIOS))
-            if not least <= bore <= most:
+            if bore > (most := 2 * profile.root_radius / BODY_RATIOS[0]):
                 raise InputError(
-                    f"bore[{wheel}]", f"must lie between {Length(least, bore)} and {Length(most, bore)} for the "
-                    "potential-energy method", Length(bore, bore),
-                    "The compliance of the wheel body is known for ratios of the root and bore diameters from "
-                    f"{BODY_RATIOS[0]:g} to {BODY_RATIOS[1]:g} (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
+                    f"bore[{wheel}]", f"must be at most {Length(most, bore)} for the potential-energy method",
+                    Length(bore, bore), "The compliance of the wheel body is known where the root diameter is at least "
+                    f"{BODY_RATIOS[0]:g} bores (Sainsot et al., 2004). Use ISO 6336-1 or a table.")
             if profile.root_half_angle < ROOT_ANGLES[0]:
                 raise InputError(
                     f"teeth[{wheel}]", f"must make a tooth root half angle of at least {ROOT_ANGLES[0]} rad for the "
                     "potential-energy method", profile.root_half_angle,
                     "Wheels with more teeth are beyond Sainsot's coefficients. Use ISO 6336-1 or a table.")
 
+    @cached_property
+    def body_bore(self) -> tuple[float, float]:
+        """The bores of the bodies that bend, m: a body with a smaller bore is taken at the end of Sainsot's range."""
+        first, second = (max(bore, 2 * tooth_profile(self.geometry, wheel).root_radius / BODY_RATIOS[1])
+                         for wheel, bore in enumerate(self.bore))
+        return first, second
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Where the pair is beyond the range to which the coefficients of the foundation were fitted."""
-        angles = (tooth_profile(self.geometry, wheel).root_half_angle for wheel in (0, 1))
-        return tuple(f"wheel {n}: half the angle of the tooth at the root circle is {angle:.3g} rad; Sainsot's "
-                     f"compliance of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only"
-                     for n, angle in enumerate(angles, 1) if angle > ROOT_ANGLES[1])
+        angles = [tooth_profile(self.geometry, wheel).root_half_angle for wheel in (0, 1)]
+        small = [wheel for wheel in (0, 1) if self.body_bore[wheel] > self.bore[wheel]]
+        wide = [f"wheel {n}: half the angle of the tooth at the root circle is {angle:.3g} rad; Sainsot's compliance "
+                f"of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only"
+                for n, angle in enumerate(angles, 1) if angle > ROOT_ANGLES[1]]
+        return (*map(self._note_on_bore, small), *wide)
+
+    def _note_on_bore(self, wheel: int) -> str:
+        """What is taken for a body with a bore below Sainsot's range, and how much the bore matters there."""
+        taken, most = list(self.body_bore), BODY_RATIOS[1]
+        wider = [*taken[:wheel], taken[wheel] * most / _COMPARED_RATIO, *taken[wheel + 1:]]
+        one, other = (ToothPairs(self.geometry, self.materials, (first, second)).curve().mean
+                      for first, second in (taken, wider))
+        return (f"wheel {wheel + 1}: the root diameter is more than {most:g} bores, beyond Sainsot's compliance of the "
+                f"wheel body; it is that of a bore of {1e3 * taken[wheel]:.3g} mm. One of {1e3 * wider[wheel]:.3g} mm "
+                f"would change the mean stiffness by {other / one - 1:+.1%}")
 
     def stiffness(
         self, first: np.ndarray, second: np.ndarray, cracks: tuple[float, float] = (0.0, 0.0)
@@ -320,8 +338,8 @@ class ToothPairs:
         the depths of cracks in both teeth, m."""
         width = self.geometry.common_face_width
         one, two = (
-            tooth_compliance(tooth_profile(self.geometry, wheel), self.bore[wheel], self.materials[wheel], width, angle,
-                             cracks[wheel])
+            tooth_compliance(tooth_profile(self.geometry, wheel), self.body_bore[wheel], self.materials[wheel], width,
+                             angle, cracks[wheel])
             for wheel, angle in enumerate((first, second)))
         return 1 / (1 / hertz_stiffness(self.materials, width) + one.total + two.total)
 
