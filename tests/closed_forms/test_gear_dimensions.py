@@ -179,6 +179,21 @@ def test_the_disc_of_a_wheel_by_hand():
         assert spur.inertias[wheel] == pytest.approx((ring * radius**2).sum(), rel=1e-7)
 
 
+@pytest.mark.parametrize(("material", "factor"), [
+    ("steel", 189.8), ("nodular cast iron", 181.4), ("grey cast iron", 162.0), ("bronze", 155.0)])
+def test_materials_have_the_elasticity_factor_of_the_standard_beside_steel(material, factor):
+    """Z_E² = 1/(π ((1 − ν1²)/E1 + (1 − ν2²)/E2)), printed in ISO 6336-2:2006, Table 1, in √(N/mm²)."""
+    pair = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, material=["steel", material]).material
+    assert 1e-3 / math.sqrt(math.pi * sum((1 - m.poisson**2) / m.E for m in pair)) == pytest.approx(factor, abs=0.06)
+
+
+def test_a_plastic_has_its_strength_and_a_warning_of_what_its_values_mean():
+    design = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, material=["steel", "POM"])
+    assert design.material[1].root_strength == 64 and design.material[0].root_strength is None
+    assert any(text.startswith("Plastic of wheel 2: E is that of a short load") for text in design.warnings)
+    assert not any("Plastic" in text for text in replace(design, material="aluminium").warnings)
+
+
 def test_given_masses_and_inertias_replace_those_of_the_disc():
     disc = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, bore="10 mm")
     heavier = replace(disc, mass=[2 * m for m in disc.masses])

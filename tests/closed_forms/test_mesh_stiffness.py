@@ -107,8 +107,8 @@ def test_a_bore_below_the_range_of_the_wheel_body_is_taken_at_its_end_and_said()
     assert small.reference == pytest.approx(limit.reference, rel=1e-9)
     assert limit.notes == wider.notes == ()
     (note,) = small.notes
-    assert f"wheel 2: the root diameter is more than 7 bores, beyond Sainsot's compliance of the wheel body; it is that "\
-        f"of a bore of {1e3 * least:.3g} mm" in note
+    assert f"wheel 2: the root diameter is more than 7 bores, beyond Sainsot's compliance of the wheel body; it is " \
+        f"that of a bore of {1e3 * least:.3g} mm" in note
     assert f"would change the mean stiffness by {wider.reference / limit.reference - 1:+.1%}" in note
     with pytest.raises(InputError, match=r"bore\[1\] must be at most .* at least 1\.4 bores"):
         from_energy(SPUR_62, (STEEL, STEEL), (0.035, SPUR_62.root_diameter[1] / 1.39))

@@ -29,9 +29,19 @@ class Material(Record):
     root_strength: Any = field(default=None, metadata=read_by(one(STRESS, between=(1.0, 1e4))))
 
 
-# steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006.
+# steel: E and ν of ISO 6336-2:2006, Table 1; density of ISO 6336-1:2006
 STEEL = Material(E=206e9, poisson=0.3, density=7830.0)
-_NAMED = {"steel": STEEL}
+# The strength is the least tensile strength of the strongest grade, of plastics the yield stress. Metals: E and ν of
+# ISO 6336-2:2006, Table 1 (bronze: cast tin bronze; aluminium: EN 1999-1-1:2007, 3.2.5); strength of EN 1563 (900-2),
+# EN 1561 (350), EN 1982 (CC483K, centrifugally cast), EN 755-2 (7075-T6). Plastics at 23 °C: E (ISO 527) and strength
+# of the data sheets of Hostaform C 9021, Zytel 103HSL, dry and at equilibrium with 50 % humidity, and of usual PLA.
+_NAMED = {"steel": STEEL, **{name: Material(E=E * 1e9, poisson=poisson, density=density, root_strength=strength)
+                             for name, E, poisson, density, strength in (
+    ("nodular cast iron", 173, 0.3, 7100, 900), ("grey cast iron", 118, 0.3, 7200, 350),
+    ("bronze", 103, 0.3, 8800, 280), ("aluminium", 70, 0.3, 2700, 540), ("POM", 2.85, 0.35, 1410, 64),
+    ("PA66", 1.4, 0.41, 1140, 55), ("PA66 dry", 3.1, 0.41, 1140, 85), ("PLA", 3.5, 0.36, 1240, 60))}}
+PLASTIC_MODULUS = 20e9
+"""E, Pa, below which a material is taken for a plastic."""
 
 
 def read_material(field: str, value: Any) -> Material:
@@ -39,7 +49,9 @@ def read_material(field: str, value: Any) -> Material:
     if not isinstance(value, str):
         return record(Material, "must be a name or a table with E, poisson and density", "E.g. 'steel'.")(field, value)
     if value not in _NAMED:
-        raise unknown_name("material", value, _NAMED)
+        error = unknown_name("material", value, _NAMED)
+        table = "Another material is a table: material = { E = '3 GPa', poisson = 0.4, density = '1300 kg/m^3' }."
+        raise InputError(error.field, error.rule, value, f"{error.advice} {table}".lstrip())
     return _NAMED[value]
 
 

@@ -129,7 +129,10 @@ def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str)
         return schema.model_validate(document)
     except ValidationError as error:
         # an unknown key is reported first: it may be a missing key misspelt
-        first = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        first, *others = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+        if first["type"] == "missing":
+            first["loc"] = (*first["loc"][:-1], ", ".join(str(e["loc"][-1]) for e in (first, *others) if e[
+                "type"] == "missing" and e["loc"][:-1] == first["loc"][:-1]))
         raise _input_error(schema, first, where) from None
 
 

@@ -137,7 +137,7 @@ REFUSED = [
     # wrong forms
     ({"teeth": 20}, "teeth", "a list of two"),
     ({"teeth": [20, 40, 60]}, "teeth", "a list of two"), ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
-    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"), ({"teeth": [20, -60]}, "teeth[1]", "internal gears"),
+    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"), ({"teeth": [20, -60]}, "teeth[1]", "mesh of a [train]"),
     ({"module": "3"}, "module", "a length"), ({"module": -3e-3}, "module", "greater than 0"),
     ({"module": None}, "module", "or give diametral_pitch", "must be given"),
     ({"diametral_pitch": 8}, "diametral_pitch", "must be left out beside module"),
@@ -153,6 +153,7 @@ REFUSED = [
     ({"rack": {"addendum": 0}}, "rack.addendum", "greater than 0"),
     ({"rack": {"root_radius": -0.1}}, "rack.root_radius", "not be negative"),
     ({"material": "stel"}, "material", "did you mean 'steel'"),
+    ({"material": "PEEK"}, "material", "a table: material = { E = '3 GPa', poisson = 0.4,", "one of PA66, PA66 dry"),
     ({"material": 206e9}, "material", "'steel'", "a name or a table"),
     ({"material": {"E": 206e9, "poisson": 0.3}}, "material.density", "must be given"),
     ({"material": {"E": 206e9, "poisson": 0.5, "density": 7830}}, "material.poisson", "less than 0.5"),
@@ -316,6 +317,8 @@ def test_allowances_and_values_are_both_backlash():
     (({**SMALL, "speed": 1}, {}), "[design]", "must have no key but"),
     ((SMALL, {"spede": 1}), "[operation]", "Did you mean 'speed'"),
     (({"teeth": [20, 40], "module": "3 mm"}, None), "face_width", "must be given in [design]"),
+    (({"teeth": [20, 40]}, None), "module and face_width", "must be given in [design]"),
+    (({"teeth": [20, 40], "internal": True}, None), "[design]", "An internal gear pair is a mesh of a [train]"),
     (({**SMALL, "application_factor": 1.5}, {"application_factor": 1.25}), "application_factor", "one table only"),
 ])
 def test_tables_with_wrong_names_are_refused(tables, field, words):

@@ -115,7 +115,8 @@ REFUSED = [
     # meshes
     (with_mesh(base_radii=["30 mm", "40 mm"]), "mesh a/b: base_radii", "ratio of the teeth, 20/30 = 0.666667"),
     (with_mesh(backlash=-1), "mesh a/b: backlash", "must not be negative", "length"),
-    (with_mesh(stiffness=None), "mesh a/b: stiffness", "must be given, or tooth_pairs, or a design"),
+    (with_mesh(stiffness=None), "mesh a/b: stiffness or tooth_pairs", "must be given", "Or give a design"),
+    (with_mesh(backlash=None, stiffness=None), "mesh a/b: backlash, stiffness or tooth_pairs", "must be given"),
     (with_mesh(stiffness="2e8 N/mmm"), "mesh a/b: stiffness", "must be a stiffness", "not known"),
     (with_mesh(stiffness={"level": [1]}), "mesh a/b: stiffness", "or with mean, amplitudes and phases", "shares"),
     (with_mesh(stiffness={"levels": [2e8], "starts": [3]}), "mesh a/b: stiffness.starts", "must lie in [0, 1)"),

@@ -12,7 +12,7 @@ from gearchaos.gears.design.values import ErrorFile
 from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
-from gearchaos.gears.mechanics import disc_diameter, disc_inertia, disc_mass, mesh_load
+from gearchaos.gears.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
@@ -151,6 +151,12 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
         load = mesh_load(design.geometry, 0.0, design.torque, 1.0).line_load / design.module
         if load > HIGH_LOAD:
             found.append(f"The load F_t/(b m_n) is {load / 1e6:.4g} N/mm², unusually high: is the torque in N*m?")
+    if plastic := [str(n) for n, each in enumerate(design.material, 1) if each.E < PLASTIC_MODULUS]:
+        found.append(
+            f"Plastic of wheel {' and '.join(plastic)}: E is that of a short load at one temperature and humidity; it "
+            "may be half as large when warm, wet or under a lasting load. ISO 6336-1 was found for metals: its "
+            "stiffness takes E alone into account, and its rule for low loads, (90), is that of steel. A plastic damps more than "
+            "steel, to which the usual damping ratios belong.")
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
     if design.has_gaps and design.corner_contact is None and (reason := design.no_corner_contact):
         found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")

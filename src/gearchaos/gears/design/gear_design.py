@@ -13,7 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.inputs import TEETH
-from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, module_of
+from gearchaos.gears.design.values import INTERNAL, Choice, DrawnPitch, TableFile, module_of
 from gearchaos.gears.fields import check_plausible, convert_fields, unknown_key
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
@@ -201,10 +201,12 @@ class GearDesign(Drawing, HasCard):
         for table, given, names in (("design", design, known), ("operation", operation, (*OPERATION, *FREQUENCIES))):
             for name in given:
                 if name not in names:
+                    if name == "internal":
+                        raise InputError(f"[{table}]", "must have no key internal", given[name], INTERNAL)
                     raise unknown_key(f"[{table}]", name, given[name], names, {f.name: f for f in fields(cls)})
-        for name in ("teeth", "face_width"):
-            if name not in design:
-                raise InputError(name, "must be given in [design]", None)
+        if missing := [name for name in ("teeth", "module", "face_width") if name not in design and not (
+                name == "module" and "diametral_pitch" in design)]:
+            raise InputError(" and ".join(missing), "must be given in [design]", None)
         for name in operation:
             if name in design:
                 raise InputError(name, "must be given in one table only", operation[name],

@@ -180,10 +180,14 @@ def module_of(diametral_pitch: Any) -> units.Measured:
     return units.Measured(INCH / number, "in", INCH)
 
 
+INTERNAL = ("An internal gear pair is a mesh of a [train]: positive numbers of teeth, internal = true, its base radii "
+            "and stiffness: examples/train_planetary.toml has one. A [design] computes external teeth alone.")
+"""What to do with the drawing of an internal gear pair."""
+
+
 def tooth_count(field: str, value: Any) -> int:
     if isinstance(value, int) and not isinstance(value, bool) and value < 0:
-        raise InputError(field, "must be greater than 0", value,
-                         "Negative numbers of teeth denote internal gears, which are not computed.")
+        raise InputError(field, "must be greater than 0", value, INTERNAL)
     return units.teeth(field, value)
 
 

@@ -233,11 +233,11 @@ class Mesh:
                              "They have one of their own.")
         for name, value in self._of_design().items():
             object.__setattr__(self, name, value)
-        for name in ("teeth", "base_radii", "backlash"):
-            if getattr(self, name) is None:
-                raise InputError(name, "must be given", None, "Or give a design.")
+        missing = [name for name in ("teeth", "base_radii", "backlash") if getattr(self, name) is None]
         if self.stiffness is None and self.tooth_pairs is None:
-            raise InputError("stiffness", "must be given, or tooth_pairs, or a design", None)
+            missing.append("stiffness or tooth_pairs")
+        if missing:
+            raise InputError(", ".join(missing), "must be given", None, "Or give a design.")
         for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ()),
                               ("eccentricity", (0.0, 0.0)), ("faults", ()), ("pitch_errors", ((), ()))):
             if getattr(self, name) is None:
