@@ -316,7 +316,8 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         if Path(path).suffix.lower() == ".toml" and Path(path).is_file():
             advice = "gearchaos.open reads the gears or the model of a study file."
         elif Path(path).is_file():
-            advice = "It lacks the model and the settings: save the result as NetCDF too."
+            advice = ("It lacks the model and the settings. Save the result as NetCDF, --out FILE.nc, or draw it at "
+                      "once with --plot FILE.png.")
         elif Path(path).is_dir():
             advice = "gearchaos.load reads the folder of a run."
         elif Path(path).exists():

@@ -83,15 +83,28 @@ def missing_package(field: str, package: str, extra: str) -> InputError:
     return InputError(field, f"needs the package {package}", "no such package", advice)
 
 
+# names that are asked for and that nothing has, as regular expressions, and which part of the manual answers
+_ANSWERED = {
+    r"friction|\boil|lubri|viscosity|temperature": "The model leaves out friction between the teeth, oil and "
+    "temperature: see 'What the model leaves out' in the manual, docs/explanation/left_out.md.",
+    r"^(model\.)?stiffness": "The mesh stiffness is a table [model.stiffness] with kind = 'two-level', 'harmonics', "
+    "'steps' or 'tooth pairs': docs/model.md, Parameters. Any curve of given gears is a table of numbers: "
+    "docs/howto/own_stiffness.md.",
+    "tanh|arctan|smooth": "The backlash is piecewise linear and is not smoothed: docs/method.md.",
+}
+
+
 def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown name, which lists the known names and suggests the most similar one.
+    """The error for an unknown name, which lists the known names and suggests the most similar one, or says which part
+    of the manual answers.
 
     Each word of the name must be like one of that: a helix angle is no slip for a pressure angle.
     """
     known = sorted(known)
     near = [each for each in difflib.get_close_matches(name, known, n=len(known) or 1, cutoff=0.5) if all(
         difflib.get_close_matches(word, _words(each), cutoff=_LIKE) for word in _words(name))]
-    advice = f"Did you mean {near[0]!r}?" if near else ""
+    advice = next((answer for words, answer in _ANSWERED.items() if re.search(words, name.lower())),
+                  f"Did you mean {near[0]!r}?" if near else "")
     return InputError(field, f"must be one of {', '.join(known)}", name, advice)
 
 

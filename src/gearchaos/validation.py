@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
@@ -54,8 +55,12 @@ def _rules(name: str) -> tuple[Rule, ...]:
 def to_float(name: str, value: Any) -> float:
     """A value given by the user as a float, checked by the rules of its quantity, see `check`."""
     if isinstance(value, (str, bytes, bool)) or value is None:
-        comma = isinstance(value, str) and "," in value
-        raise InputError(name, "must be a number", value, "Write a decimal point, not a comma." if comma else "")
+        advice = ""
+        if isinstance(value, str):
+            with_unit = re.match(r"\s*[-+]?\.?\d[\d.eE+-]*\s*[^\W\d_]|.*°", value)
+            advice = ("Write a decimal point, not a comma." if "," in value else
+                      "Write it without a unit; an angle is in radians." if with_unit else "")
+        raise InputError(name, "must be a number", value, advice)
     try:
         number = float(value)
     except (TypeError, ValueError):

@@ -156,13 +156,16 @@ def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> li
 def study_axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[str, Axis]:
     """The axes by field of the study. Axes of the command line replace those of the study file with the same name.
 
+    Those of another study in the file are taken, too: of a map for a curve or a skeleton over its plane, but initial
+    values of basins for nothing else.
     Raises `InputError` unless there are as many as the study has: one along a parameter, two over a plane, or none.
     """
     from gearchaos.studies.axis import axis_example
     from gearchaos.studies.registry import study_class
 
     names = study_class(kind).axis_fields
-    from_file = [axis for name, axis in loaded.options_for(kind).items() if name in names]
+    others = loaded.options if "basins" not in (kind, loaded.kind) else {}
+    from_file = [axis for name, axis in (loaded.options_for(kind) or others).items() if name in names]
     by_name = {a.name: a for a in given_axes}
     if len(given_axes) < len(names) and by_name.keys() <= {a.name for a in from_file}:
         given_axes = [by_name.get(a.name, a) for a in from_file]

@@ -157,9 +157,13 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
     if error["type"] in ("model_type", "dict_type"):
         return InputError(field[1:], "must be a table", error["input"])
     advice = _ADVICE_ON_KINDS.get(str(error["input"]), "") if error["loc"] == ("study", "kind") else ""
+    if error["type"] == "float_type" and isinstance(error["input"], str) and error["loc"][0] == "model":
+        advice = _DIMENSIONLESS
     return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"], advice)
 
 
+_DIMENSIONLESS = ("The values of [model] are numbers without units, phases in radians, e.g. 3.14159 for 180 deg: "
+                  "docs/model.md, Parameters. Gears with units are a [gearpair] or a [design].")
 _ADVICE_ON_KINDS = {
     "map": 'For speed and torque write kind = "zones", x = "speed=500:8000:200" and y = "torque=20:400:150".',
     "gear": "gearchaos gear says which speeds to avoid of a design; it needs no [study].",

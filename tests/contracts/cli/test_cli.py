@@ -19,6 +19,8 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.catalogue import STUDIES
+from gearchaos.cli.options import study_axes
+from gearchaos.studies.axis import parse_axis
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json
@@ -470,3 +472,30 @@ def test_messages_do_not_go_to_stdout_where_stderr_is_closed():
     done = subprocess.run(
         ["sh", "-c", f"{shlex.join(COMMAND)} regime --set omega=-1 2>&-"], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (2, "")
+
+
+@pytest.mark.parametrize(("value", "words"), [
+    ("friction=0.1", "docs/explanation/left_out.md"), ("stiffness.kind=tanh", "docs/howto/own_stiffness.md"),
+    ("alpha1=180 deg", "in radians"), ("zetta=1", "Did you mean 'zeta'?")])
+def test_a_name_that_the_manual_answers_is_pointed_there(value, words):
+    assert words in refused("regime", EXAMPLES / "fig05.toml", "--set", value)
+
+
+def test_units_in_a_dimensionless_model_are_refused_with_what_its_values_are(tmp_path):
+    (tmp_path / "a.toml").write_text(
+        '[model.stiffness]\nkind = "harmonics"\namplitudes = [0.2]\nphases = ["180 deg"]\n')
+    assert "phases in radians, e.g. 3.14159 for 180 deg" in refused("regime", tmp_path / "a.toml")
+    (tmp_path / "a.csv").write_text("omega,label\n1,periodic\n")
+    assert "--plot FILE.png" in refused("plot", tmp_path / "a.csv")
+
+
+def test_curves_and_skeletons_take_the_axes_of_a_map_and_basins_do_not():
+    of_map = load_study(EXAMPLES / "fig02.toml")
+    for kind in ("skeleton", "curve"):
+        axes = study_axes(kind, of_map, [])
+        assert [(axis.name, axis.start, axis.stop) for axis in axes.values()] == [("omega", 0.2, 3), ("eps1", 0, 0.3)]
+    changed = study_axes("skeleton", of_map, [parse_axis("eps1=0:0.1:9", "axis")])
+    assert changed["y"].stop == 0.1 and changed["x"] == axes["x"]
+    for kind in ("basins", "branch"):
+        with pytest.raises(gc.InputError, match="--axis must be given"):
+            study_axes(kind, of_map, [])

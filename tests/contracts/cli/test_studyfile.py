@@ -127,7 +127,8 @@ BAD = [
     ('[study]\nkind = "simulate"\nperiods = 0', "study.periods must be greater than or equal to 1; got 0"),
     ("model = 3", "model must be a table; got 3"), ("omega = ", "study file must be valid TOML"),
     (f"[model]\nomega = {'9' * 5000}", "study file must be valid TOML"),
-    ("[gearpair]\nn3 = 25", "key of [gearpair] must be one of"), ("[gearpair]\nn1 = 25", "gearpair.n2, I1, I2, R1, R2, c0, k, backlash, M10, speed must be given"),
+    ("[gearpair]\nn3 = 25", "key of [gearpair] must be one of"),
+    ("[gearpair]\nn1 = 25", "gearpair.n2, I1, I2, R1, R2, c0, k, backlash, M10, speed must be given"),
     (PAIR + "[model]\nomega = 1", "[model] must be left out beside [gearpair]"),
     (PAIR.replace("35.24 mm", "3 kg"), "R1 must be a length; got '3 kg'")]
 

@@ -155,8 +155,8 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
         found.append(
             f"Plastic of wheel {' and '.join(plastic)}: E is that of a short load at one temperature and humidity; it "
             "may be half as large when warm, wet or under a lasting load. ISO 6336-1 was found for metals: its "
-            "stiffness takes E alone into account, and its rule for low loads, (90), is that of steel. A plastic damps more than "
-            "steel, to which the usual damping ratios belong.")
+            "stiffness takes E alone into account, and its rule for low loads, (90), is that of steel. A plastic damps "
+            "more than steel, to which the usual damping ratios belong.")
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
     if design.has_gaps and design.corner_contact is None and (reason := design.no_corner_contact):
         found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")
