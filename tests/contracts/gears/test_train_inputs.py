@@ -2,6 +2,7 @@
 
 import math
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.gears.train.model import TrainModel
+from gearchaos.gears.train.parts import TorqueOrder
 from gearchaos.gears.train.train_file import initial_of, read_train
 from gearchaos.studyfile import load_study
 
@@ -72,6 +74,9 @@ REFUSED = [
     (with_first(motion=[{"order": 2}]), "body a: motion[0].acceleration", "or angle, not both", "300 rad/s^2"),
     (with_first(motion=[{"order": 2, "accel": 3}]), "body a: motion[0]", "must have no key but", "'acceleration'"),
     (with_first(motion=[{"order": math.pi, "angle": 1}]), "body a: motion[0].order", "ratio of whole numbers", "0.5"),
+    (with_first(motion=[{"order": math.pi, "angle": 1}]), "body a: motion[0].order", "ratio of whole numbers",
+     "what they cost: '22/7', +0.0004 off, repeats after 7 turns; '311/99', -6e-05 off, repeats after 99"),
+    (with_first(motion=[{"order": 2000.5, "angle": 1}]), "body a: motion[0].order", "ratio of whole numbers", "'7/3'."),
     # names and tables
     (train(meshes=[mesh("a", "bb")]), "mesh a/bb: between", "must be one of a, b", "Did you mean 'b'?"),
     (train(body("a"), body("b", inerta=1)), "body b", "must have no key but name, inertia", "Did you mean 'inertia'?"),
@@ -377,3 +382,28 @@ def test_planets_around_a_held_sun_follow_each_other_the_other_way():
     assert [each.name for each in found.bodies][:3] == ["carrier", "ring", "sun"]
     assert found.meshes[2].phase == pytest.approx(20 * 2 * math.pi / 3)
     assert found.meshes[3].phase == pytest.approx(-58 * 2 * math.pi / 3 + 20 * math.pi)
+
+
+def test_an_order_may_be_a_fraction_in_words():
+    assert TorqueOrder(order="22/7", amplitude=1).ratio == Fraction(22, 7)
+
+
+def driven(speed):
+    """A motor whose torque falls from 25 N m at 1500 rpm to 0 at 3000, and a pump, at 2/3 of its speed, whose load
+    rises from 5 N m at 100 rpm to 60 at 3000."""
+    motor = gc.Body(name="motor", inertia=1e-3, torque_over_speed={"speed": [0, 1500, 3000], "torque": [40, 25, 0]})
+    pump = gc.Body(name="pump", inertia=2e-3, torque_over_speed={"speed": [100, 3000], "torque": [-5, -60]})
+    mesh = gc.Mesh(between=("motor", "pump"), teeth=(24, 36), base_radii=(0.02, 0.03), stiffness=3e8, backlash=1e-4)
+    return gc.Train(speed=speed, bodies=[motor, pump], meshes=[mesh])
+
+
+def test_the_speed_at_which_a_motor_and_its_load_balance_is_named():
+    """50 - n/60 = (2/3) (5 + (55/2900) (2n/3 - 100))."""
+    expected = (50 - 2 / 3 * (5 - 5500 / 2900)) / (1 / 60 + 4 / 9 * 55 / 2900)
+    with pytest.raises(InputError, match="left over here; by torque_over_speed all balance at") as error:
+        driven(1000)
+    named = float(re.search(r"balance at ([\d.]+) rpm", str(error.value))[1])
+    assert named == pytest.approx(expected, rel=1e-11) and driven(named).torque > 0
+    with pytest.raises(InputError, match="balance at no speed of the tables"):
+        load = gc.Body(name="pump", inertia=2e-3, torque="-61 N*m")
+        gc.Train(speed=1000, bodies=[driven(named).bodies[0], load], meshes=driven(named).meshes)

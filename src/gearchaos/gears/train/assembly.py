@@ -296,6 +296,27 @@ def mean_imbalance(train: Train) -> tuple[float, float, str]:
     return 0.0, 1.0, ""
 
 
+def balancing_speeds(train: Train) -> list[float]:
+    """The speeds of the first body, rpm, at which the mean torques balance where some depend on the speed: the roots of
+    what is left over, which is linear between the speeds of the tables."""
+    found, tables = structure(train), [np.array(body.torque_over_speed.speed) / abs(float(train.ratios[body.name]))
+                                       for body in train.bodies if body.torque_over_speed and train.ratios[body.name]]
+    if not tables:
+        return []
+    knots = np.unique(np.clip(np.concatenate(tables), max(each[0] for each in tables), min(each[-1] for each in tables)))
+
+    def torque(name: str, _: str, own: Any) -> Any:
+        body = train.body(name)
+        return np.full(len(knots), own) if body.torque_over_speed is None else train.torque_at(body, knots)
+
+    left, _ = found.imbalance(torque)  # (knots, motions)
+    start, stop = left[:-1, 0], left[1:, 0]
+    crossed = (start * stop <= 0) & (start != stop)
+    roots = (knots[:-1] + np.diff(knots) * start / np.where(crossed, start - stop, 1.0))[crossed]
+    return [speed for speed in np.unique(roots).tolist() if all(
+        abs(np.interp(speed, knots, each)) <= 1e-9 * np.abs(each).max(initial=1e-300) for each in left.T)]
+
+
 class Assembly:
     """The arrays of a train at P points, whose values ``value`` gives; ``speed`` (P,) in rpm.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
@@ -96,9 +97,14 @@ def ends_of(field: str, value: Any) -> tuple[str, str]:
 
 
 def _order(field: str, value: Any) -> float:
-    found = number(POSITIVE)(field, value)
+    ratio = re.fullmatch(r"\s*(\d{1,9})\s*/\s*([1-9]\d{0,8})\s*", value) if isinstance(value, str) else None
+    found = number(POSITIVE)(field, int(ratio[1]) / int(ratio[2]) if ratio else value)
     if found > _MOST_ORDER or abs(Fraction(found).limit_denominator(_MOST_ORDER) - found) > 1e-9 * found:
-        raise InputError(field, f"must be a ratio of whole numbers up to {_MOST_ORDER}", value, "E.g. 2 or 0.5.")
+        near = dict.fromkeys(Fraction(found).limit_denominator(most) for most in (10, 100, _MOST_ORDER))
+        choices = "; ".join(f"'{each}', {float(each) / found - 1:+.1g} off, repeats after {each.denominator} turns"
+                            for each in near if 0 < each <= _MOST_ORDER)
+        raise InputError(field, f"must be a ratio of whole numbers up to {_MOST_ORDER}", value,
+                         "E.g. 2, 0.5 or '7/3'." + f" Near ones and what they cost: {choices}." * bool(choices))
     return found
 
 

@@ -17,7 +17,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import GearPair, Scales
-from gearchaos.gears.train.assembly import mean_imbalance, units_of
+from gearchaos.gears.train.assembly import balancing_speeds, mean_imbalance, units_of
 from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
 from gearchaos.gears.train.parts import GROUND, LAWS, Body, Shaft, Units, field_of, parts
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
@@ -122,6 +122,9 @@ class Train(HasCard):
             other = others[-1].name
             load = -left * abs(self.ratios[name] / self.ratios[other])
             advice = f"{left:.6g} N m are left over; {load:.9g} N m at {other} would balance them."
+        if any(body.torque_over_speed for body in self.bodies):
+            speeds = ", ".join(f"{speed:.12g} rpm" for speed in balancing_speeds(self)) or "no speed of the tables"
+            advice = f"{left:.6g} N m are left over here; by torque_over_speed all balance at {speeds}."
         raise InputError(f"body {name}: torque", "must balance the other mean torques", own,
                          f"{advice} Loads and drag are negative.")
 
