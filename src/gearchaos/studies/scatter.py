@@ -37,6 +37,7 @@ from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.scatter_results import AFTER, OUTCOMES, ScatterResults
 from gearchaos.studies.scattered_models import (
     ScatteredModels,
+    check_centre_distance,
     check_parameters,
     check_values,
     drawn_within_grade,
@@ -199,6 +200,8 @@ class Scatter(ClassifyingStudy):
         correlation_factor(self.inputs, self.correlations)
         check_memory("designs times speeds and torques", self.count, 40)
         values = list(self.values.reshape(-1, len(names)).T)
+        if is_design(gears) and "centre_distance" in names:
+            check_centre_distance(gears, names)
         if gears is None:
             check_parameters(self.model, self.inputs, values)
         for each, tried in zip(self.inputs, values, strict=True):

@@ -6,6 +6,7 @@ geometry that cannot run, is a sample without a model.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -17,6 +18,8 @@ import numpy as np
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.execute.progress import bar
 from gearchaos.flow import ExactFlow
+from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.geometry.backlash import Backlash
 from gearchaos.gears.operating import OPERATING_NAMES, gears_of, operating_model
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
 from gearchaos.model import Batch, MeshModel, has_effect, known_names, vary
@@ -91,6 +94,27 @@ def resolved(gears: Any, scattered: Scattered) -> Scattered:
     if all(isinstance(each, int) and not isinstance(each, bool) for each in counted):
         scattered = scattered.whole
     return scattered
+
+
+def check_centre_distance(design: GearDesign, names: Sequence[str]) -> None:
+    """Raise `InputError` for a varied centre distance of a design that leaves open what moves with it.
+
+    The teeth of a drawing stay as they are: their shifts must be given, and the backlash by the thickness of the teeth,
+    unless it is varied as well.
+    """
+    geometry, sets, still = design.geometry, list[str](), any(name.partition(".")[0] == "backlash" for name in names)
+    if design.profile_shift is None:
+        sets.append(f"--set \"design.profile_shift=[{', '.join(f'{x:g}' for x in geometry.profile_shift)}]\"")
+    if isinstance(design.backlash, Backlash) and not still:
+        thinner = (design.backlash_line_of_action - geometry.theoretical_backlash) * math.cos(
+            geometry.helix_angle) / math.cos(geometry.transverse_pressure_angle) / 2
+        one = f"'{-1e6 * thinner:.5g} um'"
+        sets.append(f"--set \"design.backlash={{ tooth_thickness_allowances = [{one}, {one}] }}\"")
+    if sets:
+        raise InputError(
+            "vary: centre_distance", "must have profile_shift, and the backlash by tooth_thickness_allowances, in the "
+            "design", None, "Then the teeth stay as they are, and the backlash moves by 2 sin(α) times what the "
+            f"distance does. As the design is now: {' '.join(sets)}.")
 
 
 def check_values(gears: Any, scattered: Scattered, values: np.ndarray) -> None:

@@ -318,9 +318,9 @@ def test_the_picture_has_probabilities_and_indices():
 
 def test_scatter_without_a_possible_design_is_refused_with_the_reason():
     square = replace(DESIGN, teeth=(50, 50), centre_distance="150 mm")
-    with pytest.raises(InputError, match=r"^vary must leave some designs possible; got 'centre_distance'.*"
+    with pytest.raises(InputError, match=r"^vary must leave some designs possible; got 'module'.*"
                                          "profile_shift must be given with this centre distance"):
-        gc.scatter(square, ["centre_distance=148:152 mm"], "speed=1000:1100:2", samples=32, indices=False)
+        gc.scatter(square, ["module=2.9:3.1 mm"], "speed=1000:1100:2", samples=32, indices=False)
 
 
 def test_inputs_that_the_indices_do_not_tell_apart_are_both_named():
@@ -379,3 +379,18 @@ def test_what_is_beyond_the_teeth_is_named_without_a_factor():
     assert any("beyond the teeth 1.00" in text or "beyond the teeth 0." in text
                for text in answer(content, content["torques"][0]))
     assert not any("beyond" in text for text in answer(*(lambda c: (c, c["torques"][0]))(scatter_document(plain))))
+
+
+def test_a_varied_centre_distance_asks_once_for_all_that_moves_with_it():
+    with pytest.raises(InputError) as error:
+        study(["centre_distance=112.49:112.51 mm"], model=replace(DESIGN, centre_distance="112.5 mm"))
+    text, = re.findall(r"tooth_thickness_allowances = \[('-[\d.]+ um'), \1\]", str(error.value))
+    assert '--set "design.profile_shift=[0, 0]"' in str(error.value)
+    held = replace(DESIGN, centre_distance="112.5 mm", profile_shift=[0, 0], backlash={
+        "tooth_thickness_allowances": [text.strip("'")] * 2})
+    assert held.backlash_line_of_action == pytest.approx(0.12e-3, rel=1e-4)
+    wider = replace(held, centre_distance="112.51 mm").backlash_line_of_action - held.backlash_line_of_action
+    assert wider == pytest.approx(2e-5 * np.sin(np.radians(20)), rel=1e-3)
+    assert study(["centre_distance=112.49:112.51 mm"], model=held).count
+    given = replace(DESIGN, centre_distance="112.5 mm", profile_shift=[0, 0])
+    assert study(["centre_distance=112.49:112.51 mm", "backlash=0.1:0.2 mm"], model=given).count

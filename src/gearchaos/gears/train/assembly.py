@@ -303,7 +303,8 @@ def balancing_speeds(train: Train) -> list[float]:
                                        for body in train.bodies if body.torque_over_speed and train.ratios[body.name]]
     if not tables:
         return []
-    knots = np.unique(np.clip(np.concatenate(tables), max(each[0] for each in tables), min(each[-1] for each in tables)))
+    low, high = max(each[0] for each in tables), min(each[-1] for each in tables)
+    knots = np.unique(np.clip(np.concatenate(tables), low, high))
 
     def torque(name: str, _: str, own: Any) -> Any:
         body = train.body(name)
