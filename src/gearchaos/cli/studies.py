@@ -378,17 +378,18 @@ def scatter(
     axes += [Axis("torque", each, each, 1) for each in torques or ()]
     loaded = options.load(study, sets, axes=axes)
     of_file = loaded.options_for("scatter")
-    for name, value, example in (("speed", speed, "500:6000:60"), ("vary", vary, "damping_ratio=0.03:0.1")):
-        if not value and name not in of_file:
-            raise InputError(f"--{name}", "must be given", None, f"E.g. --{name} {example}.")
+    if speed is None and "speed" not in of_file:
+        raise InputError("--speed", "must be given", None, "E.g. --speed 500:6000:60.")
     given = options.given(
-        vary=vary or None, torque=torques, samples=samples, factor=factor, start=start, indices=indices, seed=seed,
-        budget=budget, wide=wide or None,
+        vary=vary or (None if "vary" in of_file else []), torque=torques, samples=samples, factor=factor, start=start,
+        indices=indices, seed=seed, budget=budget, wide=wide or None,
         correlations=None if not correlation else [_correlation(text) for text in correlation],
         **({} if speed is None else {"speed": axes[0]}))
     if load_change is not None:
         given["load_change"] = change_of(load_change)
     chosen = loaded.study(Scatter, **given)
+    if given.get("vary") == []:
+        say(f"varied, since --vary is left out: {'; '.join(chosen.vary)}")
     found = Found("scatter", chosen.run(progress=True), loaded, False, chosen.axes, out, plot)
     save(found.dataset, out)
     report(found, "scatter", json_out)

@@ -42,6 +42,7 @@ from gearchaos.studies.scattered_models import (
     check_values,
     drawn_within_grade,
     resolved,
+    uncertain_inputs,
     with_varied_deviations,
 )
 from gearchaos.studies.scattered_motions import PERMANENT, TWO_SIDED, ScatteredMotions, lost
@@ -128,8 +129,8 @@ class Scatter(ClassifyingStudy):
         transient_lengths=(80, 160, 320), longest_period=16, doublings=1, longest_transient=0)
 
     vary: tuple[str, ...] = option(
-        MISSING, "Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.",
-        keyword=False)
+        MISSING, "Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8; "
+        "none: the damping, the deviations within the grade, and the backlash.", keyword=False)
     speed: Axis = axis_option('Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.')
     torque: tuple[float, ...] | None = option(
         None, "Torques at wheel 1, numbers in N m or texts; by default that of the gears.", keyword=False)
@@ -152,6 +153,8 @@ class Scatter(ClassifyingStudy):
 
     def __post_init__(self) -> None:
         given = (self.vary,) if isinstance(self.vary, str) or hasattr(self.vary, "keys") else tuple(self.vary)
+        if not given and (gears := gears_of(self.model) if isinstance(self.model, MeshModel) else self.model):
+            given = uncertain_inputs(gears)
         self._set(vary=drawn_within_grade([as_text(each) for each in given]))
         self._set(correlations=_correlations(self.correlations))
         along = "omega" if isinstance(self.model, MeshModel) and gears_of(self.model) is None else "speed"

@@ -22,6 +22,8 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import Backlash
 from gearchaos.gears.operating import OPERATING_NAMES, gears_of, operating_model
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
+from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
+from gearchaos.gears.units import LENGTH
 from gearchaos.model import Batch, MeshModel, has_effect, known_names, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
@@ -30,6 +32,8 @@ from gearchaos.studies.distributions import WITHIN, Scattered
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.quasi_static import quasi_static_ratio
 
+SPREAD = 0.3
+"""Half the range of an input whose scatter is assumed, over its value."""
 _PROBED = (0.125, 0.875)  # probabilities of an input at which it is seen what depends on it
 STARTS = {"rest": "from rest", "static deflection": "from the static deflection",
           "steady contact": "from steady contact"}
@@ -50,9 +54,24 @@ def drawn_within_grade(vary: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(found)
 
 
+def uncertain_inputs(gears: Any) -> tuple[str, ...]:
+    """What every drawing leaves uncertain: deviations within the grade, uniform damping and backlash."""
+    backlash, unit = gears.backlash, "mm"
+    if isinstance(backlash, Backlash):
+        backlash, unit = backlash.value, unit if backlash.dimension is LENGTH else ""
+    elif not isinstance(backlash, float):  # allowances of the teeth
+        backlash = None
+    given = {"damping_ratio": (getattr(gears, "damping_ratio", None), ""), "k": (getattr(gears, "k", None), "N*s/m"),
+             "backlash": (backlash and backlash * (1e3 if unit else 1), unit)}
+    of_grade = getattr(gears, "transmission_error", None) in (*FROM_QUALITY,) and gears.quality.deviations is None
+    return (*[f"{DEVIATIONS}={WITHIN}"] * of_grade, *(
+        f"{name}={(1 - SPREAD) * value:.4g}:{(1 + SPREAD) * value:.4g} {unit}".rstrip()
+        for name, (value, unit) in given.items() if value))
+
+
 def with_varied_deviations(model: MeshModel, names: Sequence[str]) -> MeshModel:
-    """A model of gears that have deviations within their grade if those of both wheels are varied; raises `InputError`
-    if only one is, and none of the other is known."""
+    """A model of gears that have deviations within their grade if those of both wheels are varied, in place of those
+    that are typical of it; raises `InputError` if only one is, and none of the other is known."""
     gears: Any = gears_of(model)
     quality, varied = getattr(gears, "quality", None), [n for n in (1, 2) if f"{DEVIATIONS}.{n}" in names]
     if quality is None or quality.deviations is not None or not varied:
@@ -60,7 +79,9 @@ def with_varied_deviations(model: MeshModel, names: Sequence[str]) -> MeshModel:
     if len(varied) == 1:
         raise InputError(f"vary: {DEVIATIONS}.{3 - varied[0]}", "must be varied too, or be given in the gears", None,
                          f"Both wheels make the error: --vary '{DEVIATIONS}={WITHIN}'.")
-    made = operating_model(replace(gears, quality=replace(quality, deviations=(0.0, 0.0))), model.kind)
+    error = BOUND if gears.transmission_error in FROM_QUALITY else gears.transmission_error
+    made = operating_model(replace(gears, quality=replace(quality, deviations=(0.0, 0.0)), transmission_error=error),
+                           model.kind)
     return replace(made, initial=model.initial)
 
 

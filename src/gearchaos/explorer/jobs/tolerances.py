@@ -5,25 +5,18 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from gearchaos.explorer.jobs.progress import with_progress
 from gearchaos.explorer.view.state import View
-from gearchaos.gears.geometry.backlash import Backlash
-from gearchaos.gears.operating import Gears
-from gearchaos.gears.transmission_error.harmonics import BOUND
-from gearchaos.gears.units import LENGTH
 from gearchaos.studies.axis import Axis
-from gearchaos.studies.distributions import WITHIN
 from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.regime import regime
 from gearchaos.studies.scatter import Scatter
-from gearchaos.studies.scattered_models import DEVIATIONS, present_value
+from gearchaos.studies.scattered_models import present_value
 
-SPREAD = 0.3  # half the range of an input whose scatter is assumed, over its value
 _DESIGNS = 512
 
 
@@ -37,22 +30,6 @@ class Cloud:
     values: tuple[float | None, ...]  # their values of the inputs; None where they have none
 
 
-def assumed(gears: Gears) -> tuple[str, ...]:
-    """Inputs of a pair whose study file names none: deviations within the grade, uniform damping and backlash."""
-    made: Any = gears
-    backlash, unit = made.backlash, "mm"
-    if isinstance(backlash, Backlash):
-        backlash, unit = backlash.value, unit if backlash.dimension is LENGTH else ""
-    elif not isinstance(backlash, float):  # allowances of the teeth
-        backlash = None
-    given = {"damping_ratio": (getattr(made, "damping_ratio", None), ""), "k": (getattr(made, "k", None), "N*s/m"),
-             "backlash": (backlash and backlash * (1e3 if unit else 1), unit)}
-    of_grade = getattr(made, "transmission_error", None) == BOUND and made.quality.deviations is None
-    return (*[f"{DEVIATIONS}={WITHIN}"] * of_grade, *(
-        f"{name}={(1 - SPREAD) * value:.4g}:{(1 + SPREAD) * value:.4g} {unit}".rstrip()
-        for name, (value, unit) in given.items() if value))
-
-
 def tolerances(view: View) -> Generator[float | Cloud]:
     """The share of the motions that are followed, again and again, then the designs at the point of a view.
 
@@ -61,7 +38,7 @@ def tolerances(view: View) -> Generator[float | Cloud]:
     model, gears = view.operating_point, view.gears
     assert gears is not None  # it is a pair
     speed, torque = (float(model.value(name) or 0.0) for name in ("speed", "torque"))
-    study = Scatter(model, view.vary or assumed(gears), Axis("speed", speed, speed, 1), (torque,), samples=_DESIGNS,
+    study = Scatter(model, view.vary, Axis("speed", speed, speed, 1), (torque,), samples=_DESIGNS,
                     indices=False)
     dataset = yield from with_progress(partial(study.run, progress=True))
     verdict = regime(model, settings=study.classification)

@@ -10,12 +10,12 @@ from bokeh.models import ColumnDataSource, Scatter, Span
 
 from gearchaos.datasheet.scatter import QUASI_STATIC, answer, scatter_document, tried
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.explorer.jobs.tolerances import SPREAD, Cloud
+from gearchaos.explorer.jobs.tolerances import Cloud
 from gearchaos.explorer.panels.style import Legend, Panel, SetAttributes
 from gearchaos.explorer.view.state import View
 from gearchaos.plot.classes import CONTACT_CLASSES
 from gearchaos.studies.distributions import Scattered
-from gearchaos.studies.scattered_models import DEVIATIONS
+from gearchaos.studies.scattered_models import DEVIATIONS, SPREAD
 
 _INK = "#111111"
 _PARTS = 8  # of the designs by an input, whose means tell how far the factor follows it
