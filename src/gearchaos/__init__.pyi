@@ -876,8 +876,7 @@ def scatter(
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, or a dimensionless one.
     vary : (str, ...)
-        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8; none: the
-        damping, the deviations within the grade, and the backlash.
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
     speed : Axis or str
         Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
     torque : (float, ...), optional
@@ -967,8 +966,7 @@ class Scatter(_Scatter):
     model : MeshModel, GearPair, GearDesign or Train
         A single pair of given gears, or a dimensionless one.
     vary : (str, ...)
-        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8; none: the
-        damping, the deviations within the grade, and the backlash.
+        Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.
     speed : Axis or str
         Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.
     torque : (float, ...), optional

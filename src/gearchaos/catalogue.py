@@ -172,7 +172,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'options': {
             'vary': {
                 'type': 'tuple[str, ...]',
-                'help': 'Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8; none: the damping, the deviations within the grade, and the backlash.',
+                'help': 'Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.',
                 'required': True,
             },
             'torque': {

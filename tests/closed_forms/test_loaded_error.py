@@ -117,13 +117,15 @@ def test_where_no_relief_is_best_the_design_without_it_varies_as_much():
     assert peak_to_peak(without) == pytest.approx(least, rel=1e-12) and without.shares_load
 
 
-def test_without_a_relief_that_tooth_pairs_have_none_is_the_best():
-    give = "There is no tip relief that tooth pairs have. Give any"
-    without_start = replace(DESIGN, tip_relief="20 um")
-    for design, words in ((SPRING, "The mesh is one spring"), (DESIGN, give), (without_start, give)):
-        assert best_relief(design) is None
-        found = datasheet(design)["best_tip_relief"]
-        assert found.expected and found.reason.startswith(words)
+def test_without_a_relief_the_best_one_is_alike_and_from_single_contact():
+    assert best_relief(SPRING) is None
+    found = datasheet(SPRING)["best_tip_relief"]
+    assert found.expected and found.reason.startswith("The mesh is one spring")
+    from_there = {"start_diameter": list(DESIGN.geometry.single_contact_diameter)}
+    alike, twice = (best_relief(replace(DESIGN, tip_relief={**from_there, "amount": amount}))[0]
+                    for amount in ("1 um", ["2 um", "1 um"]))
+    for design, expected in ((DESIGN, alike), (replace(DESIGN, tip_relief=["20 um", "10 um"]), twice)):
+        assert datasheet(design)["best_tip_relief"].value == pytest.approx(1e6 * np.array(expected), rel=1e-2)
 
 
 COMPLETE = replace(DESIGN, backlash={"value": "0.2 mm", "of": "line of action, total"}, bore="30 mm", speed=3000,

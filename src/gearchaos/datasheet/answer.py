@@ -196,7 +196,10 @@ class Answer:
     @property
     def _best_relief(self) -> str:
         """The tip relief with which the deflection varies least, after what it is now; empty without a relief."""
-        if not self.design.shares_load or not isinstance((best := self.entries["best_tip_relief"]).value, tuple):
+        relief = self.design.tip_relief
+        if relief is None or not any(relief.amount) or relief.start_diameter is None or not self.design.shares_load:
+            return ""
+        if not isinstance((best := self.entries["best_tip_relief"]).value, tuple):
             return ""
         if not any(best.value):
             single = " / ".join(f"{1e3 * d:.5g}" for d in self.design.geometry.single_contact_diameter)

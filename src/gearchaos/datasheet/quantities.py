@@ -175,16 +175,17 @@ class _Results:
 
     @cached_property
     def best_relief(self) -> tuple[tuple[float, float], float]:
-        """The tip relief with which the deflection varies least; raises `_NoValueError` without a relief to vary."""
-        found = best_relief(self.design)
-        if found is None and not self.design.shares_load:
+        """The tip relief with which the deflection varies least: without a start from single contact to the tip,
+        without an amount alike on both wheels; raises `_NoValueError` where tooth pairs do not share the load."""
+        design, relief = self.design, self.design.tip_relief
+        given = relief is not None and any(relief.amount)
+        if design.shares_load and (relief is None or not given or relief.start_diameter is None):
+            design = replace(design, tip_relief={"start_diameter": list(self.geometry.single_contact_diameter),
+                                                 "amount": list(relief.amount) if given else 1e-3 * design.module})
+        found = best_relief(design)
+        if found is None:
             raise _NoValueError("The best relief is sought for spur gears alone." if self.design.in_strips else
                                 "The mesh is one spring, on which a relief does not share the load.", True)
-        if found is None:
-            first, second = (f"{1e3 * d:.2f} mm" for d in self.geometry.single_contact_diameter)
-            raise _NoValueError("There is no tip relief that tooth pairs have. Give any amount: design.tip_relief = "
-                                f"{{ amount = '10 um', start_diameter = ['{first}', '{second}'] }}. "
-                                f"{self.geometry.least_contact.capitalize()} begins at these diameters.", True)
         return found
 
     @property
@@ -326,7 +327,8 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "entering: this times x²", _MODEL),
         "best_tip_relief": _row(
             lambda results: results.best_relief[0], "C_a", "µm", 1e6, "amounts in the given ratio, over the given "
-            "lengths, up to four times what one pair bends, with which the mesh deflection under the torque varies "
+            "lengths, or else alike from single contact to the tip, up to "
+            "four times what one pair bends, with which the mesh deflection under the torque varies "
             "least", _MODEL),
         "best_loaded_error_peak_to_peak": _row(
             lambda results: results.best_relief[1], "", "µm", 1e6, "mesh deflection under the torque with that "

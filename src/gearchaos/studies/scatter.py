@@ -129,8 +129,8 @@ class Scatter(ClassifyingStudy):
         transient_lengths=(80, 160, 320), longest_period=16, doublings=1, longest_transient=0)
 
     vary: tuple[str, ...] = option(
-        MISSING, "Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8; "
-        "none: the damping, the deviations within the grade, and the backlash.", keyword=False)
+        MISSING, "Inputs with distributions: backlash=0.10:0.25 mm, damping_ratio=0.05±0.01, quality.grade=6:8.",
+        keyword=False)
     speed: Axis = axis_option('Speeds of wheel 1, rpm, as a text "speed=500:6000:60"; of a dimensionless model omega.')
     torque: tuple[float, ...] | None = option(
         None, "Torques at wheel 1, numbers in N m or texts; by default that of the gears.", keyword=False)
