@@ -121,7 +121,7 @@ def test_export_of_a_store_run_with_other_axes(tmp_path, monkeypatch):
     ask("run", pair, "--axis", "omega=0.9:1:2", "--axis", "q0=0.1:0.2:2", "--out", "p.zarr")
     ask("export", "p.zarr", "--out", "p.csv", "--physical")
     assert {"v_rms [mm/s]", "v_rms [m/s]"} <= read("p.csv").keys()
-    assert "save the result as NetCDF too" in refused("plot", "s.csv")
+    assert "Save the result as NetCDF, --out FILE.nc" in refused("plot", "s.csv")
     assert "--axis must be given twice" in refused("run", "s.toml", "--axis", "q0=0:1:3", "--out", "t.zarr")
     Path("m.toml").write_text('[study]\nkind = "simulate"\nperiods = 4\n')
     assert "--axis must be left out for kind 'simulate'" in refused(
