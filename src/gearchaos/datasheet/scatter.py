@@ -117,8 +117,8 @@ def tried(content: dict[str, Any]) -> list[str]:
     inputs = "; ".join(f"{name} {each['distribution']}" + (
         f" ({100 * each['cut']:.2g} % cut off)" if each["cut"] > _TOLD else "")
         for name, each in content["inputs"].items())
-    after = f", and {change_in_words(content)}, one at each speed" * (content["load_change"] is not None
-                                                                      or content["wide"])
+    changed = content["load_change"] is not None or content["wide"]
+    after = f", and {change_in_words(content)}, one at each speed" if changed else ""
     found = [f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]}, those without "
              f"contact as the speed rises and falls{after}: others may be possible. In brackets: 95 %."]
     if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
