@@ -5,19 +5,18 @@ from __future__ import annotations
 import logging
 import os
 import shutil
-import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
-from multiprocessing import get_all_start_methods, get_context, parent_process
-from threading import Thread
+from multiprocessing import get_all_start_methods, get_context
 from typing import Any
 
 from gearchaos.errors import InputError, missing_package, whole_number
 from gearchaos.execute.machine import cores
 from gearchaos.execute.pool import CHECK_INTERVAL, RESUME_ADVICE, Pool, PoolLostError
+from gearchaos.processes import end_with_parent
 
 PoolFactory = Callable[[], AbstractContextManager[Pool]]  # opens a pool; called again if the pool breaks
 
@@ -60,19 +59,12 @@ def process_pool(count: int, modules: Sequence[str] = ()) -> PoolFactory:
 
 
 def _begin_worker(environment: dict[str, str]) -> None:
-    """Ignore interrupts, which the parent process handles, and exit when the parent does.
+    """Exit when the parent process does, which handles interrupts.
 
     A forked worker has the environment that the parent had when it began to fork, so the present one is given.
     """
     os.environ.update(environment)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def end_with_parent() -> None:
-        if (parent := parent_process()) is not None:
-            parent.join()
-            os._exit(1)
-
-    Thread(target=end_with_parent, daemon=True).start()
+    end_with_parent()
 
 
 def pool_from_options(

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import pickle
 import subprocess
-import sys
 from contextlib import suppress
 from threading import Thread
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from gearchaos.flow.kernels.advance import advance_packs
 from gearchaos.flow.kernels.arrays import dimensions
 from gearchaos.flow.kernels.compilation import is_missing
 from gearchaos.flow.kernels.correction import correct_orbit
+from gearchaos.processes import python_command
 
 if TYPE_CHECKING:
     from gearchaos.flow.system import SwitchedSystem
@@ -80,7 +80,6 @@ def _begin(jobs: tuple[str, ...], kernel: Any, system: SwitchedSystem) -> None:
 
 def _start(job: str, given: bytes) -> None:
     """Run `first_kernels.main` in a process for one job, and wait for it."""
-    program = f"from gearchaos.flow.first_kernels import main; main({job!r})"
+    command = python_command(f"from gearchaos.flow.first_kernels import main; main({job!r})")
     with suppress(OSError):  # no program, or no memory for one
-        subprocess.run([sys.executable, "-P", "-c", program], input=given, stdout=subprocess.DEVNULL,
-                       stderr=subprocess.DEVNULL)
+        subprocess.run(command, input=given, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.model.parameters import MeshModel
+from gearchaos.processes import python_command
 
 # Environment of the processes. With one thread NumPy's matrix routines round in the same way on every machine load:
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -36,7 +36,7 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
 
     Raises `RuntimeError` if the process fails; the message has the last line that it wrote to stderr.
     """
-    command = [sys.executable, "-P", "-c", "from gearchaos.proof.batch import main; main()"]
+    command = python_command("from gearchaos.proof.batch import main; main()")
     done = subprocess.run(command, input=pickle.dumps(orbits, pickle.HIGHEST_PROTOCOL), capture_output=True,
                           env=os.environ | _ONE_THREAD, check=False)
     if done.returncode:
@@ -46,8 +46,7 @@ def prove_in_process(orbits: list[OrbitToProve]) -> np.ndarray:
 
 
 def main() -> None:
-    """Prove the orbits on stdin, and write their codes to stdout. Interrupts are left to the parent process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Prove the orbits on stdin, and write their codes to stdout."""
     from gearchaos.proof.certificate import NO_REASON, REASON_CODES, Certificate, Proved
     from gearchaos.proof.prove import prove_at_some_phase
 

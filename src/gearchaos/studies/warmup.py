@@ -14,6 +14,7 @@ from gearchaos.flow import ExactFlow, correct_any
 from gearchaos.model import DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, MeshModel, ToothPairStiffness, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
+from gearchaos.processes import end_with_parent
 
 MODELS: dict[int, dict[str, Any]] = {
     2: {"kind": "torsional"},
@@ -33,7 +34,7 @@ def warmup(
 
     Yields each dimension and law with the compilation time in seconds, in the order of completion.
     """
-    with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(cores(), mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
         for done in as_completed([pool.submit(_run, d, law) for law in damping_laws for d in dimensions]):
             yield done.result()
 

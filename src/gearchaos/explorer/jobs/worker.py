@@ -25,7 +25,6 @@ import logging
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import threading
@@ -42,6 +41,7 @@ from typing import Any, BinaryIO, NamedTuple
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import cores
 from gearchaos.flow import StoppedError, cancel_event, compile_beside, on_compile
+from gearchaos.processes import python_command
 
 INTERNAL_ERROR = "something went wrong here; the server's log says what"
 """Message on the page about an error in this program."""
@@ -218,9 +218,8 @@ class WorkerProcess:
 
     def _start(self) -> None:
         niceness = _NICENESS if self._low_priority else 0
-        code = f"from gearchaos.explorer.jobs.worker import main; main({niceness})"
-        self._process = subprocess.Popen([sys.executable, "-P", "-c", code], stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE,
+        command = python_command(f"from gearchaos.explorer.jobs.worker import main; main({niceness})")
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          creationflags=_LOW_PRIORITY if self._low_priority else 0,
                                          env=os.environ | _MALLOC if self._low_priority else None)
 
@@ -321,7 +320,6 @@ _LAST = object()
 
 def main(niceness: int) -> None:
     """Answer requests on stdin until it is closed; steps that are not urgent have a priority lower by ``niceness``."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, whose end closes the pipe
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # text that is printed must not get between the answers
     if not niceness and cores() > 1:
