@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from gearchaos.cli import completion, process
+from gearchaos.cli.interrupts import ended_by_signals
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
 
@@ -26,7 +27,8 @@ def main() -> None:
     if sys.stdout is not None:  # it may be closed
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     completion.join_words()
-    app(prog_name="gearchaos")
+    with ended_by_signals():
+        app(prog_name="gearchaos")
 
 
 @app.callback(invoke_without_command=True)

@@ -19,8 +19,12 @@ from typer.core import TyperGroup
 
 from gearchaos.errors import DesignWarning, InputError
 
-BAD_INPUT, INTERRUPTED = 2, 130
-"""Exit codes."""
+BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 143
+"""Exit codes; those of signals are as shells give them."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, by which schedulers end a job; a command ends as after Ctrl-C."""
 
 
 class Commands(TyperGroup):
@@ -55,8 +59,8 @@ def reported() -> Iterator[None]:
         if error.errno == errno.EPIPE:  # the reader of the pipe has ended: typer exits silently
             raise
         _fail(f"error: {error}", BAD_INPUT)
-    except KeyboardInterrupt:
-        _fail("interrupted", INTERRUPTED)
+    except KeyboardInterrupt as interrupt:
+        raise typer.Exit(say_interrupted(isinstance(interrupt, Terminated))) from None
 
 
 def _fail(message: str, code: int) -> None:
@@ -67,6 +71,12 @@ def _fail(message: str, code: int) -> None:
                             for line in message.splitlines())
     say(message)
     raise typer.Exit(code) from None
+
+
+def say_interrupted(terminated: bool) -> int:
+    """Print that a signal has ended the command; gives its exit code."""
+    say("terminated" if terminated else "interrupted")
+    return TERMINATED if terminated else INTERRUPTED
 
 
 def say(message: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
@@ -13,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli import completion, output, process
+from gearchaos.cli import completion, output
 from gearchaos.cli.errors import say
+from gearchaos.cli.interrupts import finish_what_is_under_way
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, print_json, say_written
 from gearchaos.errors import InputError
@@ -79,7 +79,7 @@ def run(
     coarse = {"refine": COARSE} if refine and loaded.options.get("refine", 1) == 1 else {}
     chosen = loaded.study(study_class(loaded.kind), **axes, **coarse)
     part = None if shard is None else Shard.parse(shard)
-    _interrupt_by_sigterm()
+    finish_what_is_under_way()
     _report(out, run_into_store(chosen, out, tile=tile, pool=pool, shard=part, progress=True), json_out)
 
 
@@ -88,14 +88,8 @@ def finish(store: StorePath, json_out: Json = False) -> None:
     """Finish a store of which all tiles are done, or say which are missing; damaged tiles are computed again."""
     from gearchaos.store.run import finish_store
 
-    _interrupt_by_sigterm()
+    finish_what_is_under_way()
     _report(store, finish_store(store, progress=True), json_out)
-
-
-def _interrupt_by_sigterm() -> None:
-    """Let SIGTERM, by which schedulers end a job, act as Ctrl-C: the run lets go of its lock, which other hosts see."""
-    if process.own_process:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def _report(store: str, outcome: Outcome, json_out: bool) -> None:
