@@ -155,6 +155,27 @@ def test_every_name_of_this_machine_s_own_and_any_end_of_a_tunnel_is_answered(pl
         assert raw.connect(host, f"http://{host}", known)[0] == 101
 
 
+ELSEWHERE, FOREIGN = "http://evil.example", {"Sec_Fetch_Site": "cross-site"}
+LINK = {"Sec_Fetch_Dest": "document", "Sec_Fetch_User": "?1"}
+
+
+@pytest.mark.parametrize(("status", "headers"), [
+    (403, FOREIGN), (403, {"Sec_Fetch_Site": "same-site"}), (403, {**FOREIGN, **LINK, "Sec_Fetch_Dest": "iframe"}),
+    (403, {**FOREIGN, **LINK, "Sec_Fetch_User": None}), (403, {"Origin": ELSEWHERE}), (403, {"Origin": "null"}),
+    (403, {"Referer": f"{ELSEWHERE}/"}), (403, {"Referer": "http://127.0.0.1:1/"}),
+    (200, {**FOREIGN, **LINK, "Referer": ELSEWHERE}), (200, {"Sec_Fetch_Site": "none"}),
+    (200, {"Sec_Fetch_Site": "same-origin", "Origin": "http://{home}"}), (200, {"Referer": "http://{home}/?zeta=0.1"})])
+def test_another_site_has_no_page_made_but_by_a_link(place, status, headers):
+    """A browser says where a request comes from, or an old one only which page made it."""
+    sent = {name: value and value.format(home=home(place)) for name, value in headers.items()}
+    for path in ("/favicon.ico", "/static/js/bokeh.min.js"):
+        with Raw(place) as raw:
+            assert raw.ask(path, Host=home(place), **sent)[0] == status
+    if status == 403:
+        with Raw(place) as raw:
+            assert raw.ask("/?key=guessed", Host=home(place), **sent)[0] == status
+
+
 REFUSED = [
     *(("GET", path, {}, [404]) for path in (
         "/static/js/%00", "/static/js/bokeh.min.js%00", "/static/%00/x", "/%00", "/ws%00")),

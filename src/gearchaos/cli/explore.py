@@ -84,7 +84,7 @@ def _serve(running: Any, page: str | None) -> None:
     if page:
         loop.add_callback(webbrowser.open, page)
     before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:  # it is ignored in a background job
+    if before is not signal.SIG_IGN:  # as in a background job
         signal.signal(signal.SIGINT, lambda *_: loop.asyncio_loop.call_soon_threadsafe(loop.stop))
     try:
         loop.start()

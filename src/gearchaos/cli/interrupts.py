@@ -34,7 +34,7 @@ def ended_by_signals() -> Iterator[None]:
     """In the context a signal ends the process. Ctrl-C does nothing where it is ignored, as in a background job."""
     reading, writing = socket.socketpair()
     writing.setblocking(False)
-    signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+    signal.set_wakeup_fd(writing.detach(), warn_on_full_buffer=False)  # open to the end of the process
     signal.signal(signal.SIGTERM, _interrupt)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)

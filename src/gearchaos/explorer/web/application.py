@@ -3,22 +3,30 @@
 Pages of other sites must not reach the server. A browser says in ``Origin`` which site a request comes from. That is
 not enough: an attacker can let his own domain name resolve to this machine (DNS rebinding), so that ``Origin`` and
 ``Host`` agree. Therefore the name in ``Host`` is checked as well.
+
+Of the requests of another site only the links that a visitor follows are answered, and the page in a notebook, whose
+address has the `KEY` of this server. A page is sent without a session, which takes a tenth of a second to make: that
+waits for the connection of the page.
 """
 
 from __future__ import annotations
 
+import gc
 import ipaddress
 import logging
 import os
 import re
 import socket
 from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import unquote, urlsplit
 
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
 from bokeh.core.templates import get_env
+from bokeh.document import document as documents
 from bokeh.server.session import ServerSession
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.doc_handler import DocHandler
@@ -35,8 +43,9 @@ from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
 from gearchaos.explorer.view.run import WAYS
 from gearchaos.explorer.view.state import CHANGES, View
 from gearchaos.explorer.view.text import from_query
-from gearchaos.explorer.web import LOCAL
+from gearchaos.explorer.web import KEY, LOCAL
 from gearchaos.explorer.web.messages import asset
+from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.session import Session
 from gearchaos.gears.operating import OperatingModel
 
@@ -65,9 +74,25 @@ def refusal(request: HTTPServerRequest, target: Any, host: str) -> int | None:
         return 403
     if target is Socket and origin not in (f"http://{requested}", f"https://{requested}"):
         return 403
+    if is_foreign(request, requested) and request.arguments.get("key") != [KEY.encode()]:
+        return 403
     if target not in (Socket, *_SERVED.values()) or "\0" in unquote(request.path):  # no file name has a null character
         return 404
     return 403 if any(name in request.arguments for name in _SESSIONS) else None
+
+
+def is_foreign(request: HTTPServerRequest, host: str) -> bool:
+    """Whether another site than the ``host`` asks, and not by a link that a visitor has followed.
+
+    Browsers say so in ``Sec-Fetch-Site``. Where they do not, since they are old or the connection is not to the same
+    machine, ``Origin`` or ``Referer`` may tell.
+    """
+    site, user, destination, origin, referer = (request.headers.get(name) for name in (
+        "Sec-Fetch-Site", "Sec-Fetch-User", "Sec-Fetch-Dest", "Origin", "Referer"))
+    if site is not None:
+        return site not in ("same-origin", "none") and (user, destination) != ("?1", "document")
+    origin = origin or referer
+    return origin is not None and urlsplit(origin).netloc.lower() != host
 
 
 class Socket(WSHandler):
@@ -138,8 +163,28 @@ class Socket(WSHandler):
         self.close(1002, _INVALID)
 
 
+class Blank(DocHandler):
+    """The page, which names its session in a token and its figures by `named_roots`."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.application_context = BlankSessions(self.application_context.application)
+
+
+@dataclass(frozen=True)
+class BlankSessions:
+    """What `Blank` takes for the sessions of the application: each has the token that it is to have, and the blank
+    document."""
+
+    application: Application
+
+    async def create_session_if_needed(self, _: str, __: HTTPServerRequest, token: str) -> Any:
+        """A session that has no more than the page needs; called by Bokeh."""
+        return SimpleNamespace(token=token, document=self.application.handlers[0].blank)
+
+
 _SERVED: dict[Any, Any] = {
-    WSHandler: Socket, DocHandler: DocHandler, StaticHandler: StaticHandler, IcoHandler: IcoHandler,
+    WSHandler: Socket, DocHandler: Blank, StaticHandler: StaticHandler, IcoHandler: IcoHandler,
 }
 """Handlers of Bokeh that are served, each with its replacement; all others answer 404."""
 
@@ -162,6 +207,19 @@ class GuardedTornado(BokehTornado):
         if status is not None:
             target, target_kwargs, path_args, path_kwargs = ErrorHandler, {"status_code": status}, None, None
         return super().get_handler_delegate(request, target, target_kwargs, path_args, path_kwargs)
+
+
+    async def _cleanup_sessions(self) -> None:
+        """Discard the sessions of closed pages with one collection of garbage; Bokeh, which calls it, makes one for
+        each."""
+        before = len(self.get_sessions("/"))
+        documents.gc = SimpleNamespace(collect=lambda: None)
+        try:
+            await super()._cleanup_sessions()
+        finally:
+            documents.gc = gc
+        if len(self.get_sessions("/")) < before:
+            gc.collect()
 
 
 _HOST = re.compile(r"(?P<name>[a-z0-9._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
@@ -194,39 +252,52 @@ def application(view: View, workers: Workers) -> Application:
     ``view`` is what a page without a query shows; its gears are those of all pages. The workers are stopped when the
     server ends.
     """
-    template, css = get_env().from_string(asset("templates", "page.html.j2")), asset("static", "page.css")
+    blank = SimpleNamespace(
+        title="gearchaos explore", template=get_env().from_string(asset("templates", "page.html.j2")),
+        roots=named_roots(Page(view, view)), template_variables=dict(
+            css=asset("static", "page.css"), gears=view.gears is not None, pair=isinstance(view.model, OperatingModel),
+            files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
+            periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
+        changes={name: words for name, (words, _) in CHANGES.items()}))
 
     def fill(document: Any) -> None:
         message = ""
         try:
-            first = from_query(document.session_context.request.query, view)
+            first = from_query(document.session_context.token_payload["query"], view)
         except InputError as error:
             first, message = view, f"The address cannot be shown: {error}"
         session = Session(first, workers, document, view)
         session.page.show_message(message)
+        roots = named_roots(session.page)
         document.on_session_destroyed(lambda _: session.close())
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)
-        document.title, document.template = "gearchaos explore", template
-        document.template_variables.update(
-            css=css, files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
-            gears=view.gears is not None, pair=isinstance(view.model, OperatingModel), periods=SKELETON_PERIODS,
-            period=SKELETON_PERIOD, ways=WAYS,
-            changes={name: words for name, (words, _) in CHANGES.items()})
+        document.title = blank.title
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
-            for name, model in session.page.roots().items():
-                model.name = name
+            for model in roots:
                 document.add_root(model)
 
-    return Application(_Handler(fill, workers))
+    return Application(_Handler(fill, workers, blank))
+
+
+def named_roots(page: Page) -> list[Any]:
+    """The figures of a page with their names in the template, and the same identifiers in every session."""
+    roots = page.roots()
+    for name, model in roots.items():
+        model.name, model._id = name, f"figure-{name}"
+    return list(roots.values())
 
 
 class _Handler(FunctionHandler):
     """Fills the document of every visitor, and stops the workers when the server ends."""
 
-    def __init__(self, fill: Callable[[Any], None], workers: Workers) -> None:
+    def __init__(self, fill: Callable[[Any], None], workers: Workers, blank: Any) -> None:
         super().__init__(fill)
-        self._workers = workers
+        self._workers, self.blank = workers, blank
+
+    def process_request(self, request: HTTPServerRequest) -> dict[str, Any]:
+        """What the token of a page says of its address; called by Bokeh."""
+        return {"query": request.query.removeprefix(f"key={KEY}")}
 
     def on_server_unloaded(self, server_context: Any) -> None:
         """Stop the workers; called by Bokeh."""

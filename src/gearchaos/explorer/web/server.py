@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, missing_package
 from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess, Workers
-from gearchaos.explorer.web import LOCAL
+from gearchaos.explorer.web import KEY, LOCAL
 from gearchaos.gears.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.axis import Axis
@@ -111,7 +111,8 @@ class Explorer:
         self._server.io_loop.add_callback(self._server.stop)
 
     def _repr_html_(self) -> str:
-        return f'<iframe src="{self.url}" style="width:100%;height:{_HEIGHT}px;border:1px solid #ddd"></iframe>'
+        style = f"width:100%;height:{_HEIGHT}px;border:1px solid #ddd"
+        return f'<iframe src="{self.url}?key={KEY}" style="{style}"></iframe>'
 
 
 def explore(
