@@ -1,5 +1,9 @@
 """The explorer of a gear design in a browser: units, sizes, sliders, links, files, pixels."""
 
+import re
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
 import numpy as np
 import pytest
 
@@ -196,8 +200,11 @@ def test_what_is_saved_and_copied_is_in_the_units_of_the_page_and_of_the_same_mo
 
 def test_a_notebook_shows_a_design(chromium, kernels):
     shown = gc.explore(load_design(DESIGN))
-    assert shown.url in shown._repr_html_()
-    one = Visit(chromium, shown.url, first=FIRST)
+    source, frame = re.search('src="([^"]+)"', shown._repr_html_())[1], {"Sec-Fetch-Site": "cross-site"}
+    assert source.startswith(shown.url) and urlopen(Request(source, headers=frame)).status == 200
+    with pytest.raises(HTTPError, match="403"):
+        urlopen(Request(shown.url, headers=frame))
+    one = Visit(chromium, source, first=FIRST)
     assert one.view.point == FIRST.point and "N m" in one.settled().inner_text()
     one.close()
     shown.stop()

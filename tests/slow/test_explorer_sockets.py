@@ -1,16 +1,20 @@
 """The explorer under attack: raw sockets that say what no page of it would."""
 
 import base64
+import gc
 import json
 import os
 import re
 import socket
 import struct
 import sys
+import time
 from contextlib import suppress
 from urllib.request import urlopen
 
 import pytest
+
+import gearchaos
 
 pytest.importorskip("bokeh")
 PATHS = ("/", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata", "/favicon.ico")
@@ -174,6 +178,24 @@ def test_another_site_has_no_page_made_but_by_a_link(place, status, headers):
     if status == 403:
         with Raw(place) as raw:
             assert raw.ask("/?key=guessed", Host=home(place), **sent)[0] == status
+
+
+def test_a_session_is_made_for_a_page_that_connects_alone_and_those_left_are_removed_together(kernels, monkeypatch):
+    shown, collections = gearchaos.explore(), []
+    port = int(shown.url.rstrip("/").rpartition(":")[2])
+    tokens = [token(port) for _ in range(5)]
+    assert not shown._server.get_sessions("/")
+    pages = [page(port, each) for each in tokens]
+    assert len(shown._server.get_sessions("/")) == 5
+    monkeypatch.setattr(gc, "collect", lambda: collections.append(len(shown._server.get_sessions("/"))))
+    for each in pages:
+        each.socket.close()
+    until = time.monotonic() + 60
+    while not collections or collections[-1]:
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert len(collections) <= 2, "two if the pages are left in two looks at them"
+    shown.stop()
 
 
 REFUSED = [

@@ -260,6 +260,8 @@ def application(view: View, workers: Workers) -> Application:
             periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
         changes={name: words for name, (words, _) in CHANGES.items()}))
 
+    sessions: dict[str, Session] = {}
+
     def fill(document: Any) -> None:
         message = ""
         try:
@@ -269,7 +271,7 @@ def application(view: View, workers: Workers) -> Application:
         session = Session(first, workers, document, view)
         session.page.show_message(message)
         roots = named_roots(session.page)
-        document.on_session_destroyed(lambda _: session.close())
+        sessions[document.session_context.id] = session  # Bokeh's callback on documents would collect garbage as well
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)
         document.title = blank.title
@@ -277,7 +279,7 @@ def application(view: View, workers: Workers) -> Application:
             for model in roots:
                 document.add_root(model)
 
-    return Application(_Handler(fill, workers, blank))
+    return Application(_Handler(fill, workers, blank, sessions))
 
 
 def named_roots(page: Page) -> list[Any]:
@@ -291,13 +293,20 @@ def named_roots(page: Page) -> list[Any]:
 class _Handler(FunctionHandler):
     """Fills the document of every visitor, and stops the workers when the server ends."""
 
-    def __init__(self, fill: Callable[[Any], None], workers: Workers, blank: Any) -> None:
+    def __init__(
+        self, fill: Callable[[Any], None], workers: Workers, blank: Any, sessions: dict[str, Session],
+    ) -> None:
         super().__init__(fill)
-        self._workers, self.blank = workers, blank
+        self._workers, self.blank, self._sessions = workers, blank, sessions
 
     def process_request(self, request: HTTPServerRequest) -> dict[str, Any]:
         """What the token of a page says of its address; called by Bokeh."""
         return {"query": request.query.removeprefix(f"key={KEY}")}
+
+    async def on_session_destroyed(self, session_context: Any) -> None:
+        """Cancel what is computed for a page that was left; called by Bokeh."""
+        if session := self._sessions.pop(session_context.id, None):
+            session.close()
 
     def on_server_unloaded(self, server_context: Any) -> None:
         """Stop the workers; called by Bokeh."""
