@@ -1,0 +1,102 @@
+"""Commands that are ended by signals: one message, an exit code, and no process that goes on."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import psutil
+import pytest
+
+from tests.slow.instant import wait_until
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+MAIN = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
+"""
+COMMAND = MAIN + "if __name__ == '__main__':\n    from gearchaos.cli import main; main()"
+DEAF = MAIN + """
+import sys, time, weakref
+from gearchaos.cli.interrupts import ended_by_signals, finish_what_is_under_way
+
+class Object:
+    pass
+
+def lost():
+    one = Object()
+    kept = weakref.ref(one, lambda _: (print("ready", flush=True), time.sleep(600)))
+    del one
+
+def caught():
+    try:
+        print("ready", flush=True)
+        time.sleep(600)
+    except KeyboardInterrupt:
+        print("caught", flush=True)
+
+with ended_by_signals():
+    if sys.argv[2] == "wait":
+        finish_what_is_under_way()
+    {"lost": lost, "caught": caught}[sys.argv[1]]()
+    time.sleep(600)
+"""
+
+
+def started(program, *arguments, **variables):
+    return subprocess.Popen([sys.executable, "-c", program, *arguments], stdin=subprocess.DEVNULL, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | variables)
+
+
+SIGNALS = [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")]
+
+
+@pytest.mark.parametrize("how", ["lost", "caught"])
+@pytest.mark.parametrize(("number", "code", "said"), SIGNALS, ids=["SIGINT", "SIGTERM"])
+def test_a_signal_ends_a_process_that_python_cannot_interrupt(number, code, said, how):
+    """It is lost in the callback of a weak reference, as in those of the garbage collector."""
+    with started(DEAF, how, "") as process:
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(number)
+        assert process.communicate(timeout=300)[1] == said
+        assert process.returncode == code
+
+
+def test_what_is_under_way_is_waited_for_until_a_second_signal():
+    with started(DEAF, "caught", "wait") as process:
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGTERM)
+        assert process.stdout.readline() == "caught\n"
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(2)
+        process.send_signal(signal.SIGTERM)
+        assert process.communicate(timeout=300)[1] == "terminated\n"
+        assert process.returncode == 143
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name)
+@pytest.mark.parametrize(("arguments", "count"), [(("warmup",), 2), (("regime",), 2)], ids=["warmup", "helpers"])
+def test_no_process_that_compiles_outlives_its_command(tmp_path, number, arguments, count):
+    """Those of `regime` compile the other kernels beside the first one; each would take half a minute."""
+    with started(COMMAND, *arguments, NUMBA_CACHE_DIR=str(tmp_path)) as process:
+        def below():
+            return [p for p in psutil.Process(process.pid).children(recursive=True) if "tracker" not in str(p.cmdline())]
+
+        wait_until(lambda: len(below()) >= count)
+        children = psutil.Process(process.pid).children(recursive=True)
+        process.send_signal(number)
+        said = process.communicate(timeout=300)[1].splitlines()
+        assert process.returncode == (143 if number == signal.SIGTERM else -number)
+        assert number == signal.SIGKILL or said[-1] == "terminated"
+        assert all("compiling" in line for line in said if line != "terminated"), "and no warning of Python's"
+        wait_until(lambda: not any(child.is_running() for child in children))
+
+
+def test_a_process_ends_with_the_one_that_started_it():
+    code = ("import subprocess, time; from gearchaos.processes import python_command\n"
+            "child = subprocess.Popen(python_command('import time; time.sleep(600)'))\n"
+            "print(child.pid, flush=True); time.sleep(600)")
+    with started(code) as parent:
+        child = psutil.Process(int(parent.stdout.readline()))
+        parent.kill()
+        wait_until(lambda: not child.is_running())
