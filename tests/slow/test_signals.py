@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import psutil
 import pytest
@@ -43,9 +44,14 @@ with ended_by_signals():
 """
 
 
+@contextmanager
 def started(program, *arguments, **variables):
-    return subprocess.Popen([sys.executable, "-c", program, *arguments], stdin=subprocess.DEVNULL, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | variables)
+    with subprocess.Popen([sys.executable, "-c", program, *arguments], stdin=subprocess.DEVNULL, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | variables) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 SIGNALS = [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")]
@@ -80,7 +86,8 @@ def test_no_process_that_compiles_outlives_its_command(tmp_path, number, argumen
     """Those of `regime` compile the other kernels beside the first one; each would take half a minute."""
     with started(COMMAND, *arguments, NUMBA_CACHE_DIR=str(tmp_path)) as process:
         def below():
-            return [p for p in psutil.Process(process.pid).children(recursive=True) if "tracker" not in str(p.cmdline())]
+            every = psutil.Process(process.pid).children(recursive=True)
+            return [child for child in every if "resource_tracker" not in str(child.cmdline())]
 
         wait_until(lambda: len(below()) >= count)
         children = psutil.Process(process.pid).children(recursive=True)
