@@ -166,6 +166,8 @@ class Socket(WSHandler):
 class Blank(DocHandler):
     """The page, which names its session in a token and its figures by `named_roots`."""
 
+    application_context: Any
+
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self.application_context = BlankSessions(self.application_context.application)
@@ -258,7 +260,7 @@ def application(view: View, workers: Workers) -> Application:
             css=asset("static", "page.css"), gears=view.gears is not None, pair=isinstance(view.model, OperatingModel),
             files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
             periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
-        changes={name: words for name, (words, _) in CHANGES.items()}))
+            changes={name: words for name, (words, _) in CHANGES.items()}))
 
     sessions: dict[str, Session] = {}
 
