@@ -45,7 +45,7 @@ def computed(log, grid):
 
 def workers_of(command):
     below = psutil.Process(command.pid).children(recursive=True)
-    return [p for p in below if not p.children() and not any("resource_tracker" in word for word in p.cmdline())]
+    return [p for p in below if not p.children() and not any("resource_tracker import" in word for word in p.cmdline())]
 
 
 def begun(command, path, count=3):
