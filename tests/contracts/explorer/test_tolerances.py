@@ -43,8 +43,8 @@ def found():
 @pytest.fixture(scope="module")
 def with_lists():
     """That of a pair whose study file has inputs of its own, of which the grade decides."""
-    return computed(replace(VIEW, vary=("stiffness=ISO 6336-1,potential energy", "quality.grade=3,7",
-                                        "damping_ratio=0.04:0.07")), 64)
+    return computed(replace(VIEW, vary=("stiffness=ISO 6336-1,potential energy", "quality.grade=4,8",
+                                        "damping_ratio=0.049:0.051")), 64)
 
 
 @pytest.mark.slow
@@ -127,7 +127,7 @@ def test_words_are_those_of_the_command(found):
 
 @pytest.mark.slow
 def test_words_say_whose_inputs_they_are(with_lists):
-    text = cloud_text(with_lists, replace(VIEW, vary=("quality.grade=3,7",)))
+    text = cloud_text(with_lists, replace(VIEW, vary=("quality.grade=4,8",)))
     assert "of the study file" in text.tried[-1] and "at the limit" not in text.sentences[-1]
 
 
@@ -161,7 +161,7 @@ def test_the_gears_as_they_are_are_marked_at_their_value():
 
 def test_lists_are_drawn_at_their_numbers(with_lists):
     designs, own, *_, axis, _ = drawn(with_lists)
-    assert axis["axis_label"] == "quality.grade" and set(designs["data"]["x"]) == {3.0, 7.0} and own["data"]["x"] == []
+    assert axis["axis_label"] == "quality.grade" and set(designs["data"]["x"]) == {4.0, 8.0} and own["data"]["x"] == []
     ds = with_lists.dataset
     of_stiffness = replace(with_lists, dataset=ds.isel(varied=[0]), values=(None,))
     designs, *_, axis, _ = drawn(of_stiffness)
