@@ -116,6 +116,14 @@ def test_the_least_knock_leads_away_and_one_that_is_smaller_does_not():
     assert not any(lost(phase, size * sign) for size in np.linspace(0, 0.9 * abs(step), 24) for sign in (-1, 1))
 
 
+def test_the_least_knock_of_a_range_is_no_larger_than_that_of_its_part():
+    shared = replace(SPUR, transmission_error="from quality (typical)", load_sharing="tooth pairs")
+    whole, part, near = (gc.speeds_to_avoid(shared, speeds, "300 N*m", load_change=None).knocks
+                         for speeds in ("2100:2200:8", "2195:2200:2", "2100:2110:40"))
+    assert len(whole) == len(part) == len(near) == 1  # none between speeds at which thin sets of knocks lead away
+    assert abs(whole[0].speed_step) <= 1.1 * abs(part[0].speed_step)
+
+
 CELLS = {
     # in operation and after load changes, each contact, force over that at no speed and deflection: code and share
     "nothing": ([(0, 9.0, 0.1), (0, 1.5, 0.1)], [(0, 1.5, 0.1)] * 4, 0, 0.0),

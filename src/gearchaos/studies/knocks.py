@@ -143,26 +143,28 @@ class Knocked:
                 "factor": found.variables()["dynamic_factor"],
                 "deflection": largest_deflection(measured_at_end(final, found, self.settings))}
 
-    def least(self, found: _Tried, number: int) -> tuple[float, int, Motion] | None:
-        """The least step that leads from a motion to one to avoid, its phase, and that motion, to `_ACCURACY`."""
-        own = [(abs(step), j, step, to) for n, j, step, to in zip(*found[:4], strict=True) if n == number and to]
+    def least(self, found: _Tried, numbers: Sequence[int]) -> tuple[int, float, int, Motion] | None:
+        """The least step that leads from one of some motions to one to avoid, to `_ACCURACY`: the number of the motion,
+        the step, its phase, and what it leads to."""
+        mine = np.isin(found.number, numbers)
+        own = [(abs(step), n, j, step, to) for n, j, step, to, own in zip(*found[:4], mine, strict=True) if own and to]
         if not own:
             return None
-        high, phase, best, to = min(own, key=lambda each: each[:2])
-        low = max((abs(s) for n, s in zip(found.number, found.step, strict=True) if n == number and abs(s) < high),
-                  default=0.0)
+        high, number, phase, best, to = min(own, key=lambda each: each[:3])
+        sizes = np.abs(found.step[mine])
+        low = float(sizes[sizes < high].max(initial=0.0))
         while high > _ACCURACY * low:
             middle = np.sqrt(low * high) if low else high / 2
-            phases = np.tile(np.arange(PHASES), 2)
-            again = self.tried(np.full(len(phases), number), phases, np.repeat([middle, -middle], PHASES))
-            leads = [(j, step, m) for j, step, m in zip(*again[1:4], strict=True) if m]
+            grid = np.meshgrid(numbers, np.arange(PHASES), [middle, -middle])
+            again = self.tried(*(each.ravel() for each in grid))
+            leads = [each for each in zip(*again[:4], strict=True) if each[3]]
             if leads:
-                high, (phase, best, to) = middle, leads[0]
+                high, (number, phase, best, to) = middle, leads[0]
             elif low == 0.0 and middle < _SMALLEST / 8:
                 break
             else:
                 low = middle
-        return float(best), int(phase), to
+        return int(number), float(best), int(phase), to
 
 
 def unit_step(pair: GearPair) -> float:
@@ -183,7 +185,7 @@ def find_knocks(
     knocked = Knocked(motions, chosen, severity, settings, threads)
     if not knocked.speeds:
         return (), 0.0
-    sizes = _SMALLEST * 2.0 ** np.arange(7)
+    sizes = _SMALLEST * 2.0 ** (np.arange(13) / 2)
     grid = np.meshgrid(np.arange(len(knocked.speeds)), np.arange(PHASES), np.concatenate([sizes, -sizes]))
     found = knocked.tried(*(each.ravel() for each in grid))
     leads = {int(n) for n, to in zip(found.number, found.to, strict=True) if to}
@@ -193,12 +195,9 @@ def find_knocks(
         numbers = [*run]
         if not hit:
             continue
-        smallest = {n: min(abs(s) for m, s, to in zip(found.number, found.step, found.to, strict=True) if m == n and to)
-                    for n in numbers}
-        number = min(numbers, key=smallest.__getitem__)
-        least = knocked.least(found, number)
+        least = knocked.least(found, numbers)
         assert least is not None
-        step, phase, to = least
+        number, step, phase, to = least
         turn = step * unit
         is_beyond = beyond(to)
         out.append(Knock(
