@@ -16,6 +16,9 @@ TOLD_SECONDS = 20.0
 _LONG, _SMALLER = 60.0, 0.25
 """Of a longer one, in seconds, a smaller choice is told too, about this share of the work."""
 
+_WORTH = 0.8
+"""Of its time, above which a smaller choice is not worth telling."""
+
 _TRIAL = 0.7
 """Least time in seconds that a trial takes of the processors, so that a busy machine makes it no smaller."""
 
@@ -76,7 +79,7 @@ def announce(work: Priced, progress: bool = True, threads: int | None = None) ->
         return
     told_end.set(time.monotonic() + seconds)
     words = f"this takes about {duration(seconds)}. {work.cost.summary}"
-    if seconds > _LONG and (choice := work.smaller(_SMALLER)):
-        less = seconds * choice[1].cost.seconds(threads) / bound
+    if seconds > _LONG and (choice := work.smaller(_SMALLER)) and (
+            less := seconds * choice[1].cost.seconds(threads) / bound) < _WORTH * seconds:
         words += f" With {choice[0]} it takes about {duration(less)}."
     print(textwrap.fill(words, 80, break_on_hyphens=False), file=sys.stderr, flush=True)

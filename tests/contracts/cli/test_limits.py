@@ -191,6 +191,14 @@ def test_a_busy_machine_makes_a_price_higher_and_a_trial_no_smaller(clock, monke
     assert clock.runs == runs
 
 
+def test_a_choice_that_is_hardly_smaller_is_not_told(clock, capsys, monkeypatch):
+    work = _Work(64 * 10_000, clock, "--less")
+    monkeypatch.setattr(_Work, "smaller", lambda self, share: ("--less", self))
+    prices.announce(work, threads=1)
+    told = capsys.readouterr().err
+    assert "this takes about" in told and "--less" not in told
+
+
 def test_what_is_soon_done_is_hardly_tried(clock, capsys):
     prices.announce(_Work(1000, clock), threads=1)
     assert clock.runs == [64, 64] and capsys.readouterr().err == "" and told_end.get() is None
