@@ -125,10 +125,13 @@ class Answer:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.elsewhere is not None:
+            from gearchaos.studies.beyond_the_teeth import BEYOND  # here, since a datasheet alone needs none of it
+
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
-            yield (f"Elsewhere: {contact}, largest factor {measured(outside.dynamic_factor, 3)} at "
-                   f"{outside.largest_at} rpm.")
+            largest = (f"largest factor {measured(outside.dynamic_factor, 3)} at {outside.largest_at} rpm"
+                       if math.isfinite(outside.dynamic_factor) else f"all of them {BEYOND}")
+            yield f"Elsewhere: {contact}, {largest}."
         if ratio := self.quasi_static:
             yield f"The jumps of the stiffness alone make a factor of {ratio}, at the lowest speed, too."
         ending = "damping that ends with contact, " * (self.design.damping_law == "always")

@@ -171,9 +171,9 @@ def _severity(window: Window) -> tuple[int, float]:
 
 def _usable(found: Assessment) -> list[str]:
     """What is usable at all torques, in operation and also after a load change."""
-    out = []
+    out, after = [], "from wide states" if found.at[0].wide else "after a load change"
     for name, share, parts in (("in operation", found.usable_share_in_operation, found.usable_in_operation),
-                               ("also after a load change", found.usable_share, found.usable_at_all)):
+                               (f"also {after}", found.usable_share, found.usable_at_all)):
         ranges = usable_in_words(parts, found.speeds)
         more = len(ranges) - _MOST_NAMED
         narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
@@ -183,7 +183,7 @@ def _usable(found: Assessment) -> list[str]:
     if not any(each.load_change for each in found.at):
         return out[:1]
     first, _, same = out[0].partition(":")
-    return [f"{first} and also after a load change:{same}"] if out[1].endswith(f":{same}") else out
+    return [f"{first} and also {after}:{same}"] if out[1].endswith(f":{same}") else out
 
 
 def _percent_of_speeds(share: float) -> str:
@@ -318,8 +318,9 @@ def minor_in_words(at: SpeedsToAvoid) -> str:
     if not minor:
         return ""
     named = ", ".join(" to ".join(edges(each)) for each in minor[:_MOST_RANGES])
+    states = _STATES[MOTIONS["other" if at.wide else "load change"]]
     return (f"and {len(minor)} range{'s' * (len(minor) > 1)} narrower than {100 * FEW:g} % or after fewer than "
-            f"{100 * FEW:g} % of load changes: {named}{', …' * (len(minor) > _MOST_RANGES)} rpm")
+            f"{100 * FEW:g} % of {states}: {named}{', …' * (len(minor) > _MOST_RANGES)} rpm")
 
 
 def at_no_speed(at: SpeedsToAvoid) -> str:

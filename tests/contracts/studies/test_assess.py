@@ -161,6 +161,8 @@ def test_what_a_load_change_adds_has_a_sentence_of_its_own(found):
     wide = found.at[0].dataset.assign_coords(motion=[*found.at[0].dataset.motion.values[:-1], "other"])
     assert said(hard, change="any state of wide ranges is met", dataset=wide)[1].startswith(
         "where any state of wide ranges is met, avoid also 531 to 559 rpm")
+    assert said(hard, change="any state of wide ranges is met", dataset=wide)[-1].startswith(
+        "usable also from wide states: ")
 
 
 def test_the_largest_factor_says_where_a_load_change_alone_has_it(found):
