@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos.cli.avoided import (
+    REVERSED,
     WIDTH,
     Factor,
     LoadChange,
@@ -80,7 +81,7 @@ def assess(
     improve: Annotated[
         bool, typer.Option("--improve", help="Assess again with each input that a designer can change.")
     ] = False,
-    root_stress: RootStress = None, load_change: LoadChange = "1", wide: Wide = False,
+    root_stress: RootStress = None, load_change: LoadChange = REVERSED, wide: Wide = False,
     every: Annotated[bool, typer.Option("--all", help="Also rows of ranges that are narrow or that few load changes "
                                         "lead to.")] = False,
     out: Page = None, pdf: Print = None, plot: Plot = None, against: Other = None, json_out: Json = False,

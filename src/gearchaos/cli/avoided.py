@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from typing import TYPE_CHECKING, Annotated, Any
@@ -31,6 +32,9 @@ LoadChange = Annotated[
 ]
 Wide = Annotated[bool, typer.Option("--wide", help="Look at wide ranges of states, which no load stores.")]
 
+REVERSED = "1"
+"""The change of the load unless another is given."""
+
 WIDTH = 80
 _COLUMNS = 8
 """Of the table that have room in a terminal; a page has the events at the edges, too."""
@@ -39,10 +43,21 @@ _COLUMNS = 8
 def criteria(
     factor: float | None, root_stress: str | None, load_change: str | None, wide: bool
 ) -> dict[str, Any]:
-    """The options as the functions take them; raises `InputError` for a change of the load that is no number."""
-    if root_stress is not None and not any(letter.isalpha() for letter in root_stress):
+    """The options as the functions take them; raises `InputError` for a change of the load that is no number, or has
+    no effect."""
+    if root_stress is not None and _is_number(root_stress):
         root_stress += " N/mm^2"
+    if wide and load_change != REVERSED:
+        raise InputError("--load-change", "must be left out with --wide", load_change,
+                         "Wide ranges of states depend on no change of the load.")
     return {"factor": factor, "root_stress": root_stress, "load_change": change_of(load_change), "wide": wide}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def change_of(text: str | None) -> float | None:

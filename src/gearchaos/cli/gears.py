@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearchaos.cli.avoided import Factor, LoadChange, RootStress, Wide, criteria
+from gearchaos.cli.avoided import REVERSED, Factor, LoadChange, RootStress, Wide, criteria
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, StatesAfter, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
@@ -53,7 +53,7 @@ All = Annotated[bool, typer.Option("--all", help="Also every range to avoid, eve
 def gear(
     design: DesignPath, sets: Sets = None, out: Page = None, speed: Speeds = None, torque: Torques = None,
     plot: FactorPlot = None, factor: Factor = None, factor_alone: FactorAlone = False, root_stress: RootStress = None,
-    load_change: LoadChange = "1", wide: Wide = False, every: All = False, json_out: Json = False,
+    load_change: LoadChange = REVERSED, wide: Wide = False, every: All = False, json_out: Json = False,
 ) -> None:
     """Show which speeds a gear pair is to avoid, and with --all every quantity that follows from its drawing."""
     check_output("--out", out, (".html",))
@@ -74,6 +74,7 @@ def gear(
     axis = None if speed is None else range_of_speeds(speed, "--speed")
     options = criteria(factor, root_stress, load_change, wide)
     asked = axis is not None or plot is not None or factor is not None or root_stress is not None
+    asked = asked or wide or load_change != REVERSED
     scanned = asked or out is not None or not json_out
     if scanned:
         load_kernels()

@@ -6,14 +6,16 @@ import re
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
 
-from gearchaos.cli.avoided import print_avoided
+from gearchaos.cli.avoided import criteria, print_avoided
 from gearchaos.cli.datasheets import print_datasheets
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import Answer, default_speeds
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.verdict import at_no_speed, edges
+from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.units import RPM, measured
@@ -122,6 +124,26 @@ def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
     assert outside.dynamic_factor == largest
     text = " ".join(Answer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
     assert f"Elsewhere: in contact in all motions found, largest factor {measured(largest, 3)} at" in text
+
+
+def test_elsewhere_has_no_factor_where_all_motions_are_beyond_the_teeth():
+    found = speeds_to_avoid(SHIFTED, "5000:5050:2", 180, starts=0, knocks=False)
+    ds = found.dataset.assign(dynamic_factor=found.dataset["dynamic_factor"] * np.nan)
+    text = " ".join(Answer.of(SHIFTED.at(speed=5000, torque=180), replace(found, dataset=ds)).basis)
+    assert "Elsewhere: in contact in all motions found, all of them beyond the teeth." in text
+
+
+@pytest.mark.parametrize(("text", "stress"), [
+    ("300", "300 N/mm^2"), ("1e3", "1e3 N/mm^2"), ("0.3 GPa", "0.3 GPa"), ("inf", "inf")])
+def test_a_root_stress_is_a_number_in_any_notation_or_has_a_unit(text, stress):
+    assert criteria(None, text, "1", False)["root_stress"] == stress
+
+
+def test_a_change_of_the_load_beside_wide_ranges_is_refused_since_it_has_no_effect():
+    for change in ("0.5", "none"):
+        with pytest.raises(InputError, match="--load-change must be left out with --wide"):
+            criteria(None, None, change, True)
+    assert criteria(None, None, "1", True)["wide"]
 
 
 def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed():
