@@ -122,8 +122,12 @@ def decision(found: Assessment) -> list[str]:
                        f"{criterion}")
         else:
             where_changed = f"where {change}" if at[0].wide else f"where there may be {change}"
+            worse = max(at, key=lambda each: np.nan_to_num(each.largest.dynamic_factor)).largest
+            most = max((each.dynamic_factor for each in windows if each.operation), default=math.nan)
+            more = f", with factors up to {measured(worse.dynamic_factor, 3)} at {worse.largest_at} rpm"
             out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}" if own else
-                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}")
+                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}"
+                       + more * bool(worse.dynamic_factor > most))
     return [*out, *_usable(found)]
 
 

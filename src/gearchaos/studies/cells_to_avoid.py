@@ -43,7 +43,7 @@ def to_avoid(
     found = np.where(loaded, motions["dynamic_factor"], 0.0)
     beyond = ~((found <= factor) & (motions["deflection"] <= deflection))
     severity = np.where(beyond, BEYOND_CODE, separated(motions["contact"] == 2, found > hits))
-    severity = np.where(motions["contact"] > 0, severity, 0)
+    severity = np.where((motions["contact"] > 0) | beyond, severity, 0)
     changes = severity[:, after]
     operation, other = _worst(np.delete(severity, after, axis=1)), _worst(changes)
     share, low, high = proportion((changes > 0).sum(axis=1), changes.shape[1])

@@ -157,7 +157,7 @@ class Knocked:
             middle = np.sqrt(low * high) if low else high / 2
             grid = np.meshgrid(numbers, np.arange(PHASES), [middle, -middle])
             again = self.tried(*(each.ravel() for each in grid))
-            leads = [each for each in zip(*again[:4], strict=True) if each[3]]
+            leads = [(n, j, step, m) for n, j, step, m in zip(*again[:4], strict=True) if m]
             if leads:
                 high, (number, phase, best, to) = middle, leads[0]
             elif low == 0.0 and middle < _SMALLEST / 8:

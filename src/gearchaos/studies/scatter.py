@@ -166,6 +166,8 @@ class Scatter(ClassifyingStudy):
             self._set(model=self.model.at(torque=self.torque[0]))
         if self.load_change == "none":  # as study files and commands have it
             self._set(load_change=None)
+        if self.wide and self.load_change != REVERSAL.ratio:
+            raise InputError("load_change", "must be left out with wide", self.load_change)
         super().__post_init__()
         check_is_pair(self.model, "a scatter")
         gears = gears_of(self.model)

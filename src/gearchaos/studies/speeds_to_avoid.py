@@ -114,6 +114,8 @@ class Criteria:
         spacing = to_float("spacing", spacing)
         check_rule("spacing", spacing, _SPACINGS)
         change = None if load_change is None else LoadChange.checked(load_change)
+        if starts == 0 and (wide or change not in (None, REVERSAL)):
+            raise InputError("starts", "must be at least 1 for states after a load change, or wide ones", starts)
         return cls(factor, root_stress, separation, starts if change or wide else 0, spacing, seed,
                    as_settings(settings) or Classification(), change, wide, knocks)
 
@@ -161,15 +163,20 @@ class _AtTorque:
 
     @property
     def limit(self) -> float:
-        """The largest dynamic factor that is accepted."""
+        """The largest dynamic factor that is accepted, also in contact: at most that which the teeth bear."""
+        return min(self._given, self.limits.factor)
+
+    @property
+    def _given(self) -> float:
+        """The dynamic factor at the lower of the limits of factor and root stress that are given."""
         criteria, root = self.criteria, self.root
         return min(np.inf if criteria.factor is None else criteria.factor * np.nan_to_num(self.ratio, nan=1.0),
                    np.inf if criteria.root_stress is None or root is None else criteria.root_stress / root)
 
     def hits(self, dynamic_factor: float) -> bool:
-        """Whether a force is no small one: above the limit, or without one above twice the static force, that of a load
-        put on at once."""
-        limit = self.limit if np.isfinite(self.limit) else SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
+        """Whether a force is no small one: above a limit that is given, or without one above twice the static force, that
+        of a load put on at once."""
+        limit = self._given if np.isfinite(self._given) else SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
         return bool(dynamic_factor > limit)
 
     def beyond(self, motion: Motion) -> bool:
@@ -178,7 +185,7 @@ class _AtTorque:
 
     def severity(self, motion: Motion) -> int:
         """The index into `_CRITERIA`; a motion that diverges exceeds every limit."""
-        high = motion.dynamic_factor > self.limit or (motion.diverged and np.isfinite(self.limit))
+        high = motion.dynamic_factor > self.limit or self.beyond(motion)
         return 2 if self.criteria.separation and motion.contact > 0 else int(high)
 
     def meshes(self, first: int, last: int, own: int) -> tuple[str, ...]:
@@ -244,6 +251,9 @@ class SpeedSearch:
     torques: Sequence[float | None]
     criteria: Criteria
     trial: int = 0
+
+    def __post_init__(self) -> None:
+        _ = self.cost
 
     @property
     def _count(self) -> int:
@@ -533,7 +543,7 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
             start.resolution * (rank > before), stop.resolution * (rank > after), reached=tuple(reached),
             operation=operation, criterion=_CRITERIA[own],
             contact=CONTACT_WORDS[borne] if np.isfinite(own_range.dynamic_factor) else BEYOND,
-            beyond_the_teeth=bool(beyond.any()), hits=found.hits(own_range.dynamic_factor),
+            beyond_the_teeth=bool(whole["beyond_the_teeth"].values.any()), hits=found.hits(own_range.dynamic_factor),
             from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1, begins_with=start.kind,
             ends_with=stop.kind, meshes=found.meshes(first, last, own), history=history,
             random_states=RandomStates.of(whole),

@@ -131,6 +131,10 @@ class Zones(ClassifyingStudy):
             name = "wide" if self.wide else "load_change"
             raise InputError(name, "needs gears", getattr(self, name),
                              "A dimensionless model is looked at from wide ranges of states: leave it out.")
+        if self.wide and self.load_change != REVERSAL.ratio:
+            raise InputError("load_change", "must be left out with wide", self.load_change)
+        if self.starts == 1 and (self.wide or self.load_change != REVERSAL.ratio):
+            raise InputError("starts", "must be at least 2 for states after a load change, or wide ones", self.starts)
         if self.refine > SIDE // 2 or self.refine & (self.refine - 1):
             raise InputError("refine", f"must be a power of two, at most {SIDE // 2}", self.refine)
         if self.refine > 1 and self.starts > 1:

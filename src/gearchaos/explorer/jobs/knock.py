@@ -72,7 +72,7 @@ def knocked_motion(motion: PeriodicMotion, dynamic_factor: float) -> Generator[K
     motions.speeds, motions.at = [speed], {speed: [own]}
 
     def severity(each: Motion) -> int:
-        return int(each.contact > 0)
+        return int(each.contact > 0 or beyond(each))
 
     def beyond(each: Motion) -> bool:
         return limits.exceeded(each.dynamic_factor, each.deflection)
