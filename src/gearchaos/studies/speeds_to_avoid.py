@@ -174,8 +174,8 @@ class _AtTorque:
                    np.inf if criteria.root_stress is None or root is None else criteria.root_stress / root)
 
     def hits(self, dynamic_factor: float) -> bool:
-        """Whether a force is no small one: above a limit that is given, or without one above twice the static force, that
-        of a load put on at once."""
+        """Whether a force is no small one: above a limit that is given, or without one above twice the static force,
+        that of a load put on at once."""
         limit = self._given if np.isfinite(self._given) else SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
         return bool(dynamic_factor > limit)
 
