@@ -272,7 +272,8 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int, chosen: 
             advice = f"The header has {len(header)} cells, separated by {_SEPARATORS[separator]}."
             if separator == ",":
                 advice += " For decimal commas separate the cells, also those of the header, by semicolons."
-            raise _line_error(shown, n, f"must have {len(header)} cells, as the header has", cells, advice)
+            raise _line_error(shown, n, f"must have {len(header)} cells, as the header has", f"{len(cells)} cells",
+                              advice)
     return _Cells(shown, line, header, [_name_and_unit(cell, columns) for cell in header],
                   [(n, cells[: len(header)]) for n, cells in rows[first + 1:]], bare, by_option)
 

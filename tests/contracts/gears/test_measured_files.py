@@ -126,6 +126,14 @@ def test_a_file_that_is_no_table_is_called_what_it_is(tmp_path, content, words):
         load_study(path)
 
 
+def test_the_lines_of_a_file_that_is_no_table_are_not_told(tmp_path):
+    path = tmp_path / "secret.csv"
+    path.write_text("root:x:0:0:root:/root:/bin/sh\nuser:x:9:9:Another Secret Name:/:/bin/no\n")
+    with pytest.raises(gc.InputError, match=r"line 2, must have 1 cells, as the header has; got '3 cells'") as refusal:
+        read_measured_runup(path, ORDER, SPEEDS)
+    assert "Secret" not in str(refusal.value)
+
+
 def test_a_mat_file_that_is_damaged_or_has_no_columns_is_refused(tmp_path):
     path = tmp_path / "file.mat"
     for content, words in ((mat(t=TIME)[:300], "a MAT-file that can be read"), (mat(a=1.0), "two numbers or more")):
