@@ -78,7 +78,7 @@ def test_what_tolerances_do_is_said_and_drawn_until_the_point_moves(one):
     assert plot.bounding_box()["height"] == 0
     one.page.click("[data-press=tolerances]")
     first = one.page.wait_for_selector("#tolerances-text p").inner_text()
-    assert first.startswith("100 N m: contact is lost from rest with probability 0.")
+    assert first.startswith("100 N m: contact is lost in operation with probability 0.")
     sync_api.expect(one.page.locator("[data-press=tolerances]")).to_have_attribute("aria-pressed", "false")
     shown, place, scroll = pixels(one), plot.bounding_box(), one.page.evaluate("scrollY")
     left, top = int(place["x"]), int(place["y"] + scroll)

@@ -130,7 +130,7 @@ def test_without_sound_it_takes_as_long_and_comes_back_along_the_second_line(one
     assert len(np.unique(part[1].reshape(-1, 3), axis=0)) > 50  # an image
     assert one.page.locator("#run-audio").get_attribute("src") is None
     text = one.page.locator("#run-text").inner_text()
-    assert "Jumps, speed rising: 1" in text and "Jumps, speed falling: 1" in text and "quasi-static ratio" in text
+    assert "Jumps, speed rising: 1" in text and "not steady, speed falling: 1" in text and "quasi-static ratio" in text
 
 
 def test_a_run_can_be_stopped_while_it_is_computed_and_goes_with_the_torque(one):

@@ -19,7 +19,7 @@ def test_a_train_opens_with_a_menu_of_its_meshes_and_a_table_of_them(chromium, k
         page.wait_for_selector("#legend [data-colour=contact]", state="attached")
         assert page.evaluate("document.documentElement.scrollWidth") == page.viewport_size["width"]
         assert page.locator("select").evaluate_all("menus => menus.map(menu => menu.dataset.set)") == [
-            "run-way", "x", "y", "colour", "mesh", "skeleton-period", "line"]
+            "run-way", "x", "y", "colour", "mesh", "skeleton-period", "change", "line"]
         assert one.after(lambda: one.choose("mesh", "idler/pump")).mesh == "idler/pump"
         page.wait_for_selector("#legend :text('of idler/pump')")
         page.wait_for_selector("#verdict :text('The figures of the motion are those of idler/pump')")
