@@ -893,7 +893,8 @@ def scatter(
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     load_change : float, optional
-        The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.
+        The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half. None, of commands and files
+        "none", where the load never changes.
     wide : bool
         Look at wide ranges of states instead, which no load stores.
     seed : int
@@ -983,7 +984,8 @@ class Scatter(_Scatter):
     correlations : (tuple[str, str, float), ...]
         Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.
     load_change : float, optional
-        The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.
+        The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half. None, of commands and files
+        "none", where the load never changes.
     wide : bool
         Look at wide ranges of states instead, which no load stores.
     seed : int
@@ -1034,8 +1036,8 @@ def zones(
         spread as by `attractors`, of given gears those after a load change. With more than one, the motions after
         slow sweeps along x, upwards and downwards, are also found.
     load_change : float
-        The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a loss, -0.5 a fall
-        to half of it; the further initial states in each cell are those after it.
+        The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half. The further initial states of
+        given gears are those after it.
     wide : bool
         Of given gears too, look at wide ranges of states, which no load stores.
     refine : int
@@ -1100,8 +1102,8 @@ class Zones(_Zones):
         spread as by `attractors`, of given gears those after a load change. With more than one, the motions after
         slow sweeps along x, upwards and downwards, are also found.
     load_change : float
-        The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a loss, -0.5 a fall
-        to half of it; the further initial states in each cell are those after it.
+        The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half. The further initial states of
+        given gears are those after it.
     wide : bool
         Of given gears too, look at wide ranges of states, which no load stores.
     refine : int

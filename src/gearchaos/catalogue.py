@@ -202,7 +202,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'load_change': {
                 'type': 'float',
-                'help': 'The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none; 1 by default.',
+                'help': 'The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half; 1 by default.',
             },
             'wide': {
                 'type': 'bool', 'help': 'Look at wide ranges of states instead, which no load stores.',
@@ -225,7 +225,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'load_change': {
                 'type': 'float',
-                'help': 'The load of given gears goes to -LAMBDA times itself and comes back; 1 by default.',
+                'help': 'The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half; 1 by default.',
                 'metavar': 'LAMBDA',
             },
             'wide': {

@@ -139,11 +139,12 @@ def test_the_datasheet_says_that_two_pairs_touch_under_any_torque():
     assert sheet["two_pairs_from"].value == 0 and "contact ratios from 2 on" in sheet["two_pairs_from"].formula
     assert sheet["contact_ratio_under_load"].value == pytest.approx(HIGH.geometry.contact_ratio, abs=1e-3)
     assert 0 < sheet["best_tip_relief"].value[0] == sheet["best_tip_relief"].value[1]
-    tip, start = 1e3 * HIGH.geometry.tip_diameter[0], 1e3 * HIGH.geometry.single_contact_diameter[0]
+    tip, start = 1e3 * HIGH.geometry.tip_diameter[0], sheet["best_tip_relief_start"].value[0]
     base, rest = 1e3 * HIGH.geometry.base_diameter[0], HIGH.geometry.contact_ratio - 2
     along = (np.sqrt(tip**2 - base**2) - np.sqrt(start**2 - base**2)) / 2
     assert along == pytest.approx(rest * 1e3 * HIGH.geometry.base_pitch, abs=0.02)
     short = replace(HIGH, tip_relief={"amount": "5 um", "start_diameter": "157 mm"})
+    assert datasheet(short)["best_tip_relief_start"].value == (157.0, 157.0)
     assert "contact of 2 pairs begins at" in dict(Answer.of(short).facts)["load sharing"] or any(
         datasheet(short)["best_tip_relief"].value)
 

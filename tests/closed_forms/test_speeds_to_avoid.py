@@ -274,6 +274,21 @@ def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.dynamic_factor, window.speed_of_largest, window.beyond_the_teeth) == (5.0, 200.0, True)
     assert window.severity == "contact lost, hits" and np.isnan(window.reached[0].dynamic_factor)
+    at = inner._AtTorque(Criteria(), made_up([motion(0, 7.0)], [motion(0, 5.0)]), 1.0, limits)  # in contact, overloaded
+    at.edges = [edge.found for edge in at.sought()]
+    (window,) = inner._windows(at, inner._dataset(at))
+    assert (window.start, window.operation, window.severity) == (100.0, True, "beyond the teeth") and window.stop < 200
+
+
+def test_a_range_of_operation_has_beside_its_factor_a_larger_one_after_a_load_change():
+    def largest(*motions):
+        (window,) = windows(*motions)
+        return window.operation, window.dynamic_factor, window.largest_after_load_change
+
+    assert largest([motion(1, 2.0), motion(2, 9.0)]) == (True, 2.0, Peak(100.0, 9.0))
+    assert largest([motion(1, 2.0), motion(1, 1.5)]) == (True, 2.0, None)
+    assert largest([motion(1, 2.0)], [motion(0, 4.0)]) == (True, 2.0, None)  # outside the range
+    assert largest([calm(), motion(1, 3.0)]) == (False, 3.0, None)
 
 
 @pytest.mark.parametrize(("factor", "limit", "severity"), [

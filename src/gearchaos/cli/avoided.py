@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearchaos import catalogue
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.errors import InputError
 
@@ -25,10 +26,10 @@ RootStress = Annotated[
     typer.Option("--root-stress", metavar="S",
                  help="Also speeds in contact with a nominal root stress above S, N/mm²."),
 ]
+_LOAD_CHANGE = catalogue.STUDIES["scatter"]["options"]["load_change"]["help"]
 LoadChange = Annotated[
     str | None,
-    typer.Option("--load-change", metavar="LAMBDA|none",
-                 help="The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, -0.5 fall to half."),
+    typer.Option("--load-change", metavar="LAMBDA|none", help=_LOAD_CHANGE),
 ]
 Wide = Annotated[bool, typer.Option("--wide", help="Look at wide ranges of states, which no load stores.")]
 
@@ -65,8 +66,7 @@ def change_of(text: str | None) -> float | None:
     try:
         return None if text in (None, "none") else float(text)
     except ValueError:
-        raise InputError("--load-change", "must be a number or none", text,
-                         "The load goes to -LAMBDA times itself: 1 is a reversal.") from None
+        raise InputError("--load-change", "must be a number or none", text, _LOAD_CHANGE) from None
 
 
 def say_lines(*texts: str) -> None:

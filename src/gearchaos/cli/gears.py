@@ -73,8 +73,8 @@ def gear(
 
     axis = None if speed is None else range_of_speeds(speed, "--speed")
     options = criteria(factor, root_stress, load_change, wide)
-    asked = axis is not None or plot is not None or factor is not None or root_stress is not None
-    asked = asked or wide or load_change != REVERSED
+    asked = wide or load_change != REVERSED or any(
+        option is not None for option in (axis, plot, factor, root_stress))
     scanned = asked or out is not None or not json_out
     if scanned:
         load_kernels()

@@ -189,6 +189,13 @@ class _Results:
         return found
 
     @property
+    def best_relief_start(self) -> tuple[float, float]:
+        """Where that tip relief begins, m; raises `_NoValueError` as it does."""
+        _ = self.best_relief
+        relief = self.design.tip_relief
+        return (relief and relief.start_diameter) or self.geometry.single_contact_diameter
+
+    @property
     def loaded(self) -> GearDesign:
         """The design; raises `_NoValueError` where nothing is known of its teeth under load."""
         return self.design if self.design.under_load else self.sharing
@@ -327,9 +334,11 @@ _GROUPS: dict[str, dict[str, _Row]] = {
             "entering: this times x²", _MODEL),
         "best_tip_relief": _row(
             lambda results: results.best_relief[0], "C_a", "µm", 1e6, "amounts in the given ratio, over the given "
-            "lengths, or else alike from single contact to the tip, up to "
-            "four times what one pair bends, with which the mesh deflection under the torque varies "
-            "least", _MODEL),
+            "lengths, or else alike from single contact to the tip, up to four times what one pair bends, with which "
+            "the mesh deflection under the torque varies least", _MODEL),
+        "best_tip_relief_start": _row(
+            "best_relief_start", "d_Ca", "mm", 1e3, "diameters at which the best tip relief begins: those given, or of "
+            "the highest points of single contact", _MODEL),
         "best_loaded_error_peak_to_peak": _row(
             lambda results: results.best_relief[1], "", "µm", 1e6, "mesh deflection under the torque with that "
             "relief, peak to peak", _MODEL)},

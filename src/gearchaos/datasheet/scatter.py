@@ -70,6 +70,7 @@ def _at_torque(one: xr.Dataset, torque: float | None) -> dict[str, Any]:
         for name, entry in found.items():
             at = one.sel(aim=aim, varied=name)
             entry["best"] = [float(at["best_from"]), float(at["best_to"])]
+
     def of_outcomes(after: str = "") -> dict[str, Any]:
         return {key: {n: triple(f"{variable}{after}", outcome=n) for n in OUTCOMES}
                 for key, variable in (("anywhere", "anywhere"), ("along", "probability"))}

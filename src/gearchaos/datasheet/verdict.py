@@ -122,12 +122,13 @@ def decision(found: Assessment) -> list[str]:
                        f"{criterion}")
         else:
             where_changed = f"where {change}" if at[0].wide else f"where there may be {change}"
-            worse = max(at, key=lambda each: np.nan_to_num(each.largest.dynamic_factor)).largest
-            most = max((each.dynamic_factor for each in windows if each.operation), default=math.nan)
-            more = f", with factors up to {measured(worse.dynamic_factor, 3)} at {worse.largest_at} rpm"
-            out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}" if own else
-                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}"
-                       + more * bool(worse.dynamic_factor > most))
+            worse = max((each.largest_after_load_change for each in windows if each.largest_after_load_change),
+                        key=lambda each: each.dynamic_factor, default=None)
+            more = "" if worse is None else (
+                f"; in the ranges before, the factor then reaches {measured(worse.dynamic_factor, 3)} at "
+                f"{speed_in_words(worse.speed, 0)} rpm")
+            out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}{more}" if own else
+                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}{more}")
     return [*out, *_usable(found)]
 
 

@@ -141,6 +141,7 @@ class Assessment:
                 "ends_with": w.ends_with, "from_resolution": w.start_resolution, "to_resolution": w.stop_resolution,
                 "dynamic_factor": w.dynamic_factor, "speed_of_largest": w.speed_of_largest,
                 "root_stress": peak_root_stress(self.gears, torque, w.dynamic_factor),
+                "largest_after_load_change": w.largest_after_load_change and asdict(w.largest_after_load_change),
                 "depends_on_history": w.depends_on_history, "history": w.history and list(w.history),
                 "reached_by": w.reached_by, "share_of_load_changes": w.share_of_load_changes,
                 "severity": w.severity, "beyond_the_teeth": w.beyond_the_teeth,

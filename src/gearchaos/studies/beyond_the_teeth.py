@@ -21,10 +21,11 @@ _MOST_DEFLECTION = 0.25  # of the teeth, as a share of the normal module
 
 class TeethLimits(NamedTuple):
     """What the teeth of a mesh bear at a torque: the deflection, in half backlashes, and the dynamic factor at which
-    the nominal root stress reaches the strength; infinite where they are not known. ``words`` say what they are."""
+    the nominal root stress reaches the strength; infinite where they are not known. Both may be arrays of one
+    shape, of several meshes. ``words`` say what they are."""
 
-    deflection: float = math.inf
-    factor: float = math.inf
+    deflection: Any = math.inf
+    factor: Any = math.inf
     words: str = "a motion without bound"
 
     @classmethod

@@ -41,7 +41,7 @@ def to_avoid(
     """
     hits, factor, deflection, loaded = _limits(model, at)
     found = np.where(loaded, motions["dynamic_factor"], 0.0)
-    beyond = ~((found <= factor) & (motions["deflection"] <= deflection))
+    beyond = TeethLimits(deflection, factor).exceeded(found, motions["deflection"])
     severity = np.where(beyond, BEYOND_CODE, separated(motions["contact"] == 2, found > hits))
     severity = np.where((motions["contact"] > 0) | beyond, severity, 0)
     changes = severity[:, after]
@@ -61,7 +61,7 @@ def _worst(severity: np.ndarray) -> np.ndarray:
 def _limits(model: MeshModel, at: Mapping[str, np.ndarray]) -> np.ndarray:
     """For cells (N,) the dynamic factor above which teeth hit, the factor and the deflection that they bear, and
     whether there is a load, (4, N, 1)."""
-    names = [n for n in at if n not in ("speed", "omega")]  # of which nothing of this depends on
+    names = [n for n in at if n not in ("speed", "omega")]  # on which nothing of this depends
     if not names:
         return np.array([_limits_of(model)]).T[:, :, None]
     points, index = np.unique(np.stack([at[n] for n in names]), axis=1, return_inverse=True)

@@ -19,7 +19,7 @@ from gearchaos.model.switched import begun_at, coordinates
 from gearchaos.studies.batch_classification import classify_batch, measured_at_end
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, Severity, brief_settings, largest_deflection
 from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
-from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
+from gearchaos.studies.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 
 LARGEST = 3.0
 """Of the steps of the relative velocity that are tried, over the natural frequency times half the backlash."""
@@ -74,15 +74,6 @@ class _Tried(NamedTuple):
     reached: list[Motion | None]
 
 
-@dataclass
-class _Kept:
-    """An orbit at a phase."""
-
-    period: int
-    w: np.ndarray
-    motion: Motion
-
-
 class Knocked:
     """Good periodic motions at speeds, and the motions that knocks lead to from them."""
 
@@ -112,12 +103,12 @@ class Knocked:
         numbers."""
         pairs, points = np.unique(np.stack([number, phase]), axis=1, return_inverse=True)
         flow = ExactFlow(begun_at(self._system.take(pairs[0]), (pairs[1] + 0.5) / PHASES))
-        known = [[_Kept(m.period, states[j], m) for m, states in self._orbits[i]] for i, j in pairs.T.tolist()]
+        known = [[KnownOrbit(m.period, states[j]) for m, states in self._orbits[i]] for i, j in pairs.T.tolist()]
         w = np.stack([self._orbits[i][0][1][j] for i, j in zip(number, phase, strict=True)], axis=1)
         w[1] += step
         started = Motions(flow, w, points)
         reached = reach(started, known)
-        out = [known[p][r].motion if r >= 0 else None for p, r in zip(points, reached, strict=True)]
+        out = [self._orbits[i][r][0] if r >= 0 else None for i, r in zip(number, reached, strict=True)]
         others = np.flatnonzero(reached < 0)
         if len(others):
             found = classify_batch(lambda chosen: started.take(others[chosen]), self._collect, np.arange(len(others)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +20,14 @@ _REACHED = 1e-3  # largest distance from a point of a stable orbit, in half back
 
 class Orbit(Protocol):
     """A stable periodic motion: its period in mesh periods, and a state (d,) on it."""
+
+    period: int
+    w: np.ndarray
+
+
+@dataclass
+class KnownOrbit:
+    """An `Orbit` of which nothing else is known."""
 
     period: int
     w: np.ndarray

@@ -31,7 +31,7 @@ from gearchaos.studies.distributions import (
     correlation_factor,
     probabilities,
 )
-from gearchaos.studies.load_change import LOAD_CHANGES, REVERSAL, LoadChange
+from gearchaos.studies.load_change import CHANGE, LOAD_CHANGES, REVERSAL, LoadChange
 from gearchaos.studies.operating_ranges import operating_axis, torques_of
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.scatter_results import AFTER, OUTCOMES, ScatterResults
@@ -145,7 +145,7 @@ class Scatter(ClassifyingStudy):
     correlations: tuple[tuple[str, str, float], ...] = option(
         (), "Of pairs of inputs, as [first, second, correlation]: a Gaussian copula.")
     load_change: float | None = option(
-        REVERSAL.ratio, "The load goes to -LAMBDA times itself and comes back: 1 reversal, 0 loss, none.",
+        REVERSAL.ratio, f"{CHANGE} None, of commands and files \"none\", where the load never changes.",
         rule=LOAD_CHANGES)
     wide: bool = option(False, "Look at wide ranges of states instead, which no load stores.")
     seed: int = option(0, "Of the samples.", least=0)

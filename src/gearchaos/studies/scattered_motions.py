@@ -18,7 +18,7 @@ from gearchaos.studies.batch_classification import classify_batch, measured_at_e
 from gearchaos.studies.beyond_the_teeth import TeethLimits
 from gearchaos.studies.followed_motions import largest_deflection
 from gearchaos.studies.initial_value_problems import Motions
-from gearchaos.studies.known_orbits import LONGEST_ORBIT, reach
+from gearchaos.studies.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 from gearchaos.studies.load_change import LoadChange, Meshes
 from gearchaos.studies.scattered_models import Machine, ScatteredModels
 from gearchaos.studies.study import Results
@@ -27,14 +27,6 @@ PERMANENT, TWO_SIDED = CONTACTS.index("permanent"), CONTACTS.index("two-sided")
 _SETTLING, _WATCHED = 80, 16  # mesh periods at a speed before it is seen whether contact is still lost, and in which
 _PASSING = 16  # the first of these at a speed at which contact is lost from rest
 _ROUNDING = 1e-9  # of the share of the time in contact
-
-
-@dataclass
-class _Known:
-    """An orbit that is known."""
-
-    period: int
-    w: np.ndarray
 
 
 def lost(found: Results) -> np.ndarray:
@@ -84,7 +76,7 @@ class ScatteredMotions:
     def _followed(self, cells: np.ndarray, w: np.ndarray, found: Results) -> tuple[np.ndarray, np.ndarray]:
         """The states (d, L) to which motions in cells (L,) were followed, and whether they reached the orbit found."""
         reached = np.zeros(len(cells), bool)
-        known = [[_Known(period, state)] if 0 < period <= LONGEST_ORBIT else [] for period, state in zip(
+        known = [[KnownOrbit(period, state)] if 0 < period <= LONGEST_ORBIT else [] for period, state in zip(
             found["period"].tolist(), found["w"], strict=True)]
 
         def follow(tile: slice) -> None:

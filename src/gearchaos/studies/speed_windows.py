@@ -142,7 +142,8 @@ class Window(SpeedRange):
     `CONTACT_WORDS`; ``beyond_the_teeth`` says whether there are others, which have no factor, ``hits`` whether the
     largest force exceeds the limit of a `Criteria`. A range that begins with the first computed speed
     (``from_scan_start``), or ends with the last one, may go on beyond. ``peaks`` are the local peaks of the dynamic
-    factor at other speeds, at most the `MOST_PEAKS` largest, in rising order of speed.
+    factor at other speeds, at most the `MOST_PEAKS` largest, in rising order of speed. ``largest_after_load_change`` is
+    the largest factor of the motions that only load changes lead to, where it exceeds that of operation.
     """
 
     start_resolution: float
@@ -161,6 +162,7 @@ class Window(SpeedRange):
     random_states: RandomStates | None
     meshes: tuple[str, ...]
     peaks: tuple[Peak, ...]
+    largest_after_load_change: Peak | None = None
 
     @property
     def depends_on_history(self) -> bool:

@@ -537,6 +537,8 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         reached = [Reached(MOTIONS[name], float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for name, avoided, factors in rows if avoided.any()]
         own_range, beyond = speed_range(within), within["beyond_the_teeth"].values
+        anyhow = speed_range(whole)
+        worse = operation and anyhow.dynamic_factor > np.nan_to_num(own_range.dynamic_factor)
         borne = within["contact"].values[~beyond].max(initial=0)
         windows.append(Window(
             start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
@@ -547,5 +549,6 @@ def _windows(found: _AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
             from_scan_start=first == 0, to_scan_end=last == len(speeds) - 1, begins_with=start.kind,
             ends_with=stop.kind, meshes=found.meshes(first, last, own), history=history,
             random_states=RandomStates.of(whole),
-            peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest)))
+            peaks=tuple(Peak(float(speeds[i]), float(known[i])) for i in largest),
+            largest_after_load_change=Peak(anyhow.speed_of_largest, anyhow.dynamic_factor) if worse else None))
     return tuple(windows)

@@ -35,7 +35,7 @@ from gearchaos.studies.initial_value_problems import (
     initial_value_problems,
     swept_initial_values,
 )
-from gearchaos.studies.load_change import LOAD_CHANGES, REVERSAL, LoadChange
+from gearchaos.studies.load_change import CHANGE, LOAD_CHANGES, REVERSAL, LoadChange
 from gearchaos.studies.options import axis_option, option
 from gearchaos.studies.proofs import check_can_prove
 from gearchaos.studies.proved_cells import certificate_files, check_folder, mark_inferred, orbit_points, proofs
@@ -106,9 +106,8 @@ class Zones(ClassifyingStudy):
         "spread as by `attractors`, of given gears those after a load change. With more than one, the motions after "
         "slow sweeps along x, upwards and downwards, are also found.", least=1)
     load_change: float = option(
-        REVERSAL.ratio, "The load of given gears goes to -LAMBDA times itself and comes back. 1 is a reversal, 0 a "
-        "loss, -0.5 a fall to half of it; the further initial states in each cell are those after it.",
-        rule=LOAD_CHANGES, metavar="LAMBDA")
+        REVERSAL.ratio, f"{CHANGE} The further initial states of given gears are those after it.", rule=LOAD_CHANGES,
+        metavar="LAMBDA")
     wide: bool = option(
         False, "Of given gears too, look at wide ranges of states, which no load stores.")
     refine: int = option(

@@ -153,6 +153,11 @@ def test_what_a_load_change_adds_has_a_sentence_of_its_own(found):
     *same, usable = said(second)
     assert same[1] == "where there may be a reversal of the load, avoid the same speeds"
     assert usable == both[2].replace("in operation", "in operation and also after a load change")
+    worse = replace(second, largest_after_load_change=windows.Peak(600.4, 14.46))
+    assert said(worse)[1] == f"{same[1]}; in the ranges before, the factor then reaches 14.5 at 600 rpm"
+    assert said(hard, worse)[1] == f"{both[1]}; in the ranges before, the factor then reaches 14.5 at 600 rpm"
+    assert of_windows(found, worse).document()["avoid"][0]["largest_after_load_change"] == {
+        "speed": 600.4, "dynamic_factor": 14.46}
     inside = after_load_change(hard, start=600.0, stop=620.0)  # of a range at another torque
     assert said(inside, second)[1:2] == same[1:2] != said(replace(inside, stop=630.0), second)[1:2]
     nothing = said(hard)
