@@ -105,31 +105,31 @@ def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -
 
 def decision(found: Assessment) -> list[str]:
     """What to do: which speeds to avoid, which also where the load may change, and which are usable, in sentences."""
-    at, where, torques = found.at, scanned(found), _torques([each.torque for each in found.at], "or")
-    criterion, change = at[0].criterion, at[0].load_change
-    windows = [window for each in at for window in each.windows]
+    at, torques = found.at[0], _torques([each.torque for each in found.at], "or")
+    windows = [window for each in found.at for window in each.windows]
+    met = [window for window in windows if window.operation]
+    first = f"at {torques} avoid {_ranges(met)}: {_at_worst(met)}" if met else (
+        f"at {torques} no speed from {scanned(found)} is to be avoided in operation: none was found at which "
+        f"{at.criterion}")
+    if not at.load_change:
+        return [first, *_usable(found)]
+    return [first, f"where {'' if at.wide else 'there may be '}{at.load_change}, {_after_a_load_change(windows)}",
+            *_usable(found)]
+
+
+def _after_a_load_change(windows: Sequence[Window]) -> str:
+    """Which ranges load changes add to those of operation, and the factor that these then reach if it is larger."""
     met = [(part[0].reach[0], _stop(part)) for part in _merged([each for each in windows if each.operation])]
-    out = []
-    for operation in (True, False):
-        own = [window for window in windows if window.operation == operation and (operation or not any(
-            low <= window.reach[0] and window.reach[1] <= high for low, high in met))]
-        if not operation and not change:
-            break
-        named = _ranges(own)
-        if operation:
-            out.append(f"at {torques} avoid {named}: {_at_worst(own)}" if own else
-                       f"at {torques} no speed from {where} is to be avoided in operation: none was found at which "
-                       f"{criterion}")
-        else:
-            where_changed = f"where {change}" if at[0].wide else f"where there may be {change}"
-            worse = max((each.largest_after_load_change for each in windows if each.largest_after_load_change),
-                        key=lambda each: each.dynamic_factor, default=None)
-            more = "" if worse is None else (
-                f"; in the ranges before, the factor then reaches {measured(worse.dynamic_factor, 3)} at "
-                f"{speed_in_words(worse.speed, 0)} rpm")
-            out.append(f"{where_changed}, avoid also {named}: {_at_worst(own)}{more}" if own else
-                       f"{where_changed}, avoid {'the same speeds' if met else 'none, either'}{more}")
-    return [*out, *_usable(found)]
+    more = [window for window in windows if not window.operation and not any(
+        low <= window.reach[0] and window.reach[1] <= high for low, high in met)]
+    words = f"avoid also {_ranges(more)}: {_at_worst(more)}" if more else (
+        "avoid the same speeds" if met else "nothing is to be avoided, either")
+    larger = [each.largest_after_load_change for each in windows if each.largest_after_load_change]
+    if not larger:
+        return words
+    most = max(larger, key=lambda each: each.dynamic_factor)
+    return (f"{words}; in the ranges before, the factor then reaches {measured(most.dynamic_factor, 3)} at "
+            f"{speed_in_words(most.speed, 0)} rpm")
 
 
 def _ranges(windows: Sequence[Window]) -> str:

@@ -379,7 +379,8 @@ def test_none_found_says_what_was_tried():
     options = ("--speed", "5500:6000:2", "--torque", 1200, "--starts", 1, "--set", "design.transmission_error=none")
     text = " ".join(assess(SPUR, *options).stdout.split())
     assert text.startswith("at 1200 N m no speed from 5500 to 6000 rpm is to be avoided in operation: none was found "
-                           "at which the teeth separate where there may be a reversal of the load, avoid none, either")
+                           "at which the teeth separate where there may be a reversal of the load, nothing is to be "
+                           "avoided, either")
     assert "Tried: from rest, sweeps at " in text and "1 state after a reversal of the load" in text
     assert "At 1200 N m, dynamic factor 1.75 at speed 0, avoid nothing" in text
 
