@@ -278,6 +278,22 @@ def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
     at.edges = [edge.found for edge in at.sought()]
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.start, window.operation, window.severity) == (100.0, True, "beyond the teeth") and window.stop < 200
+    for deflection, rank in ((3.9, 0), (4.1, 1)):
+        assert at.severity(replace(motion(0, 5.0), deflection=deflection)) == rank
+    at = inner._AtTorque(Criteria(), made_up([motion(1, 5.0), motion(1, 7.0)]), 1.0, limits)  # after a load change
+    (window,) = inner._windows(at, inner._dataset(at))
+    assert (window.operation, window.dynamic_factor, window.beyond_the_teeth) == (True, 5.0, True)
+
+
+@pytest.mark.slow
+def test_overloaded_teeth_in_contact_have_the_edges_of_a_limit_of_their_root_stress():
+    shared = replace(SPUR, transmission_error="from quality (typical)", load_sharing="tooth pairs")
+    steel = {"E": "206 GPa", "poisson": 0.3, "density": 7830}
+    weak = replace(shared, material={**steel, "root_strength": "320 N/mm^2"})
+    (one,), (other,) = (gc.speeds_to_avoid(design, "1150:1250:4", "300 N*m", load_change=None, **limit).windows
+                        for design, limit in ((weak, {}), (shared, {"root_stress": 320})))
+    assert one.severity == "beyond the teeth" and other.severity == FORCE_CRITERION
+    assert one.reach == pytest.approx(other.reach, rel=1e-9) and one.start_resolution == one.stop_resolution == 0
 
 
 def test_a_range_of_operation_has_beside_its_factor_a_larger_one_after_a_load_change():

@@ -200,5 +200,5 @@ def test_a_map_of_gears_shows_what_load_changes_reach_and_of_which_change():
     with pytest.raises(InputError, match="colour needs gears"):
         replace(PAPER, colour="to_avoid")
     menus = {menu.name: dict(menu.options) for menu in plane_menus(view, Units(view.gears, True))}
-    assert menus["colour"]["to_avoid"].startswith("reached by load changes")
+    assert menus["colour"]["to_avoid"].startswith("to avoid, and reached by load changes")
     assert "to_avoid" not in {n: dict(o) for n, _, o in plane_menus(PAPER, Units())}["colour"]

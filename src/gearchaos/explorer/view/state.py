@@ -21,7 +21,7 @@ from gearchaos.studies.load_change import REVERSAL, LoadChange
 COLOURS = {
     "motion": "kind of motion",
     **{name: quantity(name).long_name for name in ("contact", "v_rms", "contact_fraction", "dynamic_factor")},
-    "attractors": "number of attractors", "to_avoid": "reached by load changes",
+    "attractors": "number of attractors", "to_avoid": "to avoid, and reached by load changes",
     "share_of_load_changes": "share of load changes that separate",
 }
 """Variables by which the map can be coloured, each with its description."""
