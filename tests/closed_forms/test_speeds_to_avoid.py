@@ -190,7 +190,8 @@ def test_the_document_is_json():
 
 @pytest.mark.parametrize(("options", "message"), [
     ({"factor": 0}, "factor must be greater than 0"), ({"starts": -1}, "starts must be"),
-    ({"starts": 10**9}, "speeds times starts must"),
+    ({"starts": 10**9}, "speeds times starts must"), ({"starts": 0, "wide": True}, "starts must be at least 1"),
+    ({"starts": 0, "load_change": 0.5}, "starts must be at least 1"),
     ({"separation": False}, "factor must be given with separation=False"), ({"seed": 0.5}, "seed must be"),
     ({"speed": "500"}, "speed must read start:stop or start:stop:count"),
     ({"speed": "500:500:1"}, "speed must be a range of speeds"), ({"torque": 0}, "torque must be greater than 0"),
@@ -305,6 +306,7 @@ def test_a_range_of_operation_has_beside_its_factor_a_larger_one_after_a_load_ch
     assert largest([motion(1, 2.0), motion(1, 1.5)]) == (True, 2.0, None)
     assert largest([motion(1, 2.0)], [motion(0, 4.0)]) == (True, 2.0, None)  # outside the range
     assert largest([calm(), motion(1, 3.0)]) == (False, 3.0, None)
+    assert largest([motion(0, 4.0), motion(1, 3.0)]) == (False, 3.0, None)  # the larger one keeps contact
 
 
 @pytest.mark.parametrize(("factor", "limit", "severity"), [

@@ -135,6 +135,7 @@ def correlated(*correlations, vary=VARY):
     ({"model": replace(DESIGN, faults=[{"wheel": 1, "tooth": 1, "stiffness_loss": 0.3}], speed=1000)}, "model",
      "must be a single pair"),
     ({"load_change": 4}, "load_change", "must be greater than -1"),
+    ({"load_change": 0.5, "wide": True}, "load_change", "must be left out with wide"),
     ({"model": MODEL}, "speed", "must be an axis of omega"), ({**OF_MODEL, "torque": 5}, "torque", "must be left out"),
     ({**OF_MODEL, "vary": ["omega=1:2"]}, "vary", "must name parameters other than"),
     ({**OF_MODEL, "vary": ["zeta=0.1:0.2 mm"]}, "zeta", "must have numbers without"),

@@ -190,6 +190,16 @@ def test_only_gears_have_a_load_that_changes(given):
         gc.Zones(FIGURE_2, *MAP, starts=4, **given)
 
 
+@pytest.mark.parametrize(("given", "field"), [
+    ({"wide": True}, "starts"), ({"load_change": 0.0}, "starts"),
+    ({"wide": True, "load_change": 0.0, "starts": 4}, "load_change")])
+def test_states_after_a_load_change_that_no_start_has_are_refused(given, field):
+    gears = load_study(ONE_SPRING).model
+    with pytest.raises(InputError) as error:
+        gc.Zones(gears, "speed=700:1500:3", "torque=100:130:2", **given)
+    assert error.value.field == field
+
+
 def test_an_interrupt_leaves_nothing_but_the_tiles_under_way(monkeypatch):
     """Also one that comes early, while tiles are still being handed out: slowly, as where a compiler holds the GIL."""
     begun, submit = [], ThreadPoolExecutor.submit
