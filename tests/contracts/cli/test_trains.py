@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.cli.modes import print_modes
 from gearchaos.errors import InputError
 from gearchaos.studies.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
@@ -115,6 +116,16 @@ def test_modes_are_said_with_the_speeds_that_meet_them(tmp_path):
     at = lowest["met_at"]["mesh first"]
     assert at / 60 * float(train.mesh_order(train.meshes[0])) == pytest.approx(lowest["frequency"], rel=1e-12)
     assert "must have a table [design], [gearpair] or [train]" in refused("modes", EXAMPLES / "fig02.toml")
+
+
+def test_meshes_of_one_order_are_said_once(capsys):
+    bodies = [gc.Body(name=name, inertia=1e-3) for name in "abcde"]
+    mesh = {"base_radii": (0.02, 0.02), "stiffness": 1e8, "backlash": 1e-4}
+    train = gc.Train(speed=600, bodies=bodies, shafts=[gc.Shaft(between=("c", "d"), stiffness=1e4)], meshes=[
+        gc.Mesh(between=tuple(ends), teeth=(z, z), **mesh) for ends, z in (("ab", 20), ("bc", 20), ("de", 15))])
+    print_modes(gc.natural_frequencies(train))
+    first = " ".join(capsys.readouterr().out.split())
+    assert " rpm (a/b), " in first and " rpm (d/e) of a;" in first and "b/c)" not in first
 
 
 @pytest.mark.parametrize(("name", "kind"), [

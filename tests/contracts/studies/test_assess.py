@@ -419,6 +419,8 @@ def test_a_picture_has_the_ranges_in_the_colours_of_what_happens_and_marks_of_ev
     assert sorted(line.get_xdata()[0] for line in marks) == sorted(e for _, w in found.avoid for e in (w.start, w.stop))
     labels = {text.get_text() for text in ax.get_legend().get_texts()}
     assert labels == {"contact lost, small", "usable at all torques", "to avoid at some torque", "graze"}
+    (behind,) = [patch for patch in ax.patches if to_hex(patch.get_facecolor()) == "#d9d9d9"]
+    assert behind.get_y() > 1 and behind.get_zorder() < min(bars.get_zorder() for bars in ax.collections)
     assert SEVERITY_COLOURS["contact lost, small"] in {to_hex(bars.get_facecolor()[0]) for bars in ax.collections}
     assert "±5.6 %" in [text.get_text() for text in ax.texts]
 
