@@ -384,7 +384,8 @@ def classes(number: int) -> dict[str, Any]:
         "number": number, "operation": 1 - found.usable_share_in_operation,
         "load change": found.usable_share_in_operation - found.usable_share,
         "knock": sum(k.stop - k.start for k in at.knocks) / (found.speeds[1] - found.speeds[0]),
-        "knocks": len(at.knocks), "factor": float(at.largest.dynamic_factor), "motions": int(known.sum()),
+        "knocks": [check_knock(design, knock, np.random.default_rng([number, 2031])) for knock in at.knocks],
+        "factor": float(at.largest.dynamic_factor), "motions": int(known.sum()),
         "beyond": int(data["beyond_the_teeth"].values.sum()), "ranges": len(at.windows),
         "beyond_ranges": sum(w.beyond_the_teeth for w in at.windows)}
 
@@ -423,9 +424,12 @@ def summary_of_classes(trials: list[dict[str, Any]]) -> str:
     factors = np.array([each["factor"] for each in trials])
     names = "beyond", "motions", "beyond_ranges"
     beyond, motions, ranges = (sum(each[name] for each in trials) for name in names)
+    knocks = [knock for each in trials for knock in each["knocks"]]
     return "\n".join([*lines, "", (
         f"Largest factor of a design: median {np.nanmedian(factors):.2f}, most {np.nanmax(factors):.2f}, none in "
-        f"{np.isnan(factors).sum()}. Beyond the teeth: {beyond} of {motions} motions, in {ranges} ranges.")])
+        f"{np.isnan(factors).sum()}. Beyond the teeth: {beyond} of {motions} motions, in {ranges} ranges. Least "
+        f"knocks: {len(knocks)}; {sum(knock['itself'] for knock in knocks)} lead there, and of "
+        f"{KNOCKS * len(knocks)} smaller ones {sum(knock['smaller'] for knock in knocks)}.")])
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.studies.axis import Axis
+from gearchaos.studies.initial_value_problems import PERIODS_PER_VALUE
 from tests.closed_forms.linear_gears import loose_train, onset
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=40, doublings=0, longest_transient=0)
@@ -46,6 +47,11 @@ def test_two_orders_fall_together_at_the_instant_of_their_least_sum():
     angle = np.linspace(0, 2 * math.pi, 100_001)
     least = (onset(1, 200.0) * np.cos(angle) - onset(2, 150.0) * np.cos(2 * angle)).min()
     assert found == pytest.approx(-least / np.array([0.4, 0.3]), rel=1e-5)
+
+
+def test_the_price_has_both_slow_sweeps():
+    study = gc.Rattle(loose_train(), Axis("loose.torque", -0.2, -0.1, 3), settings=SHORT)
+    assert study.cost.sequential == 2 * 3 * PERIODS_PER_VALUE and study.cost.motions == 9
 
 
 def stepped(level: float, torques: str) -> Any:

@@ -62,11 +62,19 @@ def _is_number(text: str) -> bool:
 
 
 def change_of(text: str | None) -> float | None:
-    """The change of the load of ``--load-change``, None for none; raises `InputError` for what is no number."""
+    """The change of the load of ``--load-change``, None for none; raises `InputError` for what is no number, or out of
+    bounds."""
+    from gearchaos.studies.load_change import LOAD_CHANGES
+    from gearchaos.validation import check_rule
+
+    if text in (None, "none"):
+        return None
     try:
-        return None if text in (None, "none") else float(text)
+        change = float(text)
     except ValueError:
         raise InputError("--load-change", "must be a number or none", text, _LOAD_CHANGE) from None
+    check_rule("--load-change", change, LOAD_CHANGES)
+    return change
 
 
 def say_lines(*texts: str) -> None:

@@ -81,7 +81,7 @@ class Knocked:
         self, motions: FollowedMotions, speeds: Sequence[float], severity: Severity, settings: Classification,
         threads: int | None = None,
     ) -> None:
-        self.severity, self.settings, self.threads = severity, brief_settings(settings), threads
+        self.severity, self.settings, self.threads = severity, settings, threads
         self.speeds = [s for s in speeds if 0 < motions.at[s][0].period <= LONGEST_ORBIT]
         at = [[m for m in motions.at[s] if 0 < m.period <= LONGEST_ORBIT] for s in self.speeds]
         names = coordinates(vary(motions.model, {}))
@@ -98,9 +98,10 @@ class Knocked:
         self._orbits = [[(m, next(passed)) for m in own] for own in at]
         self._model = motions.model
 
-    def tried(self, number: np.ndarray, phase: np.ndarray, step: np.ndarray) -> _Tried:
+    def tried(self, number: np.ndarray, phase: np.ndarray, step: np.ndarray, *, brief: bool = True) -> _Tried:
         """What knocks lead to: steps (L,) of the velocity at phases, numbered from 0, of the motions with these
-        numbers."""
+        numbers; ``brief`` ones are followed as by `brief_settings`."""
+        settings = brief_settings(self.settings) if brief else self.settings
         pairs, points = np.unique(np.stack([number, phase]), axis=1, return_inverse=True)
         flow = ExactFlow(begun_at(self._system.take(pairs[0]), (pairs[1] + 0.5) / PHASES))
         known = [[KnownOrbit(m.period, states[j]) for m, states in self._orbits[i]] for i, j in pairs.T.tolist()]
@@ -111,8 +112,10 @@ class Knocked:
         out = [self._orbits[i][r][0] if r >= 0 else None for i, r in zip(number, reached, strict=True)]
         others = np.flatnonzero(reached < 0)
         if len(others):
-            found = classify_batch(lambda chosen: started.take(others[chosen]), self._collect, np.arange(len(others)),
-                                   settings=self.settings, threads=self.threads)
+            found = classify_batch(
+                lambda chosen: started.take(others[chosen]),
+                lambda _, final, verdicts: self._collect(final, verdicts, settings), np.arange(len(others)),
+                settings=settings, threads=self.threads)
             for i, label, period, contact, factor, deflection in zip(
                     others, *(found[n].tolist() for n in ("label", "period", "contact", "factor", "deflection")),
                     strict=True):
@@ -129,33 +132,41 @@ class Knocked:
         run = flow.advance(w, periods, points=np.zeros(len(steps), int), sample=True)
         return run.samples[:, :, 0].reshape(periods * samples, len(steps))
 
-    def _collect(self, _: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+    def _collect(self, final: Motions, found: Verdicts, settings: Classification) -> dict[str, np.ndarray]:
         return {"label": found["label"], "period": found.period, "contact": found["contact"],
                 "factor": found.variables()["dynamic_factor"],
-                "deflection": largest_deflection(measured_at_end(final, found, self.settings))}
+                "deflection": largest_deflection(measured_at_end(final, found, settings))}
 
     def least(self, found: _Tried, numbers: Sequence[int]) -> tuple[int, float, int, Motion] | None:
         """The least step that leads from one of some motions to one to avoid, to `_ACCURACY`: the number of the motion,
         the step, its phase, and what it leads to."""
         mine = np.isin(found.number, numbers)
-        own = [(abs(step), n, j, step, to) for n, j, step, to, own in zip(*found[:4], mine, strict=True) if own and to]
-        if not own:
+        own = [(n, j, step, to) for n, j, step, to, own in zip(*found[:4], mine, strict=True) if own and to]
+        first = self._lasting(sorted(own, key=lambda each: (abs(each[2]), *each[:2])))
+        if first is None:
             return None
-        high, number, phase, best, to = min(own, key=lambda each: each[:3])
-        sizes = np.abs(found.step[mine])
+        high, sizes = abs(first[2]), np.abs(found.step[mine])
         low = float(sizes[sizes < high].max(initial=0.0))
         while high > _ACCURACY * low:
             middle = np.sqrt(low * high) if low else high / 2
             grid = np.meshgrid(numbers, np.arange(PHASES), [middle, -middle])
             again = self.tried(*(each.ravel() for each in grid))
-            leads = [(n, j, step, m) for n, j, step, m in zip(*again[:4], strict=True) if m]
+            leads = self._lasting([(n, j, step, m) for n, j, step, m in zip(*again[:4], strict=True) if m])
             if leads:
-                high, (number, phase, best, to) = middle, leads[0]
+                high, first = middle, leads
             elif low == 0.0 and middle < _SMALLEST / 8:
                 break
             else:
                 low = middle
-        return int(number), float(best), int(phase), to
+        number, phase, step, to = first
+        return int(number), float(step), int(phase), to
+
+    def _lasting(self, knocks: list[tuple[int, int, float, Motion]]) -> tuple[int, int, float, Motion] | None:
+        """The first of knocks (number, phase, step, motion) that leads to no mere transient, however long."""
+        def again(number: int, phase: int, step: float) -> Motion | None:
+            return self.tried(np.array([number]), np.array([phase]), np.array([step]), brief=False).to[0]
+
+        return next((each for each in knocks if each[3].period or again(*each[:3])), None)
 
 
 def unit_step(pair: GearPair) -> float:
@@ -184,10 +195,8 @@ def find_knocks(
     unit = unit_step(pair)
     for hit, run in groupby(range(len(knocked.speeds)), key=leads.__contains__):
         numbers = [*run]
-        if not hit:
+        if not hit or not (least := knocked.least(found, numbers)):
             continue
-        least = knocked.least(found, numbers)
-        assert least is not None
         number, step, phase, to = least
         turn = step * unit
         is_beyond = beyond(to)

@@ -46,10 +46,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _REFINED = 8  # the refinement that is proposed for a map that takes long
-_COMPUTED_SHARE = 1 / 8
-"""Rough estimate of the share of the cells of a refined map that are computed."""
+_COMPUTED_SHARE = 0.74
+"""Rough estimate of the share of the cells of a lattice that are computed of one twice as fine."""
 
-_PARTS = 4  # least number of parts of the coarsest lattice in a row of the middle by which a refined map is tried
+_LEAST_ROWS = 4 * WIDTH  # of the part by which a map with several starts is tried: few motions side by side take long
 
 _NO_CONTACT = CONTACTS.index("none")
 
@@ -152,7 +152,7 @@ class Zones(ClassifyingStudy):
     @property
     def motions_per_item(self) -> float:
         if self.refine > 1:
-            return _COMPUTED_SHARE
+            return _COMPUTED_SHARE ** math.log2(self.refine)
         return self.starts + 2 if self.starts > 1 else 1  # the two sweeps add one motion each
 
     @cached_property
@@ -162,9 +162,8 @@ class Zones(ClassifyingStudy):
 
         Raises `InputError` if a single row, which one machine computes, cannot end.
         """
-        motions, sequential = self.x.count * (_COMPUTED_SHARE if self.refine > 1 else 1), 0
+        motions, sequential = self.x.count * self.motions_per_item, 0
         if self.starts > 1:
-            motions *= self.starts + 2
             sequential = 2 * self.x.count * PERIODS_PER_VALUE
         system = switched_system(corners(self.model, self.x, self.y))
         row = estimate(system, math.ceil(motions), self.classification.max_periods, sequential)
@@ -201,16 +200,14 @@ class Zones(ClassifyingStudy):
         return self.starts > 1 and not self.wide and gears_of(self.model) is not None
 
     def thinned(self, share: float) -> Self:
-        """As of every study, without certificates; of a refined map the middle, where as many cells are inferred."""
+        """As of every study, without certificates; of a refined map with as many cells in its coarsest lattice, of one
+        with several starts with enough rows to follow side by side."""
         spread = replace(super().thinned(share), certificates=None)
-        if self.refine == 1:
-            return spread
-        ends: dict[str, Any] = {}
-        for name, axis, count in (("x", self.x, spread.x.count), ("y", self.y, spread.y.count)):
-            count = min(axis.count, max(_PARTS * self.refine, count))
-            first = (axis.count - count) // 2
-            ends[name] = Axis(axis.name, axis.values[first], axis.values[first + count - 1], count)
-        return replace(spread, **ends)
+        if self.starts > 1:
+            rows = min(self.y.count, max(_LEAST_ROWS, spread.y.count))
+            spread = replace(spread, y=replace(self.y, count=rows))
+        finer = math.log2(self.refine * math.sqrt(spread.count / self.count))
+        return replace(spread, refine=2 ** max(0, round(finer)))
 
     def smaller(self, share: float) -> tuple[str, Self] | None:
         """The same map refined; fewer cells of one that is, or that has several starts."""

@@ -335,7 +335,8 @@ def test_the_torque_of_the_command_is_that_of_the_datasheet():
     (("--torque", ""), "--torque must be a torque"), (("--torque", "60:180"), "--torque must read start:stop:count"),
     (("--torque", "60,x"), "--torque must be a torque; got 'x'"), (("--torque", "x=3"), "--torque must be a torque"),
     (("--torque", "60", "--torque", "60 N*m"), "--torque must be given once; got 60.0"),
-    ((*SCAN, "--torque", "60,180", "--plot", "x.png"), "--plot needs a single --torque")])
+    ((*SCAN, "--torque", "60,180", "--plot", "x.png"), "--plot needs a single --torque"),
+    (("--json", "--load-change", "5"), "--load-change must be greater than -1, at most 3")])
 def test_bad_input_is_refused(arguments, message):
     result = gear(SPUR, *arguments, code=2)
     assert result.stderr.startswith(f"error: {message}") and result.stdout == ""

@@ -252,14 +252,19 @@ def test_a_study_names_a_smaller_choice(study, words):
         assert found is None and study.thinned(0.25).cost.seconds() < study.cost.seconds() / 5
     else:
         assert found[0] == words
-        assert study.cost.seconds(1) / 8.5 < found[1].cost.seconds(1) < study.cost.seconds(1) / 3.5
+        least = 2 if words.startswith("--refine") else 3.5
+        assert study.cost.seconds(1) / 8.5 < found[1].cost.seconds(1) < study.cost.seconds(1) / least
     assert study.thinned(0.0).cost.seconds(1) < study.cost.seconds(1) / 2
 
 
-def test_a_trial_of_a_refined_map_is_its_middle_at_the_same_density():
-    part = gc.Zones(PAIR, *GRID, refine=8).thinned(0.25)
-    assert part.refine == 8 and (part.x.count, part.y.count) == (200, 50)
-    assert np.allclose(part.x.values, GRID[0].values[100:300]) and np.allclose(part.y.values, GRID[1].values[25:75])
+def test_a_trial_of_a_refined_map_has_its_coarsest_lattice():
+    parts = [gc.Zones(PAIR, *GRID, refine=8).thinned(share) for share in (1.0, 0.25, 1 / 64)]
+    assert [(part.x.count, part.y.count, part.refine) for part in parts] == [(400, 100, 8), (200, 50, 4), (50, 12, 1)]
+
+
+def test_a_trial_of_a_map_with_several_starts_has_rows_to_follow_side_by_side():
+    part = gc.Zones(PAIR, *GRID, starts=4).thinned(0.0)
+    assert (part.x.count, part.y.count, part.starts) == (8, 32, 4)
 
 
 @pytest.mark.parametrize("command", [
