@@ -63,8 +63,9 @@ def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:
     values = content[content["along"]]
     rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
     changed = one[f"probability{AFTER}"]
+    beside = "from wide states" if content["wide"] else "after load change"
     table = plain_table(f"{content['along']}\n({speed_unit(content).strip()})", "contact loss\n(95 %)",
-                        *["after load change\n(95 %)"] * bool(changed), "both\nflanks", "no\nrepetition",
+                        *[f"{beside}\n(95 %)"] * bool(changed), "both\nflanks", "no\nrepetition",
                         "force over\nlimit", gap=2)
     for i in rows.tolist():
         chances = [{n: v[i] for n, v in one["along"][name].items()} for name in OUTCOMES[:4]]
