@@ -129,8 +129,8 @@ def stub(modules: dict[str, str], subpackages: Iterable[str]) -> str:
     for study in studies:
         function = _signature(f"def {study.kind}(", arguments(study, study.run_options), f") -> {study.returns}:")
         made = _signature("    def __init__(", arguments(study), ") -> None: ...", "self")
-        parts += [f'{function}\n    """{_docstring(study)}"""\n',
-                  f'class {study.__name__}(_{study.__name__}):\n    """{study.__doc__}"""\n\n{made}\n']
+        words = f'"""{_first_sentence(_docstring(study))}"""'
+        parts += [f"{function}\n    {words}\n", f"class {study.__name__}(_{study.__name__}):\n    {words}\n\n{made}\n"]
     return "\n".join([_STUB_HEAD, *parts])
 
 
