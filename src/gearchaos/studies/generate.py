@@ -11,22 +11,23 @@ from collections.abc import Iterable
 from dataclasses import MISSING
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 from typing import Any
 
+import gearchaos
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.declaration import WIDTH, accepted, arguments
 from gearchaos.studies.options import Option, file_options
 from gearchaos.studies.study import Study
 
-_PACKAGE = Path(__file__).parents[1]
+_PACKAGE = Path(gearchaos.__file__).parent
 
 
 def all_studies() -> list[type[Study]]:
     """The classes of all studies, in the order in which they are used."""
     found = set[type[Study]]()
-    for module in iter_modules([str(Path(__file__).parent)]):
-        names = vars(import_module(f"gearchaos.studies.{module.name}")).values()
+    for module in walk_packages(import_module("gearchaos.studies").__path__, "gearchaos.studies."):
+        names = vars(import_module(module.name)).values()
         found |= {v for v in names if isinstance(v, type) and issubclass(v, Study) and "kind" in vars(v)}
     return sorted(found, key=lambda study: (study.rank, study.kind))
 
@@ -149,8 +150,6 @@ def _signature(start: str, options: Iterable[Option], end: str, *written: str) -
 
 def files() -> dict[Path, str]:
     """The text of each file that is written from the studies."""
-    import gearchaos
-
     manual = _PACKAGE.parents[1] / "docs/reference/api.rst"
     studies = all_studies()
     listed = "".join(f"   gearchaos.{study.kind}\n" for study in studies)

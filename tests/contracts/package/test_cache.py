@@ -113,10 +113,11 @@ def test_a_process_does_not_wait_for_itself_after_compiling_was_interrupted(tmp_
     assert acquired == [".lock"], "to write the kernel; the lock to compile it is held"
 
 
-def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
-    source = Path(compilation.__file__).parent
-    for name in ("compilation.py", "contact.py"):
-        (tmp_path / name).write_bytes((source / name).read_bytes())
+def test_the_cache_is_another_one_after_any_edit_or_move_of_a_kernel(tmp_path):
+    (tmp_path / "compilation.py").write_bytes(Path(compilation.__file__).read_bytes())
+    (tmp_path / "room").mkdir()
+    (tmp_path / "kernel.py").write_text("# one\n")
+    (tmp_path / "room" / "kernel.py").write_text("# other\n")
 
     def directory():
         spec = importlib.util.spec_from_file_location("copied", tmp_path / "compilation.py")
@@ -126,9 +127,13 @@ def test_the_cache_is_another_one_after_any_edit_of_a_kernel(tmp_path):
 
     before = directory()
     assert directory() == before
-    with (tmp_path / "contact.py").open("a") as file:
-        file.write("# edited\n")
-    assert directory() != before
+    found = {before}
+    for path in (tmp_path / "kernel.py", tmp_path / "room" / "kernel.py"):
+        with path.open("a") as file:
+            file.write("# edited\n")
+        found.add(directory())
+    (tmp_path / "room").rename(tmp_path / "rooms")
+    assert len(found | {directory()}) == 4
 
 
 FIRST_RUN = """

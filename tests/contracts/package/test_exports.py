@@ -48,6 +48,18 @@ def test_the_files_made_from_the_studies_are_those_that_are_checked_in():
         assert path.read_text(encoding="utf-8") == text, path
 
 
+def test_every_study_is_found_wherever_it_stands_below_the_studies(monkeypatch, tmp_path):
+    (tmp_path / "room_of_a_test").mkdir()
+    (tmp_path / "room_of_a_test" / "__init__.py").touch()
+    (tmp_path / "room_of_a_test" / "study_of_a_test.py").write_text(
+        "from gearchaos.studies.study import Study\n\n\nclass Own(Study):\n    kind = 'own'\n")
+    every = {"attractors", "basins", "bifurcation", "branch", "curve", "edge_state", "fit", "manifolds", "orders",
+             "rattle", "regime", "runup", "scatter", "simulate", "skeleton", "zones"}
+    assert {study.kind for study in generate.all_studies()} == set(STUDIES) == every
+    monkeypatch.setattr(gearchaos.studies, "__path__", [*gearchaos.studies.__path__, str(tmp_path)])
+    assert {study.kind for study in generate.all_studies()} == {*every, "own"}
+
+
 def test_the_stub_has_every_public_name():
     body = ast.parse((PACKAGE / "__init__.pyi").read_text()).body
     imported = [a for node in body if isinstance(node, ast.ImportFrom) for a in node.names]

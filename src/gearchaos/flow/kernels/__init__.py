@@ -1,7 +1,7 @@
 """The compiled part of the flow, with its compilation, vector types, memory layout and cancellation.
 
-Only `gearchaos.flow` imports this package. Every function that Numba compiles is in this folder, so that a hash
-of the folder tells whether the kernels cached on disk are up to date (`compilation.py`).
+Only `gearchaos.flow` imports this package. Every function that Numba compiles is below this folder, so that a hash
+of its files tells whether the kernels cached on disk are up to date (`compilation.py`).
 
 Conventions of all kernels
 --------------------------

@@ -1,11 +1,11 @@
 """How kernels are compiled: without the GIL, cached on disk under a hash of all kernel sources.
 
 Numba notices an edit of the file of a cached function but not of the files of the functions it calls, so the name of
-the cache directory contains a hash of this whole folder. Numba does not synchronise processes that write to the cache
-at the same time either: two may choose the same file name for different code, and a third would then run the wrong
-code. Therefore a lock is held while a kernel is written. Another lock is held while it is compiled: of many processes
-that start at the same time with an empty cache one compiles a kernel, and the others wait and load it. So processes can
-share the kernels of a first run among them (`flow.beside`).
+the cache directory contains a hash of this folder and all below it. Numba does not synchronise processes that write to
+the cache at the same time either: two may choose the same file name for different code, and a third would then run the
+wrong code. Therefore a lock is held while a kernel is written. Another lock is held while it is compiled: of many
+processes that start at the same time with an empty cache one compiles a kernel, and the others wait and load it. So
+processes can share the kernels of a first run among them (`flow.beside`).
 
 The compiler never contracts a product and a sum into one operation by itself: where they are to be rounded once, the
 code calls `simd.vfma`. So the result of a lane depends neither on the vector width of the machine nor on the other
@@ -191,8 +191,9 @@ def cache_directory() -> Path:
     16
     """
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.name.encode() + source.read_bytes())
+    folder = Path(__file__).parent
+    for source in sorted(folder.rglob("*.py")):
+        digest.update(source.relative_to(folder).as_posix().encode() + source.read_bytes())
     base = config.CACHE_DIR or Path(platformdirs.user_cache_dir("gearchaos")) / "kernels"
     return Path(base) / digest.hexdigest()[:16]
 
