@@ -1,321 +1,22 @@
-"""The equations of a train: rows of its springs and meshes, the smallest coordinates, and the switched affine system.
-
-Angles and displacements of centres are deviations q from the steady rotation, in SI, of the n that are free to move.
-An element, a spring or a mesh, has a row: its deflection is row·q + h(t), where h has the prescribed motions and, for a
-mesh, the error. Deflections are the coordinates: those of the meshes first, then those of springs that do not follow
-from them. Turning as a whole, which deflects nothing, is left out, but for its speed where bearings damp it.
-"""
+"""The equations of a train as a switched affine system in its smallest coordinates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.train.mesh import Mesh
-from gearchaos.gears.train.parts import GROUND, Body, Support, Units
+from gearchaos.gears.train.parts import Units
+from gearchaos.gears.train.structure import RANK, Element, Structure, Value, mean_stiffness
 from gearchaos.gears.train.teeth import uneven_contacts
 from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.switched import SwitchedAffine
-from gearchaos.quantities import parameter_owner
 
-Train = Any
-"""A `Train`, whose module checks its trains by this one."""
-
-_RANK = 1e-9  # relative size of what is left of a row that depends on others
 _SAME = 1e-9  # relative difference of instants and errors that coincide
-_SMALLEST_LENGTH = 1e-6  # unit of length where no mesh has backlash, m
 _MOST_CONTACTS = 62  # a set of closed contacts is a whole number with a bit for each
-
-Value = Callable[[str, str, float], np.ndarray]
-"""A parameter of a part, by the name of that, its field, and the value of the train: (P,)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Element:
-    """A spring, a mesh or the stops of a shaft: its deflection is row·q + Σ prescribed[body] φ_body(t) − error."""
-
-    name: str
-    row: np.ndarray  # (n,)
-    prescribed: dict[str, float]  # factors of the angles of bodies whose motion is prescribed
-    owner: str = ""  # the part whose parameters are its stiffness and damping
-    stiffness: float = 0.0
-    damping: float = 0.0
-    backlash: float = 0.0
-    mesh: Mesh | None = None
-    stops: bool = False
-
-    @property
-    def contact(self) -> bool:
-        """Whether it pushes in contact alone."""
-        return self.mesh is not None or self.stops
-
-
-class Structure:
-    """What of a train does not depend on the values that can be varied: its elements and coordinates."""
-
-    def __init__(self, train: Train) -> None:
-        self.train = train
-        self.free = [body for body in train.bodies if not body.prescribed]
-        self.index: dict[tuple[str, str], int] = {}
-        for body in self.free:
-            self.index[body.name, "angle"] = len(self.index)
-        for body in train.bodies:
-            for axis in self._own_axes(body):
-                self.index[body.name, axis] = len(self.index)
-        self.contacts = [self._mesh(mesh) for mesh in train.meshes]
-        self.springs: list[Element] = []
-        for shaft in train.shafts:
-            sense = self.sense(shaft.between[0])  # twist in the sense in which the shaft turns
-            row, prescribed = self._angles(dict(zip(shaft.between, (sense, -sense), strict=True)))
-            if shaft.stiffness:
-                self.springs.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stiffness, shaft.damping))
-            if shaft.stop is not None:
-                self.contacts.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stop_stiffness,
-                                             shaft.stop_damping, 2 * shaft.stop, stops=True))
-        for body in train.bodies:
-            self.springs.extend(self._supports(body))
-        self._choose()
-
-    def _own_axes(self, body: Body) -> tuple[str, ...]:
-        """The axes along which the centre of a body moves by itself."""
-        held = body.support or body.pin
-        return () if held is None else ("along",) if held.direction is not None else ("x", "y")
-
-    def centre(self, body: Body) -> np.ndarray:
-        """The displacement of the centre of a body from q, (2, n)."""
-        out = np.zeros((2, len(self.index)))
-        axes = self._own_axes(body)
-        if axes == ("along",):
-            held: Any = body.support or body.pin
-            out[:, self.index[body.name, "along"]] = np.cos(held.direction), np.sin(held.direction)
-        elif axes:
-            out[0, self.index[body.name, "x"]] = out[1, self.index[body.name, "y"]] = 1.0
-        elif body.carrier is not None:
-            out = self._on_carrier(body)
-        return out
-
-    def _on_carrier(self, planet: Body) -> np.ndarray:
-        """The displacement of the place of a planet on its carrier from q, (2, n)."""
-        carrier = self.train.body(str(planet.carrier))
-        out = self.centre(carrier).copy()
-        if not carrier.prescribed:
-            tangent = -np.sin(planet.position), np.cos(planet.position)
-            out[:, self.index[carrier.name, "angle"]] += planet.orbit * np.array(tangent)
-        return out
-
-    def _angles(self, factors: dict[str, float]) -> tuple[np.ndarray, dict[str, float]]:
-        """A row from factors of angles by body, and those of the bodies whose motion is prescribed."""
-        row, prescribed = np.zeros(len(self.index)), dict[str, float]()
-        for name, factor in factors.items():
-            if name == GROUND or self.train.body(name).fixed:
-                continue
-            if self.train.body(name).prescribed:
-                prescribed[name] = prescribed.get(name, 0.0) + factor
-            else:
-                row[self.index[name, "angle"]] += factor
-        return row, prescribed
-
-    def _mesh(self, mesh: Mesh) -> Element:
-        """s = r_a φ_a − r_b φ_b − e + half the backlash, φ in the sense in which each wheel turns in the mesh."""
-        train, (a, b), (ra, rb) = self.train, map(self.train.body, mesh.between), mesh.base_radii
-        held = train.carrier(mesh)
-        sense = 1.0 if train.ratios[a.name] >= (train.ratios[held] if held else 0) else -1.0
-        other = -rb if mesh.internal else rb
-        factors = {a.name: sense * ra, b.name: sense * other}
-        normal = np.zeros(2)
-        if any(self.centre(body).any() for body in (a, b)):
-            direction = mesh.line_of_action or 0.0
-            if held and mesh.line_of_action is None and mesh.pressure_angle is not None:
-                planet = a if a.carrier else b
-                # seen from the carrier, the front flanks of the first wheel push towards where its teeth move, those
-                # of a planet at its sun against its own sense; they push wheels apart, and planet and ring together
-                along = -sense if planet is a and not mesh.internal else sense
-                outwards = 1.0 if (planet is a) == mesh.internal else -1.0
-                direction = planet.position + along * (np.pi / 2 - outwards * mesh.pressure_angle)
-            normal = np.array([np.cos(direction), np.sin(direction)])
-        elif held:  # the carrier is prescribed or held: no centre moves
-            factors[held] = factors.get(held, 0.0) - sense * (ra + other)
-        row, prescribed = self._angles(factors)
-        row = row + normal @ (self.centre(a) - self.centre(b))
-        return Element(mesh.name, row, prescribed, mesh.name, damping=mesh.damping, backlash=mesh.backlash, mesh=mesh)
-
-    def _supports(self, body: Body) -> list[Element]:
-        """The springs of a support, or of the pin of a planet in its carrier."""
-        held: Support | None = body.support or body.pin
-        if held is None:
-            return []
-        moved = self.centre(body) - (self._on_carrier(body) if body.pin else 0.0)
-        rows = moved if held.direction is None else np.array([[np.cos(held.direction), np.sin(held.direction)]]) @ moved
-        return [Element(body.name, row, {}, "", held.stiffness, held.damping) for row in rows]
-
-    def _choose(self) -> None:
-        """Choose the coordinates: independent rows, and the motions that deflect nothing."""
-        elements = [*self.contacts, *self.springs]
-        weight = 1 / np.sqrt(np.diag(self.mass(as_given)[0]))
-        basis = np.zeros((0, len(weight)))
-        self.chosen: list[Element] = []
-        for element in elements:
-            row = element.row * weight
-            left = row - basis.T @ (basis @ row)
-            left -= basis.T @ (basis @ left)
-            if np.linalg.norm(left) > _RANK * np.linalg.norm(row):
-                basis = np.vstack([basis, left / np.linalg.norm(left)])
-                self.chosen.append(element)
-        self.S = np.array([element.row for element in self.chosen])
-        _, _, v = np.linalg.svd(self.S)
-        free = v[len(self.S):].T
-        radius = self.train.meshes[0].base_radii[0]
-        forward = np.where(free[:1] < 0, -1.0, 1.0)  # the first body in its own sense
-        self.rigid = forward * free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
-        damped = any(body.damping for body in self.free)
-        self.kept = self.rigid if damped else self.rigid[:, :0]
-        self.names = tuple(name for element in self.chosen for name in self.coordinate(element)) + tuple(
-            f"rotation{i or ''}_dot" for i in range(self.kept.shape[1]))
-
-    def coordinate(self, element: Element) -> tuple[str, str]:
-        """The names of a deflection and its rate; those of the first mesh are z and z_dot."""
-        if element is self.contacts[0]:
-            return "z", "z_dot"
-        owner = parameter_owner(element.name)
-        # of a support the number says along which axis, whether the other one is chosen or not
-        number = [each for each in (*self.contacts, *self.springs) if each.name == element.name].index(element)
-        owner += str(number + 1) if number else ""
-        return f"{owner}.z", f"{owner}.z_dot"
-
-    def mass(self, value: Value) -> np.ndarray:
-        """The mass matrix (P, n, n)."""
-        size = len(self.index)
-        inertia = {body.name: value(body.name, "inertia", body.inertia) for body in self.free}
-        out = np.zeros((max((len(v) for v in inertia.values()), default=1), size, size))
-        for body in self.train.bodies:
-            if not body.prescribed:
-                i = self.index[body.name, "angle"]
-                out[:, i, i] += inertia[body.name]
-            if body.mass is not None:
-                moved = self.centre(body)
-                out += body.mass * moved.T @ moved
-        return out
-
-    def torques(self, value: Value) -> np.ndarray:
-        """Mean generalised forces (P, n)."""
-        given = {body.name: value(body.name, "torque", self.train.torque_of(body)) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
-        for name, torque in given.items():
-            out[:, self.index[name, "angle"]] = torque * self.sense(name)
-        return out
-
-    def imbalance(self, value: Value) -> tuple[np.ndarray, np.ndarray]:
-        """The mean torque left over in each motion that deflects nothing, and the sum of the magnitudes of all, each
-        (P, n − r)."""
-        torques = self.torques(value)
-        return torques @ self.rigid, np.abs(torques) @ np.abs(self.rigid)
-
-    def sense(self, name: str) -> float:
-        """1 or −1: the sense in which a body turns."""
-        return 1.0 if self.train.ratios[name] >= 0 else -1.0
-
-    def ground_damping(self, value: Value) -> np.ndarray:
-        """Damping of the angles to the housing, (P, n): the diagonal of a matrix."""
-        given = {body.name: value(body.name, "damping", body.damping) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
-        for name, damping in given.items():
-            out[:, self.index[name, "angle"]] = damping
-        return out
-
-    @cached_property
-    def orders(self) -> np.ndarray:
-        """Orders of all excitations of the forcing as multiples of the common one, ascending, (H,) int."""
-        train, base = self.train, self.train.base_order
-        found = {each.ratio for body in train.bodies for each in (*(body.motion or ()), *body.torque_orders)}
-        for mesh in train.meshes:
-            found |= {train.turn_order(mesh, i) for i, length in enumerate(mesh.eccentricity) if length}
-            found |= {(j + 1) * train.mesh_order(mesh) for j, e in enumerate(mesh.error_amplitudes) if e}
-        return np.array(sorted(int(order / base) for order in found if order), dtype=np.int64)
-
-    def _at(self, order: Any) -> int:
-        return int(np.searchsorted(self.orders, int(order / self.train.base_order)))
-
-    def torque_harmonics(self) -> np.ndarray:
-        """Complex amplitudes of the generalised forces at the orders, (H, n): the real part of each × exp(i order)."""
-        out = np.zeros((len(self.orders), len(self.index)), complex)
-        for body in self.free:
-            for each in body.torque_orders:
-                out[self._at(each.ratio), self.index[body.name, "angle"]] += (
-                    self.sense(body.name) * each.amplitude * np.exp(1j * each.phase))
-        return out
-
-    def deflection_harmonics(self, element: Element, speed: np.ndarray) -> np.ndarray:
-        """Complex amplitudes (P, H) of h(t), the prescribed part of a deflection; ``speed`` (P,) of body 1, rad/s."""
-        out = np.zeros((len(speed), len(self.orders)), complex)
-        for name, factor in element.prescribed.items():
-            for each in self.train.body(name).motion:
-                size = each.angle if each.angle is not None else (
-                    -each.acceleration / (each.order * speed) ** 2)
-                out[:, self._at(each.ratio)] += factor * self.sense(name) * size * np.exp(1j * each.phase)
-        if (mesh := element.mesh) is None:
-            return out
-        for i, length in enumerate(mesh.eccentricity):
-            if length:
-                angle = mesh.phase / mesh.teeth[i] - mesh.eccentricity_phases[i]
-                out[:, self._at(self.train.turn_order(mesh, i))] -= length * np.exp(1j * angle)
-        for j, amplitude in enumerate(mesh.error_amplitudes):
-            if amplitude and (order := (j + 1) * self.train.mesh_order(mesh)):
-                theta = mesh.error_phases[j] if j < len(mesh.error_phases) else 0.0
-                out[:, self._at(order)] -= amplitude * np.exp(1j * ((j + 1) * mesh.phase - theta))
-        return out
-
-
-def as_given(owner: str, name: str, given: float) -> np.ndarray:
-    """The value that the train has."""
-    return np.array([given], dtype=float)
-
-
-@lru_cache(maxsize=64)
-def structure(train: Train) -> Structure:
-    """The structure of a train."""
-    return Structure(train)
-
-
-def mean_imbalance(train: Train) -> tuple[float, float, str]:
-    """The mean torque that is left over where the train turns as a whole, N m at a body, the sum of the magnitudes of
-    all, and that body: the last one with a torque, or the last one."""
-    found = structure(train)
-    for mode, (left,), (size,) in zip(found.rigid.T, *(each.T for each in found.imbalance(as_given)), strict=True):
-        moved = [body for body in found.free if abs(mode[found.index[body.name, "angle"]]) > _RANK]
-        if abs(left) > 0 and moved:
-            body = [each for each in moved if train.torque_of(each)][-1]
-            share = abs(mode[found.index[body.name, "angle"]])
-            sign = np.sign(mode[found.index[body.name, "angle"]]) * found.sense(body.name)
-            return float(sign * left / share), float(size / share), body.name
-    return 0.0, 1.0, ""
-
-
-def balancing_speeds(train: Train) -> list[float]:
-    """The speeds of the first body, rpm, at which the mean torques balance where some depend on the speed: the roots of
-    what is left over, which is linear between the speeds of the tables."""
-    found, tables = structure(train), [np.array(body.torque_over_speed.speed) / abs(float(train.ratios[body.name]))
-                                       for body in train.bodies if body.torque_over_speed and train.ratios[body.name]]
-    if not tables:
-        return []
-    low, high = max(each[0] for each in tables), min(each[-1] for each in tables)
-    knots = np.unique(np.clip(np.concatenate(tables), low, high))
-
-    def torque(name: str, _: str, own: Any) -> Any:
-        body = train.body(name)
-        return np.full(len(knots), own) if body.torque_over_speed is None else train.torque_at(body, knots)
-
-    left, _ = found.imbalance(torque)  # (knots, motions)
-    start, stop = left[:-1, 0], left[1:, 0]
-    crossed = (start * stop <= 0) & (start != stop)
-    roots = (knots[:-1] + np.diff(knots) * start / np.where(crossed, start - stop, 1.0))[crossed]
-    return [speed for speed in np.unique(roots).tolist() if all(
-        abs(np.interp(speed, knots, each)) <= 1e-9 * np.abs(each).max(initial=1e-300) for each in left.T)]
 
 
 class Assembly:
@@ -383,7 +84,7 @@ class Assembly:
         if element in self.found.chosen:
             return np.eye(len(self.found.S))[self.found.chosen.index(element)]
         c = np.linalg.lstsq(self.found.S.T, element.row, rcond=None)[0]
-        return np.where(np.abs(c) < _RANK * np.abs(c).max(), 0.0, c)
+        return np.where(np.abs(c) < RANK * np.abs(c).max(), 0.0, c)
 
     def _own_harmonics(self, element: Element) -> np.ndarray:
         """What is prescribed of the deflection of an element beside what the chosen ones say, (P, H), complex."""
@@ -582,18 +283,6 @@ def cycle(element: Element) -> OneSidedContacts:
                             np.full((1, 2, 1), element.stiffness), np.zeros((1, 2, 1, 3)))
 
 
-@lru_cache(maxsize=256)
-def _mean_of(mesh: Mesh) -> float:
-    found = mesh.contacts(on_path=True)
-    length = np.diff(found.edges[0], append=1.0)
-    return float(found.stiffness[0][found.sides > 0].sum(axis=0) @ length)
-
-
-def mean_stiffness(element: Element) -> float:
-    """The stiffness of an element, the mean of a mesh over its cycle on its path without gaps."""
-    return element.stiffness if element.mesh is None else _mean_of(element.mesh)
-
-
 def _over_period(one: OneSidedContacts, cycles: int, phase: float) -> OneSidedContacts:
     """The contacts of one mesh cycle on the common period of several cycles, which begins at a phase of the cycle."""
     starts = (one.edges[0][None, :] + np.arange(-1, cycles + 1)[:, None] - phase).ravel() / cycles
@@ -612,13 +301,3 @@ def _merged(edges: list[np.ndarray]) -> np.ndarray:
     """All instants of several lists in order, those that coincide once."""
     every = np.unique(np.concatenate(edges))
     return every[np.append(True, np.diff(every) > 1e-12)]
-
-
-def units_of(train: Train) -> Units:
-    """The units of a train."""
-    found = structure(train)
-    first = found.contacts[0]
-    length = next((mesh.backlash / 2 for mesh in train.meshes if mesh.backlash), _SMALLEST_LENGTH)
-    stiffness = mean_stiffness(first)
-    inverse = np.linalg.inv(found.mass(as_given)[0])
-    return Units(length, float(np.sqrt(stiffness * first.row @ inverse @ first.row)), stiffness)

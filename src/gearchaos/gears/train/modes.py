@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.gears.train.assembly import Element, as_given, mean_stiffness, structure
+from gearchaos.gears.train.structure import Element, as_given, mean_stiffness, structure
 from gearchaos.gears.train.train import Train
 
 

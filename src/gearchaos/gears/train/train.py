@@ -17,9 +17,10 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import GearPair, Scales
-from gearchaos.gears.train.assembly import balancing_speeds, mean_imbalance, units_of
+from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
 from gearchaos.gears.train.parts import GROUND, LAWS, Body, Shaft, Units, field_of, parts
+from gearchaos.gears.train.structure import units_of
 from gearchaos.model import DEFAULT_LAW_OF_GEARS
 from gearchaos.quantities import POSITIVE, parameter_owner
 

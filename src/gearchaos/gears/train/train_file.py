@@ -7,11 +7,11 @@ from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.fields import record_values
-from gearchaos.gears.train.assembly import structure
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Body, Shaft, read_part
 from gearchaos.gears.train.planets import PlanetarySet
+from gearchaos.gears.train.structure import structure
 from gearchaos.gears.train.train import Train
 from gearchaos.gears.units import ANGLE, ANGULAR_VELOCITY, LENGTH, VELOCITY, to_si
 
