@@ -16,7 +16,7 @@ from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.style import Units, empty_figure
 from gearchaos.explorer.view.speed_line import SpeedLine
 from gearchaos.explorer.view.text import from_query, to_query
-from gearchaos.explorer.web.page import plane_menus
+from gearchaos.explorer.web.form import plane_menus
 from gearchaos.plot._assessment import meaning
 from gearchaos.plot.classes import AVOID_CLASSES
 from gearchaos.studies.cells_to_avoid import TO_AVOID

@@ -18,7 +18,8 @@ from gearchaos.explorer.view.models import axis_names, gear_values, operating_ax
 from gearchaos.explorer.view.presets import preset_of
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import from_query, to_query
-from gearchaos.explorer.web.page import Page, field_values, parameter_form
+from gearchaos.explorer.web.form import field_values, parameter_form
+from gearchaos.explorer.web.page import Page
 from gearchaos.gears.operating import OperatingModel, operating_model
 from gearchaos.plot import CONTACT_CLASSES
 from gearchaos.studies.zones import Zones

@@ -31,7 +31,8 @@ from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.web import server
 from gearchaos.explorer.web.application import own_host
-from gearchaos.explorer.web.page import Page, parameter_form
+from gearchaos.explorer.web.form import parameter_form
+from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.server import address, check_port
 from gearchaos.model import COORDINATES, KINDS
 from gearchaos.paper.settings import all_figures

@@ -13,7 +13,8 @@ from gearchaos.explorer.panels.map import MapFigure
 from gearchaos.explorer.panels.motion import verdict_text, wheels_of
 from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.models import axis_names
-from gearchaos.explorer.web.page import Page, field_values, parameter_form, plane_menus
+from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
+from gearchaos.explorer.web.page import Page
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES

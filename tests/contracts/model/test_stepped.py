@@ -16,7 +16,7 @@ from gearchaos.explorer.panels.style import Units
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import view_of
 from gearchaos.explorer.view.text import as_python, as_toml, from_query, pair_at, to_query
-from gearchaos.explorer.web.page import field_values, parameter_form, plane_menus
+from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
 from gearchaos.model.switched import switched_system

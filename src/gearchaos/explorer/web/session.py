@@ -23,7 +23,8 @@ from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SK
 from gearchaos.explorer.view.models import are_alike
 from gearchaos.explorer.view.presets import presets
 from gearchaos.explorer.view.state import View
-from gearchaos.explorer.web.page import GEARS, Page, field_values, harmonics_of
+from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of
+from gearchaos.explorer.web.page import Page
 
 log = logging.getLogger(__name__)
 
