@@ -14,8 +14,10 @@ from gearchaos.gears.units import RPM
 from gearchaos.studies import speeds_to_avoid as inner
 from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.beyond_the_teeth import BEYOND, TeethLimits
+from gearchaos.studies.criteria import Criteria
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
-from gearchaos.studies.speeds_to_avoid import CRITERION, FORCE_CRITERION, MOST_PEAKS, Criteria, Peak
+from gearchaos.studies.speed_search import AtTorque
+from gearchaos.studies.speed_windows import CRITERION, FORCE_CRITERION, MOST_PEAKS, Peak
 from tests.closed_forms.linear_gears import SPUR
 
 DESIGN = gc.GearDesign(
@@ -227,7 +229,7 @@ def severity(each: Motion) -> int:
 
 
 def windows(*motions: list[Motion], found: FollowedMotions | None = None):
-    at = inner._AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0, TeethLimits())
+    at = AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0, TeethLimits())
     at.edges = [edge.found for edge in at.sought()]  # not located
     return inner._windows(at, inner._dataset(at))
 
@@ -271,17 +273,17 @@ def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
         assert found.factor == pytest.approx(strength / stress) and f"{strength} N/mm²" in found.words
         assert ("assumed" in found.words) is (design is SPUR)
         assert found.deflection == pytest.approx(0.75 / 0.06)  # a quarter of the module over half the backlash
-    at = inner._AtTorque(Criteria(), made_up([motion(1, 7.0)], [motion(1, 5.0)]), 1.0, limits)
+    at = AtTorque(Criteria(), made_up([motion(1, 7.0)], [motion(1, 5.0)]), 1.0, limits)
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.dynamic_factor, window.speed_of_largest, window.beyond_the_teeth) == (5.0, 200.0, True)
     assert window.severity == "contact lost, hits" and np.isnan(window.reached[0].dynamic_factor)
-    at = inner._AtTorque(Criteria(), made_up([motion(0, 7.0)], [motion(0, 5.0)]), 1.0, limits)  # in contact, overloaded
+    at = AtTorque(Criteria(), made_up([motion(0, 7.0)], [motion(0, 5.0)]), 1.0, limits)  # in contact, overloaded
     at.edges = [edge.found for edge in at.sought()]
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.start, window.operation, window.severity) == (100.0, True, "beyond the teeth") and window.stop < 200
     for deflection, rank in ((3.9, 0), (4.1, 1)):
         assert at.severity(replace(motion(0, 5.0), deflection=deflection)) == rank
-    at = inner._AtTorque(Criteria(), made_up([motion(1, 5.0), motion(1, 7.0)]), 1.0, limits)  # after a load change
+    at = AtTorque(Criteria(), made_up([motion(1, 5.0), motion(1, 7.0)]), 1.0, limits)  # after a load change
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.operation, window.dynamic_factor, window.beyond_the_teeth) == (True, 5.0, True)
 
@@ -313,7 +315,7 @@ def test_a_range_of_operation_has_beside_its_factor_a_larger_one_after_a_load_ch
     (1.9, {}, "contact lost, small"), (2.1, {}, "contact lost, hits"), (2.9, {"factor": 3}, "contact lost, small"),
     (2.9, {"root_stress": 290.0}, "contact lost, small"), (3.0, {"root_stress": 290.0}, "contact lost, hits")])
 def test_a_force_above_the_limit_hits(factor, limit, severity):
-    at = inner._AtTorque(Criteria(**limit), made_up([motion(1, factor)]), 1.0, TeethLimits(), root=100.0)
+    at = AtTorque(Criteria(**limit), made_up([motion(1, factor)]), 1.0, TeethLimits(), root=100.0)
     assert inner._windows(at, inner._dataset(at))[0].severity == severity
 
 

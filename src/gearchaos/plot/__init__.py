@@ -6,9 +6,10 @@
 from gearchaos.plot._assessment import assessment
 from gearchaos.plot._contact_pattern import contact_pattern
 from gearchaos.plot._datasets import save_with_data
-from gearchaos.plot._design import gear_pair, harris_map, mesh_stiffness, transmission_error
+from gearchaos.plot._design import harris_map, mesh_stiffness, transmission_error
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._fit import fit
+from gearchaos.plot._gear_pair import gear_pair
 from gearchaos.plot._model import backlash, schematic, stiffness
 from gearchaos.plot._modes import campbell, modes
 from gearchaos.plot._orders import orders

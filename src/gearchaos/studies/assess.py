@@ -14,12 +14,14 @@ from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.beside_factors import peak_root_stress
+from gearchaos.studies.criteria import SPACING, STARTS, Criteria
 from gearchaos.studies.load_change import REVERSAL
 from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
 from gearchaos.studies.price import announce
 from gearchaos.studies.speed_and_torque import checked_operating_model, loaded
+from gearchaos.studies.speed_search import SpeedSearch
 from gearchaos.studies.speed_windows import SpeedsToAvoid, UsableRange, Window
-from gearchaos.studies.speeds_to_avoid import SPACING, STARTS, Criteria, SpeedSearch, summarised
+from gearchaos.studies.speeds_to_avoid import summarised
 
 _EFFORTS = (
     (24.0, STARTS, SPACING, 10_000),

@@ -19,7 +19,9 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.units import RPM, measured
-from gearchaos.studies.speeds_to_avoid import Criteria, Reached, Window, speeds_to_avoid
+from gearchaos.studies.criteria import Criteria
+from gearchaos.studies.speed_windows import Reached, Window
+from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask

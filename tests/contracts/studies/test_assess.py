@@ -40,9 +40,10 @@ from gearchaos.studies import speed_windows as windows
 from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
+from gearchaos.studies.criteria import Criteria
 from gearchaos.studies.knocks import Knock
+from gearchaos.studies.speed_search import SpeedSearch
 from gearchaos.studies.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
-from gearchaos.studies.speeds_to_avoid import Criteria, SpeedSearch
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, run_json
