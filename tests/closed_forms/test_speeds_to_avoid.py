@@ -16,8 +16,9 @@ from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.beyond_the_teeth import BEYOND, TeethLimits
 from gearchaos.studies.criteria import Criteria
 from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
+from gearchaos.studies.severities import CRITERION, FORCE_CRITERION
 from gearchaos.studies.speed_search import AtTorque
-from gearchaos.studies.speed_windows import CRITERION, FORCE_CRITERION, MOST_PEAKS, Peak
+from gearchaos.studies.speed_windows import MOST_PEAKS, Peak
 from tests.closed_forms.linear_gears import SPUR
 
 DESIGN = gc.GearDesign(

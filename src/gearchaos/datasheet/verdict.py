@@ -15,12 +15,12 @@ from gearchaos.gears.units import measured
 from gearchaos.studies.beside_factors import peak_root_stress, root_in_words
 from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.quasi_static import ratio_in_words
+from gearchaos.studies.severities import SEVERITIES
 from gearchaos.studies.speed_windows import (
     FEW,
     INWARDS,
     MOTIONS,
     OPERATION,
-    SEVERITIES,
     ends_in_words,
     range_in_words,
     speed_in_words,

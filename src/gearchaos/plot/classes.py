@@ -19,7 +19,7 @@ from matplotlib.path import Path
 from gearchaos.plot._datasets import flags
 from gearchaos.plot.theme import adapt, adapt_style
 from gearchaos.studies.cells_to_avoid import BEYOND_CODE, TO_AVOID
-from gearchaos.studies.speed_windows import SEVERITIES
+from gearchaos.studies.severities import SEVERITIES
 
 
 class MotionClass(NamedTuple):

@@ -16,7 +16,7 @@ from gearchaos.studies.followed_motions import largest_deflection
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.proportions import proportion
 from gearchaos.studies.quasi_static import quasi_static_ratio
-from gearchaos.studies.speed_windows import SEVERITIES, SUDDEN, separated
+from gearchaos.studies.severities import SEVERITIES, SUDDEN, separated
 
 BEYOND_CODE = len(SEVERITIES) - 1
 AFTER_A_LOAD_CHANGE = "after a load change alone"

@@ -13,7 +13,7 @@ from gearchaos.gears.units import STRESS, to_si
 from gearchaos.quantities import POSITIVE, Rule
 from gearchaos.studies.load_change import REVERSAL, Draw, LoadChange, wide_states
 from gearchaos.studies.quasi_static import ratio_in_words
-from gearchaos.studies.speed_windows import CRITERION, FORCE_CRITERION
+from gearchaos.studies.severities import CRITERION, FORCE_CRITERION
 from gearchaos.validation import check_rule, to_float
 
 CRITERIA = ("", FORCE_CRITERION, CRITERION)  # in rising order of severity: what does not count, 1 and 2

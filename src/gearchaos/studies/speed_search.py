@@ -34,7 +34,8 @@ from gearchaos.studies.followed_motions import (
 )
 from gearchaos.studies.knocks import Knock, find_knocks
 from gearchaos.studies.quasi_static import quasi_static_ratio
-from gearchaos.studies.speed_windows import SUDDEN, Jump
+from gearchaos.studies.severities import SUDDEN
+from gearchaos.studies.speed_windows import Jump
 from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
 
 _TRIAL_SPEEDS = 4  # least number of speeds at which a trial of a search looks for motions, at each torque

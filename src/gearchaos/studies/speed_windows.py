@@ -13,17 +13,12 @@ import numpy as np
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.proportions import CONFIDENCE, proportion
+from gearchaos.studies.severities import CONTACT_WORDS, FORCE_CRITERION, SEVERITIES, separated
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gearchaos.studies.knocks import Knock
-
-CRITERION = "the teeth separate"
-"""What makes a speed one to avoid; a motion that diverges counts as separated."""
-
-FORCE_CRITERION = "the dynamic factor is too high"
-"""What makes a speed one to avoid where the teeth stay in contact, with a limit of the dynamic factor."""
 
 OPERATION = {
     "rest": "from rest", "rising": "speed rising", "falling": "speed falling", "changing": "after other speeds"}
@@ -36,16 +31,6 @@ REACHED_BY = {MOTIONS["rest"]: ("rest",), MOTIONS["rising"]: ("rising speed",), 
 
 FEW = 0.01
 """A range narrower than this share of its speed, or to which a smaller share of load changes leads, is a minor one."""
-
-CONTACT_WORDS = ("permanent contact", "loss of contact", "both flanks", "no contact", BEYOND)
-"""The contact states of `CONTACTS`, as a reader wants them named, then that of a motion that teeth cannot bear."""
-
-SEVERITIES = (FORCE_CRITERION, "contact lost, small", "contact lost, hits", "hits both flanks", BEYOND)
-"""What happens in a range to avoid, in rising order: whether contact is lost, whether the force exceeds the limit, and
-where the teeth hit."""
-
-SUDDEN = 2.0
-"""Peak of the force on an undamped spring over the load that is put on at once: above it teeth hit."""
 
 OUTWARDS, INWARDS, NEAREST = (
     (ROUND_FLOOR, ROUND_CEILING), (ROUND_CEILING, ROUND_FLOOR), (ROUND_HALF_UP, ROUND_HALF_UP))
@@ -371,11 +356,6 @@ class SpeedsToAvoid:
             "beyond_the_teeth": self.teeth_bear, "knocks": [knock.document(self.torque) for knock in self.knocks],
             "along_speed": {**along, "dynamic_factor": factors["from rest"], "motions": factors},
         }
-
-
-def separated(both_flanks: Any, hits: Any) -> Any:
-    """The index into `SEVERITIES` of motions that teeth bear and in which they separate, elementwise."""
-    return 1 + hits * (1 + both_flanks)
 
 
 def speed_in_words(speed: float, width: float, rounding: str = ROUND_HALF_UP) -> str:

@@ -28,10 +28,10 @@ from gearchaos.studies.followed_motions import (
 from gearchaos.studies.load_change import REVERSAL
 from gearchaos.studies.operating_ranges import range_of_speeds
 from gearchaos.studies.price import announce
+from gearchaos.studies.severities import CONTACT_WORDS
 from gearchaos.studies.speed_and_torque import by_standards, loaded
 from gearchaos.studies.speed_search import AtTorque, SpeedSearch, severity_of
 from gearchaos.studies.speed_windows import (
-    CONTACT_WORDS,
     MOST_PEAKS,
     MOTIONS,
     OPERATION,

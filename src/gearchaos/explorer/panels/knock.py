@@ -15,7 +15,7 @@ from gearchaos.plot.classes import SEVERITY_COLOURS
 from gearchaos.plot.theme import INK
 from gearchaos.studies.beyond_the_teeth import BEYOND
 from gearchaos.studies.followed_motions import Motion
-from gearchaos.studies.speed_windows import CRITERION, SEVERITIES
+from gearchaos.studies.severities import CRITERION, SEVERITIES
 
 _LINES = (("without a knock", "#9a9a9a", 1.0), ("after half of it", INK, 1.4),
           ("after the least knock", SEVERITY_COLOURS[SEVERITIES[3]], 1.4))
