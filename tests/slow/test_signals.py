@@ -29,6 +29,10 @@ def lost():
     kept = weakref.ref(one, lambda _: (print("ready", flush=True), time.sleep(600)))
     del one
 
+def raised():
+    print("ready", flush=True)
+    time.sleep(600)
+
 def caught():
     try:
         print("ready", flush=True)
@@ -39,8 +43,25 @@ def caught():
 with ended_by_signals():
     if sys.argv[2] == "wait":
         finish_what_is_under_way()
-    {"lost": lost, "caught": caught}[sys.argv[1]]()
+    {"lost": lost, "raised": raised, "caught": caught}[sys.argv[1]]()
     time.sleep(600)
+"""
+
+
+IMPORTING = MAIN + """
+import sys
+
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == wanted:
+            try:
+                signal.raise_signal(signal.SIGINT)
+            finally:
+                print("undone", flush=True)
+
+sys.argv[1:], wanted = ["--help"], sys.argv[1]
+sys.meta_path.insert(0, Interrupt())
+from gearchaos.__main__ import main; main()
 """
 
 
@@ -64,10 +85,18 @@ def runs(process):
 SIGNALS = [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")]
 
 
-@pytest.mark.parametrize("how", ["lost", "caught"])
+@pytest.mark.parametrize(("imported", "said"), [("typer", ""), ("gearchaos.cli.proofs", ""), ("rich.table", "undone\n")])
+def test_ctrl_c_while_a_command_is_imported_is_one_message(imported, said):
+    """The last one is imported by a command, which undoes what it has begun."""
+    with started(IMPORTING, imported) as process:
+        assert process.communicate(timeout=300) == (said, "interrupted\n")
+        assert process.returncode == 130
+
+
+@pytest.mark.parametrize("how", ["lost", "raised", "caught"])
 @pytest.mark.parametrize(("number", "code", "said"), SIGNALS, ids=["SIGINT", "SIGTERM"])
-def test_a_signal_ends_a_process_that_python_cannot_interrupt(number, code, said, how):
-    """It is lost in the callback of a weak reference, as in those of the garbage collector."""
+def test_a_signal_ends_a_process_where_no_command_meets_it(number, code, said, how):
+    """It is raised between commands, or lost in the callback of a weak reference, as in those of the garbage collector."""
     with started(DEAF, how, "") as process:
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)

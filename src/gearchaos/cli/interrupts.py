@@ -36,7 +36,7 @@ def ended_by_signals() -> Iterator[None]:
     writing.setblocking(False)
     signal.set_wakeup_fd(writing.detach(), warn_on_full_buffer=False)  # open to the end of the process
     signal.signal(signal.SIGTERM, _interrupt)
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _interrupt)
     # where Python cannot raise an exception, as in callbacks of the garbage collector, it prints it
     sys.unraisablehook = lambda lost: None if _stopping.is_set() else sys.__unraisablehook__(lost)
@@ -49,6 +49,8 @@ def ended_by_signals() -> Iterator[None]:
         if _stopping.is_set():  # otherwise threads that still compute would be waited for
             _exit(ended.code)
         raise
+    except KeyboardInterrupt as interrupt:  # before a command begins, or after it
+        _exit(say_interrupted(isinstance(interrupt, Terminated)))
 
 
 def _interrupt(number: int, _: Any) -> None:
