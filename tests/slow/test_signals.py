@@ -85,7 +85,8 @@ def runs(process):
 SIGNALS = [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")]
 
 
-@pytest.mark.parametrize(("imported", "said"), [("typer", ""), ("gearchaos.cli.proofs", ""), ("rich.table", "undone\n")])
+@pytest.mark.parametrize(("imported", "said"),
+                         [("typer", ""), ("gearchaos.cli.proofs", ""), ("rich.table", "undone\n")])
 def test_ctrl_c_while_a_command_is_imported_is_one_message(imported, said):
     """The last one is imported by a command, which undoes what it has begun."""
     with started(IMPORTING, imported) as process:
@@ -96,7 +97,7 @@ def test_ctrl_c_while_a_command_is_imported_is_one_message(imported, said):
 @pytest.mark.parametrize("how", ["lost", "raised", "caught"])
 @pytest.mark.parametrize(("number", "code", "said"), SIGNALS, ids=["SIGINT", "SIGTERM"])
 def test_a_signal_ends_a_process_where_no_command_meets_it(number, code, said, how):
-    """It is raised between commands, or lost in the callback of a weak reference, as in those of the garbage collector."""
+    """It is raised between commands, or lost in the callback of a weak reference, as in the garbage collector's."""
     with started(DEAF, how, "") as process:
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)
