@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearchaos.files import check_target, write_bytes
+from gearchaos.files import check_target, partial_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +26,7 @@ _ROWS = 20_000  # most rows of a table that are in memory at once, if the caller
 def save_csv(
     dataset: xr.Dataset, path: Path, convert: Callable[[xr.Dataset], xr.Dataset] = lambda part: part, step: int = 0,
 ) -> list[Path]:
-    """Write a Dataset as CSV, a file for each set of dimensions of its variables, which appears only as a whole.
+    """Write a Dataset as CSV, a file for each set of dimensions of its variables; all appear, or none does.
 
     The file at ``path`` has the variables with the dimensions of the first one. Those over other dimensions, e.g.
     ``number``, have a file with that name in its own: ``x_number.csv``; those over none have ``x_values.csv``. All are
@@ -38,8 +40,12 @@ def save_csv(
     out = [path, *(path.with_stem(f"{path.stem}_{'_'.join(dims) or 'values'}") for dims in [*tables][1:])]
     for each in out:
         check_target("path", each)
-    for file, (dims, names) in zip(out, tables.items(), strict=True):
-        write_bytes(file, map(str.encode, _lines(dataset[names], dims, convert, step)))
+    with ExitStack() as stack:
+        partials = [
+            stack.enter_context(partial_file(file, map(str.encode, _lines(dataset[names], dims, convert, step)), False))
+            for file, (dims, names) in zip(out, tables.items(), strict=True)]
+        for partial, file in zip(partials, out, strict=True):
+            os.replace(partial, file)
     return out
 
 

@@ -1,5 +1,6 @@
 """A disk that is full: one message and exit code 2, nothing left behind, whatever command writes and however far."""
 
+import re
 import resource
 import subprocess
 import sys
@@ -46,6 +47,7 @@ def test_a_full_disk_ends_with_one_message_and_leaves_nothing(name, disk):
         complaints = [line for line in tried.stderr.splitlines() if "rror" in line]
         assert tried.code == 2 and len(complaints) == 1 and complaints[0].startswith("error: "), tried
         assert "File too large" in tried.stderr or "must be writable" in tried.stderr, tried
+        assert re.search(r"'.*(out|report)", complaints[0]), "the message names the file"
         left = [p.name for p in place.iterdir()]
         assert not [p for p in place.rglob("*") if p.name.endswith(".partial") or p.name.startswith(".gearchaos-")]
         assert set(left) <= {"out.zarr", "report", "out.nc"}, (left, tried)
@@ -76,7 +78,8 @@ def test_a_full_stdout_is_one_message(arguments):
     command = [sys.executable, "-c", "from gearchaos.cli import main; main()", *arguments]
     with open("/dev/full", "w") as full:
         ended = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
-    assert (ended.returncode, ended.stderr) == (2, "error: [Errno 28] No space left on device\n")
+    assert (ended.returncode, ended.stderr) == (
+        2, "error: [Errno 28] No space left on device. Free space, or write to another place.\n")
 
 
 def test_a_netcdf_file_takes_no_more_memory_than_as_much_again(tmp_path):

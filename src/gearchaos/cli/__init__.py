@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import Annotated
 
 import typer
 
 from gearchaos.cli import completion, process
+from gearchaos.cli.errors import say
 from gearchaos.cli.interrupts import ended_by_signals
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
@@ -26,6 +28,7 @@ def main() -> None:
     process.collect_garbage(imported=False)  # until `process.load_kernels` has imported Numba
     if sys.stdout is not None:  # it may be closed
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+    warnings.showwarning = lambda text, *_: say(f"warning: {text}")  # without the line of the program it comes from
     completion.join_words()
     with ended_by_signals():
         app(prog_name="gearchaos")

@@ -58,7 +58,8 @@ def reported() -> Iterator[None]:
     except OSError as error:
         if error.errno == errno.EPIPE:  # the reader of the pipe has ended: typer exits silently
             raise
-        _fail(f"error: {error}", BAD_INPUT)
+        full = errno.errorcode.get(error.errno or 0) in ("ENOSPC", "EDQUOT")
+        _fail(f"error: {error}" + ". Free space, or write to another place." * full, BAD_INPUT)
     except KeyboardInterrupt as interrupt:
         raise typer.Exit(say_interrupted(isinstance(interrupt, Terminated))) from None
 

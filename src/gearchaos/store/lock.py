@@ -77,7 +77,7 @@ def write_lock(objects: Objects, shard: Shard) -> Iterator[None]:
             raise _refusal(objects, shard.lock) from None
         except OSError as error:
             if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR):
-                raise
+                raise OSError(error.errno, error.strerror, str(objects)) from None  # that of a full disk has no path
             raise InputError("store", "must be writable", str(objects), f"{error}. Make all its files and folders "
                              "writable and free of others, or copy it to a place you may write in.") from None
         same = f"-of-{shard.count}.lock"

@@ -389,7 +389,9 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
     (MemoryError("Unable to allocate 23.5 GiB for an array"), 2, "error: not enough memory, of 16 GB on this machine; "
      "Unable to allocate 23.5 GiB for an array. Ask for fewer cells, points or periods."),
     (MemoryError(), 2, "error: not enough memory, of 16 GB on this machine. Ask for fewer cells, points or periods."),
-    (OSError(28, "No space left on device"), 2, "error: [Errno 28] No space left on device")])
+    (OSError(28, "No space left on device"), 2,
+     "error: [Errno 28] No space left on device. Free space, or write to another place."),
+    (OSError(27, "It has more than 9 bytes", "a"), 2, "error: [Errno 27] It has more than 9 bytes: 'a'")])
 def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
     monkeypatch.setattr(import_module("gearchaos.studies.zones").Zones, "run", raising(error))
     monkeypatch.setattr(import_module("gearchaos.execute.machine"), "memory", lambda: 16 * 10**9)

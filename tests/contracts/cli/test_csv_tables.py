@@ -1,6 +1,7 @@
 """Results as CSV: a row for each cell, column, point or event, units in titles, a file for each set of dimensions."""
 
 import csv
+import errno
 import math
 import re
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos import csv_tables
 from gearchaos.csv_tables import save_csv
 from tests import EXAMPLES
 from tests.commands import ask, refused
@@ -75,6 +77,22 @@ def test_other_dimensions_have_files_of_their_own(tmp_path):
     assert list(files) == ["c.csv", "c_number.csv", "c_number_point.csv", "c_values.csv"]
     assert numbers(files["c_values.csv"]["basin_entropy [nat]"]) == [basins.basin_entropy.item()]
     assert {*files["c.csv"]["attractor [1]"]} <= {"-1", *files["c_number.csv"]["number"]}
+
+
+def test_where_one_table_cannot_be_written_none_is(tmp_path, monkeypatch):
+    found = gc.bifurcation(MODEL, "eps1=0.1:0.2:4", points=3)
+    (tmp_path / "b.csv").write_text("kept")
+    lines = csv_tables._lines
+
+    def full(dataset, dims, *more):
+        yield from lines(dataset, dims, *more)
+        if "point" in dims:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(csv_tables, "_lines", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*b\.csv'"):
+        gc.save(found, tmp_path / "b.csv")
+    assert [p.name for p in tmp_path.iterdir()] == ["b.csv"] and (tmp_path / "b.csv").read_text() == "kept"
 
 
 def test_parts_make_the_same_table(tmp_path):

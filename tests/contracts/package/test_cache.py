@@ -1,5 +1,6 @@
 """Compiled kernels on disk: every process hits them, none gets the wrong ones."""
 
+import errno
 import importlib.util
 import io
 import os
@@ -190,6 +191,22 @@ def test_a_cache_that_cannot_be_written_is_done_without(monkeypatch):
     monkeypatch.setattr(compilation, "cache_directory", lambda: Path("/proc/nowhere/sources"))
     monkeypatch.setattr(compilation, "_writable", compilation._writable.__wrapped__)
     assert compilation.kernel(lambda x: 5 * x)(2.0) == 10.0 and not compilation.cache_is_empty()
+
+
+def test_on_a_full_disk_kernels_are_compiled_and_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(compilation, "cache_directory", lambda: tmp_path)
+
+    def sextuple(x):
+        return 6 * x
+
+    with monkeypatch.context() as full:
+        no_space = OSError(errno.ENOSPC, "No space left")
+        full.setattr(compilation.FunctionCache, "_save_overload", Mock(side_effect=no_space))
+        compilation._warn_once.cache_clear()
+        with pytest.warns(RuntimeWarning, match=f"kept in {tmp_path}: No space left. .* Free space") as said:
+            assert compilation.kernel(sextuple)(2.0) == 12.0 == compilation.kernel(sextuple)(2) and len(said) == 1
+    again = compilation.kernel(sextuple)
+    assert again(2.0) == 12.0 and list(tmp_path.rglob("*.nbc"))
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ import gc
 import hashlib
 import os
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -227,6 +228,8 @@ class _SharedCache(FunctionCache):
         try:
             with FileLock(cache_directory() / ".lock"):
                 super()._save_overload(sig, data)
+        except OSError as error:  # on a full disk, say; the kernel itself is there
+            _warn_once(error.strerror or str(error))
         finally:
             self._release(sig)
 
@@ -239,6 +242,13 @@ class _SharedCache(FunctionCache):
         lock = self._compiling.pop(sig, None)
         if lock is not None:
             lock.release()
+
+
+@cache
+def _warn_once(why: str) -> None:
+    """Say why kernels are not kept, for all of them: Numba makes Python forget that it has shown a warning."""
+    warnings.warn(f"compiled kernels cannot be kept in {cache_directory()}: {why}. Each process compiles them again. "
+                  "Free space there, or set NUMBA_CACHE_DIR to another folder.", RuntimeWarning, stacklevel=1)
 
 
 @cache
