@@ -12,13 +12,14 @@ from scipy.stats import binomtest
 import gearchaos as gc
 from benchmarks.reality import drawn_design, with_error
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
+from gearchaos.continuation.natural import End, Follower, Orbits, Path
 from gearchaos.errors import InputError
 from gearchaos.gears.operating import as_model
 from gearchaos.studies.assess import Assessment
 from gearchaos.studies.followed_motions import FollowedMotions, Motion
 from gearchaos.studies.proportions import proportion
 from gearchaos.studies.speed_windows import RandomStates, UsableRange
-from gearchaos.studies.window_edges import Edge, Sought, Way, _Orbits, continue_orbits, ends_of_orbits
+from gearchaos.studies.window_edges import Sought, Way, continue_orbits
 from tests.closed_forms.linear_gears import SPUR
 
 EDGE = 1e-8  # relative: what an edge is to agree with the event of a branch
@@ -138,19 +139,19 @@ def test_each_speed_counts_by_the_range_for_which_it_stands_not_by_its_states():
     (100.0, 110.0, (106.0, 103.0), 106.0), (110.0, 100.0, (104.0, 107.0), 104.0),
     (100.0, 110.0, (103.0, 106.0), 106.0)])
 def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(inside, outside, ends, edge):
-    sought = Sought(None, inside, outside, (), (), lambda _: 1, Edge(inside))
+    sought = Sought(None, inside, outside, (), (), lambda _: 1, End(inside))
     for speed in ends:
-        sought.reach(Edge(speed))
-    assert sought.found.speed == edge
+        sought.reach(End(speed))
+    assert sought.found.value == edge
 
 
 def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
-    one, motion = np.ones(1), Motion(1, 2, 0, 1.0, 0.5, (0.0, 0.0), np.zeros(2))
-    far = _Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
+    one = np.ones(1)
+    far = Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
                   np.zeros((1, 0), int), one > 0)
-    ways = [Way(None, 100.0, 101.0, motion)]
-    assert far.fails(np.zeros((2, 1)), ways).tolist() == [1] and far.fails(far.w - 1e-3, ways).tolist() == [0]
-    assert replace(far, shorter=one < 0).fails(np.zeros((2, 1)), ways).tolist() == [0]
+    paths = [Path({}, 100.0, 101.0, 2, np.zeros(2))]
+    assert far.fails(np.zeros((2, 1)), paths).tolist() == [1] and far.fails(far.w - 1e-3, paths).tolist() == [0]
+    assert replace(far, shorter=one < 0).fails(np.zeros((2, 1)), paths).tolist() == [0]
 
 
 def test_usable_ranges_are_between_those_to_avoid_and_shared_by_all_torques(found):
@@ -196,8 +197,8 @@ def test_an_orbit_is_followed_to_both_folds_of_a_closed_branch():
     model, motion = isola_motion()
     ways = [Way(None, ISOLA, to, motion) for to in (0.9 * ISOLA, 1.1 * ISOLA)]
     along = events(model.gears, ISOLA, motion.w, 1, "speed=300:500")
-    for end, _ in ends_of_orbits(model, ways):
-        far, kind = nearest(along, end.speed)
+    for end, _ in Follower(model, "speed").ends([way.path for way in ways]):
+        far, kind = nearest(along, end.value)
         assert far < EDGE and (kind, end.kind, end.resolution) == ("fold", "fold", 0.0)
 
 

@@ -41,6 +41,10 @@ _NEAR_SINGULAR = 1e-3
 of the two points."""
 
 _MIN_DIVERGENCE = 1e-9  # imaginary part from which a critical pair of multipliers counts as complex
+_CRITICAL, _COMPLEX = 1e-3, 1e-6
+"""Largest distance of the modulus of a critical multiplier from 1 next to its event, and the imaginary part from which
+it then counts as complex."""
+
 _HALVINGS = 4  # times that the distance of two points is halved to follow what changes between them
 
 _BISECTIONS = 60
@@ -66,6 +70,17 @@ class Event:
     def cycle(self) -> Cycle:
         """The orbit."""
         return self.point.data
+
+
+def critical_event(multipliers: np.ndarray, exists: bool) -> str:
+    """The kind of event next to which a stable orbit has these multipliers (d,), "" where none of them is critical: at
+    a fold it ends, at a pitchfork it ``exists`` beyond."""
+    critical = multipliers[np.argmin(np.abs(np.abs(multipliers) - 1))]
+    if abs(abs(critical) - 1) > _CRITICAL:
+        return ""
+    if abs(critical.imag) > _COMPLEX:
+        return NEIMARK_SACKER
+    return FLIP if critical.real < 0 else PITCHFORK if exists else FOLD
 
 
 def branch_test(cycle: Cycle) -> float:

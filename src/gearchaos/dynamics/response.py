@@ -185,6 +185,11 @@ class MeshResponse(Columns):
         variable="mesh_dynamic_factor")]
 
 
+def largest_deflection(measures: np.ndarray) -> np.ndarray:
+    """The largest deflection (L,) of the teeth of the first mesh on either flank, in half backlashes, by measures."""
+    return np.maximum(measures[Measure.Z_MAX], -measures[Measure.Z_MIN]) - 1
+
+
 def compute_response(
     measures: np.ndarray, duration: np.ndarray, periods: np.ndarray, static_force: np.ndarray
 ) -> tuple[Response, MeshResponse]:

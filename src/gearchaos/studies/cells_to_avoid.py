@@ -8,11 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from gearchaos.dynamics import Classification, Verdicts
+from gearchaos.dynamics.response import largest_deflection
 from gearchaos.gears.operating import gears_of
 from gearchaos.model import MeshModel
 from gearchaos.studies.batch_classification import measured_at_end, signature
 from gearchaos.studies.beyond_the_teeth import TeethLimits
-from gearchaos.studies.followed_motions import largest_deflection
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.proportions import proportion
 from gearchaos.studies.quasi_static import quasi_static_ratio

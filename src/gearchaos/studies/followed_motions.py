@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
+from gearchaos.dynamics.response import largest_deflection
 from gearchaos.execute import tiles
 from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
@@ -360,11 +361,6 @@ Severity = Callable[[Motion], int]
 MOST_SEVERE = 2
 OTHER = "other"
 """The name of the motions that operation does not meet."""
-
-
-def largest_deflection(measures: np.ndarray) -> np.ndarray:
-    """The largest deflection (L,) of the teeth of the first mesh on either flank, in half backlashes, by measures."""
-    return np.maximum(measures[Measure.Z_MAX], -measures[Measure.Z_MIN]) - 1
 
 
 def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.dynamics import Classification, Verdicts
+from gearchaos.dynamics.response import largest_deflection
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.operating import gears_of, pair_of
 from gearchaos.gears.pair import GearPair
@@ -17,7 +18,7 @@ from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.model.switched import begun_at, coordinates
 from gearchaos.studies.batch_classification import classify_batch, measured_at_end
-from gearchaos.studies.followed_motions import FollowedMotions, Motion, Severity, brief_settings, largest_deflection
+from gearchaos.studies.followed_motions import FollowedMotions, Motion, Severity, brief_settings
 from gearchaos.studies.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 

@@ -10,13 +10,12 @@ import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box
-from gearchaos.dynamics.response import CONTACTS
+from gearchaos.dynamics.response import CONTACTS, largest_deflection
 from gearchaos.execute import tiles
 from gearchaos.flow import OK, Measure
 from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.batch_classification import classify_batch, measured_at_end
 from gearchaos.studies.beyond_the_teeth import TeethLimits
-from gearchaos.studies.followed_motions import largest_deflection
 from gearchaos.studies.initial_value_problems import Motions
 from gearchaos.studies.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 from gearchaos.studies.load_change import LoadChange, Meshes

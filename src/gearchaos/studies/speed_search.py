@@ -10,6 +10,7 @@ from typing import cast
 
 import numpy as np
 
+from gearchaos.continuation.natural import End, Follower
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import DIVERGED_AT
@@ -36,7 +37,7 @@ from gearchaos.studies.knocks import Knock, find_knocks
 from gearchaos.studies.quasi_static import quasi_static_ratio
 from gearchaos.studies.severities import SUDDEN
 from gearchaos.studies.speed_windows import Jump
-from gearchaos.studies.window_edges import Edge, Sought, Way, continue_orbits, ends_of_orbits, locate_edges
+from gearchaos.studies.window_edges import Sought, Way, continue_orbits, locate_edges
 
 _TRIAL_SPEEDS = 4  # least number of speeds at which a trial of a search looks for motions, at each torque
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
@@ -53,7 +54,7 @@ class AtTorque:
     ratio: float
     limits: TeethLimits
     root: float | None = None  # the larger nominal root stress at rest, N/mm²
-    edges: list[Edge] = field(default_factory=list)  # between the runs of speeds of one severity
+    edges: list[End] = field(default_factory=list)  # between the runs of speeds of one severity
     jumps: tuple[Jump, ...] = ()  # of slow sweeps
     knocks: tuple[Knock, ...] = ()
     largest_knock: float = 0.0  # that was tried, rpm
@@ -115,7 +116,7 @@ class AtTorque:
                     motions = [m for m in met[inner] if not least(m.leads_to[outside])]
                 out.append(Sought(
                     self.motions.torque, inside, outside, motions, self.motions.at[outside], least,
-                    Edge(inside, "", abs(outside - inside))))
+                    End(inside, "", abs(outside - inside))))
         return out
 
     def _at_least(self, severity: int) -> Severity:
@@ -237,9 +238,9 @@ def search_torques(
     for each, edges in zip(at, sought, strict=True):
         each.edges = [edge.found for edge in edges]
     swept = [each.left_behind() for each in at]
-    ends = iter(ends_of_orbits(model, [way for each in swept for way, *_ in each]))
+    ends = iter(Follower(model, "speed").ends([way.path for each in swept for way, *_ in each]))
     for each, left in zip(at, swept, strict=True):
-        each.jumps = tuple(Jump(end.speed, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
+        each.jumps = tuple(Jump(end.value, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
                            for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
         if criteria.knocks and model.kind != "train":
             each.knocks, each.largest_knock = find_knocks(

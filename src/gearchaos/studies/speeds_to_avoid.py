@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.continuation.natural import End
 from gearchaos.datasets import new_dataset, provenance, variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.gears.design.gear_design import GearDesign
@@ -44,7 +45,6 @@ from gearchaos.studies.speed_windows import (
     speed_range,
     weights_of,
 )
-from gearchaos.studies.window_edges import Edge
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,7 +192,7 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
     severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
     ranks, windows = motions.ranks(severity), []
     parts = runs(ranks)
-    ends = [Edge(float(speeds[0])), *found.edges, Edge(float(speeds[-1]))]
+    ends = [End(float(speeds[0])), *found.edges, End(float(speeds[-1]))]
     for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
         first, last = part[0], part[-1]
         before, rank, after = ([0, *ranks, 0][i] for i in (first, first + 1, last + 2))
@@ -207,8 +207,8 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
         weights, speeds_within = weights_of(whole), speeds[first : last + 1].tolist()
         free = [i for i in range(last + 1 - first) if operation and any(severity(m) < own for m in met[first + i])]
-        history = (start.speed if free[0] == 0 else speeds_within[free[0] - 1],
-                   stop.speed if free[-1] == last - first else speeds_within[free[-1] + 1]) if free else None
+        history = (start.value if free[0] == 0 else speeds_within[free[0] - 1],
+                   stop.value if free[-1] == last - first else speeds_within[free[-1] + 1]) if free else None
         rows = zip(dataset["motion"].values.tolist(), severities[:, first : last + 1] > 0,
                    whole["dynamic_factor"].values, strict=True)
         reached = [Reached(MOTIONS[name], float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
@@ -218,7 +218,7 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         worse = operation and anyhow.dynamic_factor > np.nan_to_num(own_range.dynamic_factor)
         borne = within["contact"].values[~beyond].max(initial=0)
         windows.append(Window(
-            start.speed, stop.speed, own_range.dynamic_factor, own_range.speed_of_largest,
+            start.value, stop.value, own_range.dynamic_factor, own_range.speed_of_largest,
             start.resolution * (rank > before), stop.resolution * (rank > after), reached=tuple(reached),
             operation=operation, criterion=CRITERIA[own],
             contact=CONTACT_WORDS[borne] if np.isfinite(own_range.dynamic_factor) else BEYOND,
