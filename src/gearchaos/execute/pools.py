@@ -50,7 +50,7 @@ def process_pool(count: int, modules: Sequence[str] = ()) -> PoolFactory:
     @contextmanager
     def opened() -> Iterator[Pool]:
         context = get_context("forkserver" if "forkserver" in get_all_start_methods() else "spawn")
-        context.set_forkserver_preload(["__main__", *modules])
+        context.set_forkserver_preload(["gearchaos.execute.forkserver", "__main__", *modules])
         with ProcessPoolExecutor(
                 workers, mp_context=context, initializer=_begin_worker, initargs=(dict(os.environ),)) as executor:
             yield Pool(executor, lambda: workers)
