@@ -130,7 +130,8 @@ def local_cluster(count: int) -> PoolFactory:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with (distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+        with (distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None,
+                                       silence_logs=logging.CRITICAL) as cluster,
               cluster.get_client() as client):
             yield _dask_pool(client)
 
